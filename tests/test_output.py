@@ -1,12 +1,9 @@
-"""Files written whole and without formulas; HTML and LaTeX in which names are data."""
+"""Files written whole and without formulas; HTML in which names are data."""
 
 import csv
 import os
 import re
-import shutil
 import stat
-import string
-import subprocess
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -15,7 +12,7 @@ import pytest
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, compare, representatives
-from pymoo_psi._output import ROWS, latex_table, whole_file
+from pymoo_psi._output import ROWS, whole_file
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Layout, convergence, read_table
@@ -89,62 +86,12 @@ def test_of_a_long_table_the_first_rows_are_shown_with_units_and_said_to_be_the_
     assert [row[0] for row in rows] == [str(n) for n in range(1, 1 + ROWS)]
 
 
-# LaTeX
-
-
-def cells(latex):
-    lines = latex.splitlines()
-    assert lines[0].startswith(r"\begin{tabular}{")
-    assert (lines[1], lines[3]) == (r"\toprule", r"\midrule")
-    assert lines[-2:] == [r"\bottomrule", r"\end{tabular}"]
-    rows = [line.removesuffix(r" \\") for line in (lines[2], *lines[4:-2])]
-    rows = [re.split(r"(?<!\\) & ", row) for row in rows]
-    assert {len(row) for row in rows} == {len(lines[0]) - len(r"\begin{tabular}{}")}
-    return rows
-
-
-def test_numbers_of_a_column_have_decimals_that_tell_them_apart():
-    columns = {
-        "far": ([1000.01, 1000.03, 1000.02], ("1000.0100", "1000.0300", "1000.0200")),
-        "wide": ([0.001234, 4.4, -12.0], ("0.00", "4.40", "-12.00")),
-        "whole": ([1.0, 20.0, -0.0], ("1", "20", "0")),
-        "tiny": ([1.25e-11, 3e-9, float("inf")], ("1.25e-11", "3e-09", "inf")),
-        "gap": ([0.5, float("nan"), 0.25], ("0.5000", "nan", "0.2500")),
-        "% of_N": (["a&b", 1, "c"], (r"a\&b", "1", "c")),
-    }
-    latex = latex_table((name, values) for name, (values, _) in columns.items())
-    heading, *rows = cells(latex)
-    assert heading == [*list(columns)[:-1], r"\% of\_N"]
-    assert list(zip(*rows, strict=True)) == [texts for _, texts in columns.values()]
-    assert "{rrrrrl}" in latex
-
-
-def test_tables_are_those_of_the_tests(table):
-    _, *rows = cells(table.rows([4, 2]).to_latex(["gain"]))
-    assert rows == [["5", "16"], ["3", "4"]]
-
-
-def test_tables_without_rows_have_their_headings(table):
-    assert cells(table.rows([]).to_latex(["gain"])) == [["test point", "gain (max)"]]
-
-
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="needs pdflatex")
-def test_tables_compile(table, tmp_path):
-    odd = latex_table([(string.punctuation, [string.punctuation, 1]), ("f1", [1.5, float("nan")])])
-    head = r"\documentclass{article}\usepackage{booktabs}\begin{document}"
-    tables = [table.to_latex(), odd, r"\end{document}"]
-    (tmp_path / "t.tex").write_text(head + "\n\n".join(tables), "utf-8")
-    command = ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "t.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, errors="replace")
-    assert done.returncode == 0, done.stdout[-2000:]
-
-
 # Files
 
 
 def live(path):
     """The cells that a spreadsheet would run, those of the comment too."""
-    with path.open(newline="", encoding="utf-8") as file:
+    with path.open(newline="", encoding="utf-8-sig") as file:
         cells = [cell for mark in ",;" for row in csv.reader(file, delimiter=mark) for cell in row]
     number = re.compile(r"[+-]?([0-9.,]*(e[+-]?[0-9]+)?|inf|nan)", re.IGNORECASE)
     return [
@@ -169,7 +116,7 @@ def test_written_tables_hold_no_formulas_and_come_back(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["rank", "tests.csv", "--maximize", "＝b", "--out", "ranks.csv"]) == 0
     assert live(tmp_path / "ranks.csv") == []
-    assert read_table("ranks.csv").layout.maximize == ("'＝b",)
+    assert read_table("ranks.csv").layout.maximize == ("＝b",)
 
 
 def write(path, text="new"):

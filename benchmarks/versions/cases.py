@@ -497,7 +497,7 @@ def written(rng, folder):
     if rng.random() < 0.5:
         with contextlib.suppress(psi.PsiError):
             tests = tests.under(random_formulation(rng, tests))
-    for name in ("csv", "parquet", "study"):
+    for name in ("csv", "study"):
 
         def there_and_back(name=name):
             path = folder / f"table.{name}"

@@ -5,20 +5,23 @@ from __future__ import annotations
 import csv
 import html
 import json
-import math
 import os
 import re
 import secrets
 import stat
-from collections.abc import Iterable, Iterator, Mapping
+import zipfile
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pymoo_psi.errors import PsiError
+
 if TYPE_CHECKING:
     import pandas as pd
 
+HEAD_SHEET = "pymoo-psi"  # of a workbook, on which is what its columns are
 _ROWS = 8192  # written at a time, so that the memory for texts stays small
 # What a spreadsheet runs as a formula: a cell that begins with a sign, full-width ones too, or with
 # a gap that it drops, unless it is a number; a sign alone, which people write for "none", is one.
@@ -85,7 +88,7 @@ def written_text(cell: str) -> str:
 
 def comment(content: Mapping[str, Any]) -> str:
     """Return the comment of JSON that says what the columns of a CSV are."""
-    text = json.dumps(content, ensure_ascii=False)
+    text = json.dumps(content)  # in ASCII: a unit alone does not make the file need a mark
     # Commas in texts would begin cells for a spreadsheet, which may be formulas.
     escaped = {",": r"\u002c", ";": r"\u003b"}
     strings = re.compile(r'"(?:[^"\\]|\\.)*"')
@@ -93,36 +96,112 @@ def comment(content: Mapping[str, Any]) -> str:
     return f"# {text}"
 
 
-def write_csv(
-    path: str | PathLike[str], columns: Mapping[str, Any], head: str = "", *, quoted: bool = False
+def write_table(
+    path: str | PathLike[str],
+    columns: Mapping[str, Any],
+    head: Mapping[str, Any] | None = None,
+    *,
+    quoted: bool = False,
 ) -> None:
-    """Write ``(n,)`` columns as CSV, whole or not at all: every CSV of the package is written here.
+    """Write ``(n,)`` columns, whole or not at all: a workbook if ``path`` ends in .xlsx, else CSV.
 
-    Numbers have as many digits as it takes to read the same number back; no text is a formula.
+    What the columns are stands where it is in no reader's way: in a CSV in a comment below the
+    rows and a blank line, so that the first line names the columns and a spreadsheet ends its table
+    at the blank one; in a workbook on a second sheet. Numbers have as many digits as it takes to
+    read the same number back; no text is a formula.
 
     Args:
         path: The file.
-        columns: Arrays, or series of pandas, by name; None is a blank.
-        head: A line of comment above the names.
-        quoted: Whether all texts are in quotation marks, so that ``#`` in them is text to every
-            reader.
+        columns: Arrays, or series of pandas, by name; None and NaN are blank.
+        head: What the columns are, as values that JSON can hold.
+        quoted: Whether all texts of a CSV are in quotation marks, so that ``#`` in them is text to
+            every reader.
 
     Raises:
         OSError: It cannot be written.
+        PsiError: openpyxl is not installed.
     """
+    if os.fspath(path).lower().endswith(".xlsx"):
+        _write_workbook(path, columns, head or {})
+        return
     texts = {name for name, column in columns.items() if column.dtype.kind not in "biuf"}
-    cells = (cell for name in texts for cell in columns[name].tolist() if isinstance(cell, str))
+    cells = [cell for name in texts for cell in columns[name].tolist() if isinstance(cell, str)]
+    foot = f"\n{comment(head)}\n" if head else ""
     # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
     quoted = quoted or any("\r" in text for text in (*columns, *cells))
-    with whole_file(path) as written, written.open("w", encoding="utf-8", newline="") as file:
-        file.write(f"{head}\n" if head else "")
+    # Spreadsheets take a file for UTF-8 by its mark, others stumble over it: only where it matters.
+    plain = all(map(str.isascii, (*columns, *cells)))
+    encoding = "utf-8" if plain else "utf-8-sig"
+    with whole_file(path) as written, written.open("w", encoding=encoding, newline="") as file:
         quoting: Any = csv.QUOTE_NONNUMERIC if quoted else csv.QUOTE_MINIMAL
         writer = csv.writer(file, quoting=quoting, lineterminator="\n")
         writer.writerow(map(inert, columns))
-        for start in range(0, max(map(len, columns.values()), default=0), _ROWS):
-            parts = ((n, column[start : start + _ROWS].tolist()) for n, column in columns.items())
-            rows = (map(inert, part) if name in texts else part for name, part in parts)
-            writer.writerows(zip(*rows, strict=True))
+        for rows in _rows(columns, csv=True):
+            writer.writerows(rows)
+        file.write(foot)
+
+
+def _rows(columns: Mapping[str, Any], *, csv: bool) -> Iterator[Iterator[tuple[Any, ...]]]:
+    """Yield rows, some at a time; their cells are Python's numbers and texts, None for blanks."""
+    for start in range(0, max(map(len, columns.values()), default=0), _ROWS):
+        parts = []
+        for column in columns.values():
+            cells, kind = column[start : start + _ROWS].tolist(), column.dtype.kind
+            if kind not in "biu":
+                cells = [None if cell != cell else cell for cell in cells]
+            parts.append([*map(inert, cells)] if csv and kind not in "biuf" else cells)
+        yield zip(*parts, strict=True)
+
+
+def workbooks() -> Any:
+    """Return openpyxl.
+
+    Raises:
+        PsiError: It is not installed.
+    """
+    try:
+        import openpyxl  # type: ignore[import-untyped]
+    except ImportError:
+        what = "a workbook needs openpyxl, which is not installed"
+        raise PsiError(f"{what}; pip install openpyxl, or use CSV") from None
+    return openpyxl
+
+
+def _write_workbook(
+    path: str | PathLike[str], columns: Mapping[str, Any], head: Mapping[str, Any]
+) -> None:
+    book = workbooks().Workbook(write_only=True)
+    from openpyxl.cell.cell import (  # type: ignore[import-untyped]
+        ILLEGAL_CHARACTERS_RE,
+        WriteOnlyCell,
+    )
+
+    sheet = book.create_sheet("designs")
+    sheet.freeze_panes = "A2"
+
+    def typed(cell: Any) -> Any:
+        if cell is None or isinstance(cell, bool):
+            return cell
+        number = isinstance(cell, (int, float)) and abs(cell) != float("inf")
+        made = WriteOnlyCell(sheet, ILLEGAL_CHARACTERS_RE.sub("\ufffd", str(cell)))
+        # Set, as a text such as =A1 would be a formula, and openpyxl cuts numbers to 16 digits.
+        made.data_type = "n" if number else "s"
+        return made
+
+    sheet.append([*map(typed, columns)])
+    for rows in _rows(columns, csv=False):
+        for row in rows:
+            sheet.append([*map(typed, row)])
+    about = book.create_sheet(HEAD_SHEET)
+    for name, value in head.items():
+        text = json.dumps(value, ensure_ascii=False)
+        # A cell holds 32 767 characters.
+        about.append([name, *(text[i : i + 30_000] for i in range(0, len(text), 30_000))])
+    with whole_file(path) as written:
+        book.save(written)
+        # What a file is, for those who look at its ends as at those of a CSV.
+        with zipfile.ZipFile(written, "a") as archive:
+            archive.comment = f"{','.join([*columns][-3:])}\n{' '.join(head)}".encode()[:60_000]
 
 
 class Shown:
@@ -144,38 +223,3 @@ class Shown:
             )
             lines += [f"The first {len(frame)} of {n} rows:"] if n > len(frame) else []
         return "".join(f"<p>{html.escape(line)}</p>\n" for line in lines) + table
-
-
-def latex_table(columns: Iterable[tuple[str, Iterable[Any]]]) -> str:
-    """Return columns as a ``tabular`` of LaTeX with the rules of its package booktabs.
-
-    Numbers of a column have the same number of decimals, enough to tell them apart. Greek letters
-    in names need LuaLaTeX or XeLaTeX.
-
-    Args:
-        columns: Of each the heading, such as ``"f1 [mm]"``, and its values, numbers or texts as
-            they are to be read.
-    """
-    import pandas as pd
-
-    headings, values = zip(*columns, strict=True)
-    cells = [_texts(list(column)) for column in values]
-    numeric = [all(re.fullmatch(r"[-+.\de]*|nan|inf", text) for text in texts) for texts in cells]
-    frame = pd.DataFrame(dict(enumerate(cells))).set_axis(list(headings), axis=1)
-    sides = "".join("r" if right else "l" for right in numeric)
-    return frame.to_latex(index=False, escape=True, column_format=sides)
-
-
-def _texts(values: list[Any]) -> list[str]:
-    """Return the cells of a column."""
-    if not all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values):
-        return [str(value) for value in values]
-    known = [value for value in values if math.isfinite(value)]
-    most = max(map(abs, known), default=0.0)
-    decimals = 0
-    if not all(float(value).is_integer() for value in known):
-        # four digits of the largest value, and three of the difference of the ends
-        spread = max(known) - min(known) or most
-        decimals = max(3 - math.floor(math.log10(most)), 2 - math.floor(math.log10(spread)), 0)
-    form = f".{decimals}f" if most < 1e7 and decimals <= 8 else ".4g"
-    return [f"{value + 0:{form}}" for value in values]  # plus 0: -0.0 is 0 to a reader

@@ -73,7 +73,7 @@ FILES = {
 
 PATHS = [
     "front.csv", "s.db", *FILES, "folder", "absent.csv", "", ".", "/", "/dev/null", "/proc/o.csv", "n" * 300 + ".csv", "s.db",
-    "~/absent/o.csv", "out.csv", "out.json", "out.html", "out.parquet", "set.csv/out.csv",
+    "~/absent/o.csv", "out.csv", "out.json", "out.html", "out.xlsx", "set.csv/out.csv",
 ]  # fmt: skip
 MADE = (
     "Plain Named Many Equal Fails Nameless big unbounded one no_variable no_objective quits number"

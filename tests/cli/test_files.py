@@ -31,9 +31,10 @@ WRITERS = {
     "solve named": ("solve bnh --points 32 --maximize f2", "o.csv"),
     "rank": ("rank set.csv", "o.csv"),
     "rank maximize": ("rank set.csv --maximize b", "o.csv"),
+    "rank workbook": ("rank set.csv", "o.xlsx"),
     "rank json": ("rank set.csv", "o.json"),
     "export": ("export s.db", "o.csv"),
-    "export parquet": ("export s.db", "o.parquet"),
+    "export workbook": ("export s.db", "o.xlsx"),
     "page": ("page set.csv", "o.html"),
     "report": ("report s.db", "o.html"),
 }
@@ -106,8 +107,8 @@ def test_exported_texts_are_no_formulas(run, tmp_path):
     frame = pd.DataFrame({"-a": [-1.5] * len(cells), "=b": cells, "c": range(len(cells))})
     frame.to_csv("set.csv", index=False)
     assert run("rank", "set.csv", "--objectives=-a,c", "--out", "o.csv")[0] == 0
-    with open("o.csv", newline="", encoding="utf-8") as file:
-        header, *rows = csv.reader(line for line in file if line[0] != "#")
+    with open("o.csv", newline="", encoding="utf-8-sig") as file:
+        header, *rows = csv.reader(line for line in file if line[0] not in "#\n")
     assert header[1:4] == ["'=b", "'-a", "c"]
     assert [row[1] for row in rows] == [INERT[cell] for cell in cells]
     assert {row[2] for row in rows} == {"-1.5"}

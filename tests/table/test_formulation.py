@@ -1,6 +1,7 @@
 """Formulations after the tests: the table judged anew is the table of the problem so formulated."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -341,3 +342,16 @@ def test_a_limit_that_rejects_nothing_is_a_remark():
     assert anew.under(Formulation(limits={"gain": (-5, None)})).remarks[:2] == said
     # What is not finite keeps no limit, so that this one rejects.
     assert not table.under(Formulation(limits={"heat": 1e300})).remarks
+
+
+def test_units_of_a_decision_are_those_of_its_limits(tmp_path):
+    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [90.0]])
+    asked = Formulation(units={"f1": "%", "x1": "mm"}, limits={"f1": "80%"})
+    asked.to_json(tmp_path / "asked.json")
+    asked = Formulation.read_json(tmp_path / "asked.json")
+    under = table.under(asked)
+    assert under.layout.units == {"f1": "%", "x1": "mm"}
+    assert under.status.tolist() == ["ok", "infeasible"]
+    metres = replace(table, layout=replace(table.layout, units={"x1": "m"}))
+    with pytest.raises(PsiError, match="unit of 'x1' must be that of the decision, mm, got 'm'"):
+        metres.under(asked)

@@ -424,7 +424,7 @@ class Export(Opening):
             "experiments of other bounds or samplings.",
         ),
     ]
-    out: Annotated[Path, _path("FILE", "Write here, .csv, .parquet, or .db, a study to continue.")]
+    out: Annotated[Path, _path("FILE", "Write here, .csv, .xlsx, or .db, a study to continue.")]
 
 
 @_command(

@@ -219,7 +219,7 @@ def run_export(options: Export) -> int:
             raise invalid("SOURCE", "of different names, as in name=path", Received(source))
         files[key] = Path(file).expanduser()
     out, suffix = options.out, options.out.suffix.lower()
-    suffixes = (".csv", ".parquet", ".db")
+    suffixes = (".csv", ".xlsx", ".db")
     require_output(out, suffixes, *files.values(), by="export", force=options.force)
     formulation = formulation_of(options)
     tables = {name: opened(path, options, formulation) for name, path in files.items()}
@@ -230,7 +230,7 @@ def run_export(options: Export) -> int:
         except PsiError as error:
             remedy = "NAME=SOURCE joins tests of other bounds and samplings of a problem"
             raise ArgumentValueError(f"{files[name]}: {error}; {remedy}") from error
-    {".csv": table.to_csv, ".parquet": table.to_parquet, ".db": table.to_study}[suffix](out)
+    {".csv": table.to_csv, ".xlsx": table.to_xlsx, ".db": table.to_study}[suffix](out)
     for name, each in tables.items():
         for remark in each.remarks:
             say(f"{name}: {remark}" if len(tables) > 1 else remark)

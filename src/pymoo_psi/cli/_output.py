@@ -20,8 +20,7 @@ from typing import Any
 import pandas as pd
 from rich.cells import cell_len
 
-from pymoo_psi._output import whole_file
-from pymoo_psi._output import write_csv as write_columns
+from pymoo_psi._output import whole_file, write_table
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import REPORTED, print_error, printable
 from pymoo_psi.pareto import number, wrapped
@@ -180,7 +179,7 @@ def require_output(
     if not force and path.exists() and path.stat().st_size > 0:
         with path.open("rb") as file:
             content = file.read(_HEAD)
-            file.seek(max(path.stat().st_size - _HEAD, 0))  # where Parquet has it
+            file.seek(max(path.stat().st_size - _HEAD, 0))  # where what the columns are stands
             content += file.read()
         if not re.search(_WRITTEN[by], content):
             rule = "a new file, or one that this command wrote"
@@ -231,20 +230,20 @@ def require_folder(folder: Path, shown: str) -> Path:
 
 
 def write_csv(
-    frame: pd.DataFrame, path: Path, layout: Layout | None = None, remark: str = ""
+    frame: pd.DataFrame, path: Path, layout: Layout | None = None, chosen: tuple[str, ...] = ()
 ) -> None:
-    """Write a frame whole or not at all, missing cells blank and no text a formula.
+    """Write a frame as CSV or .xlsx, whole or not at all, missing cells blank and no formula in it.
 
-    With the layout of designs, a comment above their columns says what these are, unless their
-    names do; a remark is a comment, too.
+    With the layout of designs, it says what these are, unless the names of the columns do, and
+    which is chosen and why.
     """
-    head = f"# {remark}" if remark else ""
+    head = {}
     if layout is not None:
-        head = designs_head(layout, [*frame], [*frame.select_dtypes(["number", "bool"])])
+        head = designs_head(layout, [*frame], [*frame.select_dtypes(["number", "bool"])], chosen)
     columns = {
         str(n): column.astype(object).where(column.notna(), None) for n, column in frame.items()
     }
-    write_columns(path, columns, head)
+    write_table(path, columns, head)
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:

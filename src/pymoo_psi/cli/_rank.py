@@ -64,8 +64,6 @@ def designs_frame(
     constraints = [name for name in layout.constraints if name not in limits_of(designs, asked)]
     names = (*layout.variables, *layout.objectives, *constraints, *layout.outputs)
     columns: dict[str, Any] = {number: designs.numbers, **designs.extra}
-    if layout.experiments:
-        columns |= {name: designs.column(name) for name in ("experiment", "number")}
     columns |= {name: designs.column(name) for name in names}
     require_free_names(columns)
     columns |= dict(zip(("mu1", "mu2", "mu3"), ranking.criteria.T, strict=True))
@@ -156,7 +154,7 @@ def run_rank(options: Rank) -> int:
     if options.representatives is not None:
         integer("--representatives", options.representatives, minimum=1)
     inputs, force = (path, options.formulation), options.force
-    require_output(out, (".csv", ".json"), *inputs, by="rank", force=force)
+    require_output(out, (".csv", ".xlsx", ".json"), *inputs, by="rank", force=force)
     suffixes = (".png", ".pdf", ".svg")
     require_output(figure, suffixes, *inputs, by="figure", force=force, option="--figure")
     formulation = formulation_of(options)
@@ -172,7 +170,7 @@ def run_rank(options: Rank) -> int:
         if out.suffix.lower() == ".json":
             write_json(_content(path, designs, ranking, frame), out)
         else:
-            write_csv(frame, out, layout)
+            write_csv(frame, out, layout, designs.chosen)
     if figure is not None:
         caption = _draw(ranking, units, path.name, figure)
 

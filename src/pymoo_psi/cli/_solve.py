@@ -75,7 +75,7 @@ def run_solve(options: Solve) -> int:
     )
     if options.trial:
         return try_program(options.problem, problem, points, options.jobs)
-    target = require_output(out, (".csv",), options.study, by="solve", force=options.force)
+    target = require_output(out, (".csv", ".xlsx"), options.study, by="solve", force=options.force)
     asked, space = formulation_of(options), design_space(problem)
     require_free_names((*problem_layout(problem, space).columns, *asked.computed))
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]

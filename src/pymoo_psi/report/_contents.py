@@ -300,8 +300,8 @@ def _tests(case: Case) -> Iterator[Part]:
                 ("key", problem.get("key"))]  # fmt: skip
         lines += [(str(name), value) for name, value in parameters.items()]
         yield "; ".join(f"{name}: {value}" for name, value in lines if value is not None) + "."
-    if layout.experiments:
-        yield f"Experiments: {', '.join(name for name, _ in layout.experiments)}."
+    if case.table.experiments:
+        yield f"Experiments: {', '.join(case.table.experiments)}."
     feasible, n = table.feasible(case.limits), len(table)
     steps = {
         "failed": (table.status == "failed").sum(),

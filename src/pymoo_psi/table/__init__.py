@@ -55,8 +55,8 @@ Analysis: histogram, section_points, constraint_costs, compare_with_prototype, c
 decision with the number of tests, first-order sensitivities and feasibility_rules (extra
 ``sensitivity``); :mod:`pymoo_psi.plots` draws them. The former two are of the tests that
 even_part returns: of points of a sequence, not of what an algorithm has chosen.
-Files: ``to_csv`` and ``read_csv``, ``to_parquet`` and ``read_parquet``, ``to_study`` and
-``read_study`` change nothing; ``pd.read_csv(path, comment="#")`` reads the CSV, too.
+Files: ``to_csv`` and ``read_csv``, ``to_xlsx``, ``to_study`` and ``read_study`` change nothing;
+``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former, too.
 For the other subpackages: what limits say (bounds_of, ends, within, excess, lacking), designs as a
 matrix (design_matrix, design_keys, ...), and a table as a head and columns (head_of,
 columns_of, kinds_of_columns, table_of), as studies hold it.
@@ -82,6 +82,7 @@ from pymoo_psi.table._designs import (
 )
 from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
 from pymoo_psi.table._formulation import Expression, Formulation
+from pymoo_psi.table._joining import difference
 from pymoo_psi.table._layout import (
     RESERVED,
     Bounds,
@@ -97,7 +98,7 @@ from pymoo_psi.table._layout import (
 )
 from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
 from pymoo_psi.table._source import designs_head, read_table
-from pymoo_psi.table._table import STATUSES, TestTable, difference
+from pymoo_psi.table._table import STATUSES, TestTable
 
 __all__ = [
     "PROPOSAL_ROUND",

@@ -407,11 +407,10 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
         (64, ('It is unknown how the designs were sampled; they lie evenly within their range.',))
     """
     rule, layout = "an even sample of one set of bounds", instance("table", table, TestTable).layout
-    experiments = [name for name, _ in layout.experiments]
     sampling = str((table.problem or {}).get("sampling") or "")
     said, n = [], len(table)
-    if len(experiments) > 1:
-        raise invalid("the tests", rule, Received(f"those of {listed(experiments)}"))
+    if len(table.experiments) > 1:
+        raise invalid("the tests", rule, Received(f"those of {listed(table.experiments)}"))
     if "an algorithm" in sampling:
         raise invalid("the tests", rule, Received("those that an algorithm has chosen"))
     if PROPOSAL_ROUND in layout.outputs:

@@ -29,8 +29,10 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._output import HEAD_SHEET, workbooks
 from pymoo_psi._validation import counted, invalid, known_name
 from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.table._files import Head, sheet_head
 
 Array: TypeAlias = NDArray[np.float64]
 # The numbers of a column by decimal mark; NaN of a blank cell, None of any other.
@@ -102,7 +104,7 @@ class Cells:
     columns: dict[str, list[Any]]
     lines: Sequence[int] = ()
     separator: str = ""
-    head: Mapping[str, Any] | None = None
+    head: Head | None = None
     label: str | None = None
     rows: Sequence[int] = ()
 
@@ -211,30 +213,32 @@ def cells_of_text(text: str, skip_rows: Collection[int | str]) -> Cells:
         remedy = f"leave it out by --skip-rows {_listed(marked)}, or begin its first cell otherwise"
         what = f"line {marked[0]} begins with #: a comment or a design"
         raise UnfitError(f"{what}; {remedy}")
-    return _cells(rows, ends, separator)
+    return cells_of_rows(rows, ends, separator)
 
 
-def cells_of_workbook(content: bytes, skip_rows: Collection[int | str], name: str | None) -> Cells:
-    """Return the cells of a sheet of an .xlsx, by openpyxl.
+def rows_of_workbook(
+    content: bytes, skip_rows: Collection[int | str], name: str | None
+) -> tuple[Head | None, dict[int, list[Any]]]:
+    """Return the rows of a sheet of an .xlsx by number, and what a sheet of ours says of them.
 
     Raises:
-        ArgumentValueError: It is no table of named columns with one row or more, there is no sheet
-            of that name, or the sheet hides rows.
+        ArgumentValueError: There is no sheet of that name, it is not known which one is meant, or
+            the sheet hides rows.
         PsiError: openpyxl is not installed.
     """
-    try:
-        from openpyxl import load_workbook  # type: ignore[import-untyped]
-    except ImportError:
-        what = "a workbook needs openpyxl, which is not installed"
-        raise PsiError(f"{what}; pip install openpyxl, or save the sheet as CSV") from None
+    openpyxl = workbooks()
     try:
         with catch_warnings():
             simplefilter("ignore")  # of drawings and the like, which are not read
             # Read-only: else one merged range or link of 100 bytes becomes a million cells.
-            book = load_workbook(BytesIO(content), read_only=True, data_only=True)
+            book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
             titles = [sheet.title for sheet in book.worksheets]
+            head = None
+            if HEAD_SHEET in titles and name in (None, titles[0]):
+                head = sheet_head(book[HEAD_SHEET].iter_rows(values_only=True))
+                name = titles[0]
             asked = titles if name is None else [known_name("sheet", name, titles)]
-            sheets = {title: _rows_of_sheet(book[title]) for title in asked}
+            sheets = {title: _rows_of_sheet(book[title], plain=head is None) for title in asked}
             if name is None:
                 # Taking the first sheet would rank the wrong one where a cover comes first.
                 filled = [title for title in titles if sheets[title]]
@@ -251,18 +255,23 @@ def cells_of_workbook(content: bytes, skip_rows: Collection[int | str], name: st
     if hidden and "hidden" not in skip_rows:
         what = f"the sheet hides {counted(len(hidden), 'row')} ({_listed(sorted(hidden))})"
         raise UnfitError(f"{what}; show them, or leave them out by --skip-rows hidden")
-    rows = {i: row for i, row in sheets[name].items() if i not in hidden and i not in skip_rows}
-    return _cells([*rows.values()], [*rows], "")
+    gone = hidden.union(skip_rows)
+    return head, {i: row for i, row in sheets[name].items() if i not in gone}
 
 
-def _rows_of_sheet(sheet: Any) -> dict[int, list[Any]]:
-    """Return the rows of a sheet that are not blank, by number, filled up to one length."""
+def _rows_of_sheet(sheet: Any, *, plain: bool) -> dict[int, list[Any]]:
+    """Return the rows of a sheet that are not blank, by number, filled up to one length.
+
+    Args:
+        sheet: The sheet.
+        plain: Whether people have written it, with spaces about texts, or dates.
+    """
     sheet.reset_dimensions()  # what a file declares may be more than it holds
     rows: dict[int, list[Any]] = {}
     width = seen = 0
     for i, row in enumerate(sheet.iter_rows(), start=1):
-        cells = [*map(_typed, row)]
-        while cells and cells[-1] == "":
+        cells = [_typed(cell) if plain else cell.value for cell in row]
+        while cells and cells[-1] in ("", None):
             cells.pop()
         if cells:
             rows[i] = cells
@@ -271,7 +280,8 @@ def _rows_of_sheet(sheet: Any) -> dict[int, list[Any]]:
         if max(seen, width * len(rows)) > _VAST:  # one stray cell at the far end is enough
             what = f"its sheet {sheet.title!r} has over four million cells"
             raise UnfitError(f"{what}; delete those beside the table, or save it as CSV")
-    return {i: cells + [""] * (width - len(cells)) for i, cells in rows.items()}
+    blank = "" if plain else None
+    return {i: cells + [blank] * (width - len(cells)) for i, cells in rows.items()}
 
 
 def _hidden_rows(sheet: Any) -> set[int]:
@@ -368,7 +378,9 @@ def in_a_line(name: str) -> str:
     return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
 
 
-def _cells(rows: list[list[Any]], ends: list[int], separator: str) -> Cells:
+def cells_of_rows(
+    rows: list[list[Any]], ends: list[int], separator: str, head: Head | None = None
+) -> Cells:
     """Return rows as columns under the names in the first row."""
     if not rows:
         raise UnfitError(_EMPTY)
@@ -397,7 +409,7 @@ def _cells(rows: list[list[Any]], ends: list[int], separator: str) -> Cells:
         if count > 1:
             what = f"its header names the column {name!r} {count} times"
             raise UnfitError(f"{what}; leave titles above the names out by --skip-rows")
-    return Cells(dict(named), ends[1:], separator)
+    return Cells(dict(named), ends[1:], separator, head)
 
 
 # From cells to numbers

@@ -3,21 +3,20 @@
     table_of(head_of(table), columns_of(table)) is the table.
 
 The head says what the columns mean. A file or a database stores both and need not know more: the
-columns are arrays of float64, int64, bool, or texts. A CSV begins with a comment line, the head as
-JSON; then come a header and one row per test point. Numbers are written with as many digits as it
-takes to read the same number back, texts in quotation marks, so that ``#``, commas and line breaks
-in them are text to every reader. In Parquet the head is an attribute of the frame.
+columns are arrays of float64, int64, bool, or texts. A CSV has the head as JSON in a comment below
+its rows, a workbook on its second sheet. Numbers are written with as many digits as it takes to
+read the same number back, texts in quotation marks, so that ``#``, commas and line breaks in them
+are text to every reader.
 """
 
 from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib.util import find_spec
-from io import BytesIO, StringIO
+from io import StringIO
 from os import PathLike
 from typing import Any, TypeAlias, TypeVar
 
@@ -25,10 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._output import comment, inert, whole_file, written_text
-from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi._output import inert, written_text
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import common_dtype
-from pymoo_psi.table._layout import Layout
+from pymoo_psi.table._layout import ORIGIN, Layout
 
 Path: TypeAlias = str | PathLike[str]
 Head: TypeAlias = dict[str, Any]
@@ -36,8 +35,9 @@ Columns: TypeAlias = dict[str, NDArray[Any]]
 Table = TypeVar("Table")
 
 MARK = "pymoo_psi_test_table"
+DESIGNS = "pymoo_psi_designs"
+MARKS = (MARK, DESIGNS)  # of a head: of tests, or of designs, whose columns are not all known
 _FORMAT = 4  # of the head
-_ATTRIBUTE = "pymoo_psi"  # that holds the head in a frame
 _TYPES = {
     Kind.REAL: "fi",
     Kind.LOG: "fi",
@@ -46,7 +46,7 @@ _TYPES = {
 }  # of columns in a frame
 # Entries of a head that are left out where they are as here; in the order of Layout's arguments.
 _OPTIONAL: dict[str, Any] = {
-    "outputs": (), "maximize": (), "units": {}, "experiments": (), "label": None,
+    "outputs": (), "maximize": (), "units": {}, "label": None,
 }  # fmt: skip
 _LAYOUT = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
 
@@ -59,8 +59,8 @@ def head_of(table: Any) -> Head:
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
         tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
         ``eq_tolerance``; if there are any ``outputs``, ``maximize`` and ``extra``, lists of names,
-        ``units``, texts by name, ``experiments``, pairs of a name and a number, and ``label``;
-        ``prototype`` with its ``names``, ``x``, ``f``, ``g``, ``h``; and ``problem``.
+        ``units``, texts by name, and ``label``; ``prototype`` with its ``names``, ``x``, ``f``,
+        ``g``, ``h``; ``chosen``, the name of a design and why; and ``problem``.
     """
     layout: Layout = table.layout
     # Of a table without tests the kinds are unknown: a later block may be of any kind.
@@ -69,7 +69,7 @@ def head_of(table: Any) -> Head:
     head |= {"lower": layout.lower.tolist(), "upper": layout.upper.tolist()}
     head["kinds"] = [kind.value for kind in kinds]
     optional = {name: getattr(layout, name) for name in _OPTIONAL}
-    optional |= {"extra": list(table.extra), "problem": table.problem}
+    optional |= {"extra": [*table.extra], "chosen": table.chosen, "problem": table.problem}
     if (former := table.prototype) is not None:
         blocks = {"x": former.X, "f": former.F * layout.sign, "g": former.G, "h": former.H}
         values = {letter: block.tolist() for letter, block in blocks.items()}
@@ -77,6 +77,11 @@ def head_of(table: Any) -> Head:
         optional["prototype"] = {"names": list(map(str, names))} | values
     head |= {name: value for name, value in optional.items() if value}
     return {name: list(v) if isinstance(v, tuple) else v for name, v in head.items()}
+
+
+def marked(table: Any) -> Head:
+    """Return the head of a file of a table."""
+    return {MARK: _FORMAT, "tests": len(table), **head_of(table)}
 
 
 def columns_of(table: Any) -> Columns:
@@ -117,7 +122,7 @@ def blocks_of(layout: Layout, columns: Mapping[str, Any], n: int) -> dict[str, N
 
 
 @contextmanager
-def _described(where: object) -> Iterator[None]:
+def described(where: object) -> Iterator[None]:
     """Name the source in the errors of what is no table; readers have errors of many kinds."""
     try:
         yield
@@ -160,7 +165,7 @@ def table_of(
     Raises:
         ArgumentValueError: They are those of no table; the message says where.
     """
-    with _described(where):
+    with described(where):
         layout, extra = _layout_of(head), head.get("extra", ())
         if missing := [name for name in kinds_of_columns(layout, extra) if name not in columns]:
             raise ValueError(f"the columns {', '.join(map(repr, missing))} are missing")
@@ -181,6 +186,7 @@ def table_of(
             layout, numbers, X, **blocks_of(layout, columns, len(numbers)), status=status,
             reasons=reasons, problem=head.get("problem"),
             extra={name: choice_values(columns[name]) for name in extra},
+            chosen=tuple(map(str, head.get("chosen", ()))),
         )  # fmt: skip
         former = head.get("prototype") or dict.fromkeys(("names", *"xfgh"), ())
         for name, *values in zip(*(former[key] for key in ("names", *"xfgh")), strict=True):
@@ -188,69 +194,102 @@ def table_of(
     return table  # type: ignore[no-any-return]
 
 
-def read_csv(path: Path, content: str | bytes) -> tuple[Head, Columns]:
-    """Return head and columns of a table, of the text or bytes of a file.
+def file_head(text: str) -> tuple[Head | None, str]:
+    """Return what a text says of its columns, if it does, and the text without that.
+
+    It is the last line, or the first in exports of the page and files of version 0.2.0; then a
+    comment stays in its place, as lines are counted.
 
     Raises:
-        ArgumentValueError: It is no file of a table, or a damaged one.
+        ValueError: The line is damaged.
+    """
+    first, _, rest = text.partition("\n")
+    body, _, last = text.rstrip().rpartition("\n")
+    for line, other in ((first, f"#\n{rest}"), (last, f"{body}\n")):
+        if line.lstrip('"').startswith("#") and any(mark in line for mark in MARKS):
+            # A spreadsheet program may have taken it for cells.
+            cells = ",".join(next(csv.reader([line]))) if line.startswith('"') else line
+            try:
+                return dict(json.loads(cells.rstrip(",\r\n ").removeprefix("#"))), other
+            except (ValueError, TypeError, RecursionError):
+                raise ValueError("the line that says what its columns are is damaged") from None
+    return None, text
+
+
+def sheet_head(rows: Iterable[Sequence[Any]]) -> Head:
+    """Return what the second sheet of a workbook says of the columns on its first one.
+
+    Raises:
+        ValueError: It is damaged.
+    """
+    texts = {str(row[0]): "".join(str(c) for c in row[1:] if c is not None) for row in rows if row}
+    return {name: json.loads(text) for name, text in texts.items()}
+
+
+def text_of_rows(rows: Iterable[Sequence[Any]]) -> str:
+    """Return rows of cells as CSV, for :func:`tests_of_text`."""
+    file = StringIO(newline="")
+    csv.writer(file, quoting=csv.QUOTE_NONNUMERIC).writerows([*map(inert, row)] for row in rows)
+    return file.getvalue()
+
+
+def tests_of_text(head: Head | None, text: str) -> tuple[Head, Columns]:
+    """Return head and columns of a table by the head of its file and the rows below their names.
+
+    Raises:
+        ValueError: They are those of no table, or damaged.
     """
     import pandas as pd
 
-    with _described(path), np.errstate(invalid="ignore"):  # of what is no integer, and refused
-        # With or without the byte-order mark that spreadsheet programs put in front; newline=''
-        # leaves line breaks within quoted texts to the parser.
-        text = content if isinstance(content, str) else content.decode("utf-8-sig")
-        file = StringIO(text.removeprefix("\ufeff"), newline="")
-        head, n, kinds = _parsed_head(comment_text(file.readline()))
-        types = {inert(name): DTYPES[kind] for name, kind in kinds.items()}
-        real = {inert(name): ["nan"] for name, kind in kinds.items() if kind.real}
-        # From 3.1 on pandas reads every digit by itself, and warns of being asked.
-        old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
-        exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
-        # By name, not by place: people rearrange columns and add their own, which are not read.
+    head, n, kinds = _checked(head)
+    types = {inert(name): DTYPES[kind] for name, kind in kinds.items()}
+    real = {inert(name): ["nan", ""] for name, kind in kinds.items() if kind.real}
+    # From 3.1 on pandas reads every digit by itself, and warns of being asked.
+    old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
+    exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
+    # By name, not by place: people rearrange columns and add their own, which are not read.
+    with np.errstate(invalid="ignore"):  # of what is no integer, and refused
         frame = pd.read_csv(
-            file, usecols=types.__contains__, dtype=types, keep_default_na=False,
-            na_values=real, **exact,
+            StringIO(text.removeprefix("#\n"), newline=""), usecols=types.__contains__,
+            dtype=types, keep_default_na=False, na_values=real, **exact,
         )  # fmt: skip
-        columns = _complete(frame.rename(columns=written_text), n, kinds)
-        for name in (name for name in columns if kinds[name] is Kind.CHOICE):
+    # A file cut at the end of a line is one with fewer tests; the number in the head tells.
+    if len(frame) != n:
+        what = f"it holds {len(frame)} of {n} tests, so it was cut or edited"
+        raise ValueError(f'{what}; if that is meant, set "tests" in its head to {len(frame)}')
+    columns = {}
+    for name, kind in kinds.items():
+        if (written := inert(name)) not in frame:
+            continue
+        # NumPy would make 1 of 1.5, True of 2, and numbers of texts.
+        if kind in _TYPES and frame[written].dtype.kind not in _TYPES[kind]:
+            raise ValueError(f"the column {name!r} holds other than {kind.value} values")
+        columns[name] = frame[written].to_numpy(dtype=DTYPES[kind])
+        if kind is Kind.CHOICE:
+            if not all(isinstance(cell, str) for cell in columns[name]):
+                raise ValueError(f"the column {name!r} holds other than texts, or rows are cut")
             texts = {text: written_text(text) for text in {*columns[name]}}
             columns[name] = np.fromiter((texts[text] for text in columns[name]), object)
     return head, columns
 
 
-def write_parquet(path: Path, head: Head, columns: Columns) -> None:
-    """Write a table whole or not at all.
-
-    Raises:
-        PsiError: pyarrow is not installed.
-        OSError: It cannot be written.
-    """
-    _require_pyarrow()
-    import pandas as pd
-
-    frame = pd.DataFrame(columns)
-    # pandas keeps attrs in the metadata of the file, where other readers pass over them.
-    frame.attrs = {_ATTRIBUTE: head_comment(head, columns)}
-    with whole_file(path) as written:
-        frame.to_parquet(written, engine="pyarrow", index=False)
-
-
-def read_parquet(path: Path, content: bytes) -> tuple[Head, Columns]:
-    """Return head and columns of a table, of the bytes of a file.
-
-    Raises:
-        PsiError: pyarrow is not installed.
-        ArgumentValueError: It is no file of a table, or a damaged one.
-    """
-    _require_pyarrow()
-    import pandas as pd
-
-    with _described(path):
-        frame = pd.read_parquet(BytesIO(content), engine="pyarrow")
-        text = comment_text(str(frame.attrs.get(_ATTRIBUTE, "")))
-        head, n, kinds = _parsed_head(text)
-        return head, _complete(frame, n, kinds)
+def _checked(head: Head | None) -> tuple[Head, int, dict[str, Kind]]:
+    """Return head, number of tests, and the kinds of the columns."""
+    head = dict(head or {})
+    try:
+        version, n = head.pop(MARK), int(head.pop("tests"))
+        if version in (2, 3):  # of 0.2.0, from which studies come as such tables
+            head["maximize"] = head.pop("maximized", [])
+            if one := head.get("prototype"):
+                head["prototype"] = {"names": [one["name"]]} | {k: [one[k]] for k in "xfgh"}
+            version = _FORMAT
+        if head.pop("experiments", ()):  # columns of their own in 0.2.0
+            head["extra"] = [*head.get("extra", ()), *ORIGIN]
+    except (ValueError, KeyError, TypeError):
+        raise ValueError("its head, one line of JSON, is missing or damaged") from None
+    if version != _FORMAT:
+        raise ValueError(f"its format is {version!r:.20}, this version reads 2 to {_FORMAT}")
+    return head, n, kinds_of_columns(_layout_of(head), head.get("extra", ()))
 
 
 def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
@@ -276,60 +315,6 @@ def _option(text: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError):
         return text
-
-
-def comment_text(line: str) -> str:
-    """Return the text of the first line, also if a spreadsheet program took it for cells."""
-    if line.startswith('"'):
-        line = ",".join(next(csv.reader([line])))
-    return line.rstrip("\r\n").rstrip(",").removeprefix("#")
-
-
-def head_comment(head: Head, columns: Columns) -> str:
-    """Return the head of a file, a comment with JSON."""
-    marks = {MARK: _FORMAT, "tests": len(columns["test_point"])}
-    return comment(marks | head)
-
-
-def _parsed_head(text: str) -> tuple[Head, int, dict[str, Kind]]:
-    """Return head, number of tests, and the kinds of the columns."""
-    try:
-        head = json.loads(text)
-        version, n = head.pop(MARK), int(head.pop("tests"))
-        if version in (2, 3):  # of 0.2.0, from which studies come as such tables
-            head["maximize"] = head.pop("maximized", [])
-            if one := head.get("prototype"):
-                head["prototype"] = {"names": [one["name"]]} | {k: [one[k]] for k in "xfgh"}
-            version = _FORMAT
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise ValueError("its head, one line of JSON, is missing or damaged") from None
-    if version != _FORMAT:
-        raise ValueError(f"its format is {version!r:.20}, this version reads 2 to {_FORMAT}")
-    return head, n, kinds_of_columns(_layout_of(head), head.get("extra", ()))
-
-
-def _complete(frame: Any, n: int, kinds: Mapping[str, Kind]) -> Columns:
-    """Return the columns of a frame if no column or test is missing."""
-    # A CSV cut at the end of a line is a valid CSV with fewer tests; the number in the head tells.
-    if len(frame) != n:
-        what = f"it holds {len(frame)} of {n} tests, so it was cut or edited"
-        raise ValueError(f'{what}; if that is meant, set "tests" in its head to {len(frame)}')
-    columns = {}
-    for name, kind in ((name, kind) for name, kind in kinds.items() if name in frame):
-        # NumPy would make 1 of 1.5, True of 2, and numbers of texts.
-        if kind in _TYPES and frame[name].dtype.kind not in _TYPES[kind]:
-            raise ValueError(f"the column {name!r} holds other than {kind.value} values")
-        columns[name] = frame[name].to_numpy(dtype=DTYPES[kind])
-        if kind is Kind.CHOICE and not all(isinstance(cell, str) for cell in columns[name]):
-            raise ValueError(f"the column {name!r} holds other than texts, or rows are cut")
-    return columns
-
-
-def _require_pyarrow() -> None:
-    if find_spec("pyarrow") is None:
-        raise PsiError(
-            "Parquet needs pyarrow, which is not installed; pip install pyarrow, or write CSV"
-        )
 
 
 def _kinds(layout: Layout) -> tuple[Kind, ...]:

@@ -38,7 +38,15 @@ from pymoo_psi._validation import (
 from pymoo_psi._validation import mapping as mapping_of
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.table._designs import real_column
-from pymoo_psi.table._layout import RESERVED, Layout, Limit, bounds_of, column_names, ends
+from pymoo_psi.table._layout import (
+    RESERVED,
+    Layout,
+    Limit,
+    bounds_of,
+    column_names,
+    ends,
+    unit_texts,
+)
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 Computation: TypeAlias = str | Callable[[Columns], Any]
@@ -96,6 +104,8 @@ class Formulation:
             ``_`` stand in backquotes; it knows + - * / ** and parentheses, abs, sqrt, exp, log
             (natural), log2, log10, sin, cos, tan (of radians), asin, acos, atan, sinh, cosh,
             tanh, min, max and pi, and nothing of Python.
+        units: Units of columns by name, those of the limits, too; a table that has a column in
+            another unit is refused.
         normalize: Whether designs are ranked in units of the objectives' ranges.
         chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
         reason: Why it was chosen.
@@ -125,6 +135,7 @@ class Formulation:
     limits: Mapping[str, Limit] = field(default_factory=dict)
     relaxed: Sequence[str] = ()
     computed: Mapping[str, Computation] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     normalize: bool = True
     chosen: str | None = None
     reason: str = ""
@@ -145,6 +156,7 @@ class Formulation:
             object.__setattr__(self, group, dict(entries))
         limits = {name: _plain(name, limit) for name, limit in self.limits.items()}
         object.__setattr__(self, "limits", limits)
+        object.__setattr__(self, "units", unit_texts(self.units))
         for how in self.computed.values():
             if not callable(how):
                 Expression.of(how)
@@ -255,6 +267,11 @@ def formulated(
             known_name(group, name, objectives, "only objectives have a direction")
     for name in formulation.relaxed:
         known_name("relaxed", name, layout.constraints)
+    for name, unit in formulation.units.items():
+        known_name("units", name, whole)
+        if layout.units.get(name, unit) != unit:
+            rule = f"that of the decision, {unit}"
+            raise invalid(f"the unit of {name!r}", rule, layout.units[name], "convert its values")
     for name in set(objectives).intersection(layout.equalities):
         whole[name] = np.abs(whole[name])
     gone = {*objectives, *formulation.relaxed}
@@ -277,6 +294,7 @@ def formulated(
         upper=layout.upper[kept],
         kinds=tuple(layout.kinds[j] for j in kept) if layout.kinds else (),
         maximize=tuple(name for name in (*objectives, *outputs) if name in more),
+        units={**layout.units, **formulation.units},
     )
     limits = {}
     for name, (low, high) in bounds_of(formulation.limits, asked).items():

@@ -42,7 +42,7 @@ open."""
 
 _PER_CENT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)\s*%")
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
-ORIGIN = ("experiment", "number")  # further ones of joined experiments
+ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 BLOCKS = ("X", "F", "G", "H", "outputs")  # the arrays of a table with these columns
 
@@ -66,8 +66,6 @@ class Layout:
             ``F`` holds these objectives with the sign turned, as pymoo minimises; whatever is
             reached by their names is in the original direction.
         units: Units of columns by name, also of outputs that no test has brought yet.
-        experiments: Of tests joined by :meth:`TestTable.combined`, the name of each experiment
-            and the number of the test point before its first one; empty for others.
         label: Name of the column in ``extra`` that names the designs, or None.
 
     Example:
@@ -87,7 +85,6 @@ class Layout:
     outputs: tuple[str, ...] = ()
     maximize: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
-    experiments: tuple[tuple[str, int], ...] = ()
     label: str | None = None
 
     def __post_init__(self) -> None:
@@ -95,13 +92,11 @@ class Layout:
         values: dict[str, Any] = {
             group: column_names(group, getattr(self, group)) for group in (*_GROUPS, "maximize")
         }
-        # JSON has lists for tuples.
-        values["experiments"] = tuple((name, int(number)) for name, number in self.experiments)
         n, words = len(self.variables), [kind.value for kind in Kind]
         values["kinds"] = tuple(Kind(known_name("kinds", kind, words)) for kind in self.kinds)
         if len(self.kinds) not in (0, n):
             raise invalid("kinds", f"{n} kinds, one for each variable", Received(len(self.kinds)))
-        values["units"] = _unit_texts(self.units)
+        values["units"] = unit_texts(self.units)
         values["eq_tolerance"] = finite_number("eq_tolerance", self.eq_tolerance)
         if values["eq_tolerance"] < 0:
             raise invalid("eq_tolerance", "0 or more", self.eq_tolerance)
@@ -126,10 +121,9 @@ class Layout:
         values["maximize"] = tuple(name for name in columns if name in values["maximize"])
         for name, value in values.items():
             object.__setattr__(self, name, value)
-        reserved = RESERVED + (ORIGIN if self.experiments else ())
-        counts = Counter((*reserved, *self.columns))
+        counts = Counter((*RESERVED, *self.columns))
         if twice := [name for name, count in counts.items() if count > 1]:
-            rule = f"distinct, and none of {', '.join(reserved)}"
+            rule = f"distinct, and none of {', '.join(RESERVED)}"
             raise invalid("the names of a test table", rule, twice[0])
 
     @classmethod
@@ -290,7 +284,7 @@ def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
     return tuple(map(str, names))
 
 
-def _unit_texts(units: Any) -> dict[str, str]:
+def unit_texts(units: Any) -> dict[str, str]:
     """Return units as texts that every file can hold, without those that are empty."""
     for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
         if not isinstance(name, str) or not isinstance(unit, str):

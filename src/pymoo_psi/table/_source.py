@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._output import comment, inert
+from pymoo_psi._output import written_text
 from pymoo_psi._validation import Received, counted, invalid, known_name, real_array
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS
@@ -22,20 +21,29 @@ from pymoo_psi.table._cells import (
     Cells,
     Column,
     UnfitError,
+    cells_of_rows,
     cells_of_text,
-    cells_of_workbook,
     decoded,
     in_a_line,
     is_blank,
     read_columns,
     require_designs,
+    rows_of_workbook,
 )
-from pymoo_psi.table._files import MARK, comment_text, read_csv, read_parquet, table_of
+from pymoo_psi.table._files import (
+    DESIGNS,
+    MARK,
+    Head,
+    described,
+    file_head,
+    table_of,
+    tests_of_text,
+    text_of_rows,
+)
 from pymoo_psi.table._formulation import Formulation, distinct
 from pymoo_psi.table._layout import RESERVED, Layout
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 
-_HEAD = "pymoo_psi_designs"  # begins the comment above a CSV that says what its columns are
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
 # Columns that name designs, and those that number the rows of a file, which names of its designs
 # say better. Not "no", which is also an exhaust gas.
@@ -44,10 +52,7 @@ _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed
 _DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from the others
 # As programs write integers, so not 007, a label. 18 digits are below 2^63.
 _WHOLE = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
-_DAMAGED = (
-    "its first line, which says what the columns are, is damaged or of a later version; remove it, "
-    "and say --objectives and --maximize"
-)
+_DAMAGED = "remove that line, and say --objectives and --maximize"
 
 
 def read_table(
@@ -77,8 +82,8 @@ def read_table(
 
     Args:
         source: A path: a study or a folder of studies; text with commas, semicolons, tabs, bars or
-            spaces between its cells; a workbook (.xlsx); a test table as CSV or Parquet; a ranking
-            that ``pymoo-psi rank --out`` wrote as CSV or JSON; an export of the page. Or a data
+            spaces between its cells; a workbook (.xlsx); a test table as either; a ranking that
+            ``pymoo-psi rank --out`` wrote; an export of the page. Or a data
             frame, an ``(n, m)`` array of objectives, all minimised, or a :class:`TestTable`.
         formulation: What is asked; see :meth:`TestTable.under`.
         variables: Names of the columns with design variables; as the source tells unless given.
@@ -133,30 +138,35 @@ def read_table(
     return table if formulation is None else table.under(formulation)
 
 
-def designs_head(layout: Layout, columns: Sequence[str], numbers: Collection[str]) -> str:
-    """Return the comment above a CSV of designs that says what its columns are; empty if needless.
+def designs_head(
+    layout: Layout,
+    columns: Sequence[str],
+    numbers: Collection[str],
+    chosen: tuple[str, ...] = (),
+) -> Head:
+    """Return what a file of designs says of its columns; empty if needless.
 
     It is needed where the names of the columns do not tell the objectives, where one is to be
-    maximized, or a column has a unit: so that :func:`read_table` reads what was written.
+    maximized, a column has a unit, or a design is chosen: so that :func:`read_table` reads what
+    was written.
 
     Args:
         layout: What the columns are.
-        columns: Names of all columns of the CSV.
+        columns: Names of all columns of the file.
         numbers: Those that hold numbers.
+        chosen: Name of the chosen design and why, as in :attr:`TestTable.chosen`.
     """
     guessed = _guess(columns, numbers.__contains__)[0]
     units = {name: unit for name, unit in layout.units.items() if name in columns}
-    if guessed == layout.objectives and not layout.maximize and not units:
-        return ""
+    if guessed == layout.objectives and not (layout.maximize or units or chosen):
+        return {}
     groups = {
         "objectives": layout.objectives,
         "maximized": layout.maximize,
         "variables": layout.variables,
         "outputs": layout.outputs,
     }
-    # The names as in the header.
-    head = {key: [*map(inert, names)] for key, names in groups.items()}
-    return comment({_HEAD: 1, **head, "units": {inert(n): unit for n, unit in units.items()}})
+    return {DESIGNS: 1, **groups, "units": units, **({"chosen": chosen} if chosen else {})}
 
 
 # From sources to cells
@@ -176,27 +186,31 @@ def _opened(
         if content.startswith(b"SQLite format 3\0"):
             return _tests(path)
         content += file.read()
-    if content.startswith(b"PAR1"):
-        return table_of(*read_parquet(path, content), path, TestTable)
-    if content.startswith(_ZIP):
-        return cells_of_workbook(content, skipped, sheet)
     if content.startswith(b"\xd0\xcf\x11\xe0"):  # an OLE compound file
         what = "it is a workbook of old, or with a password"
         raise UnfitError(f"{what}; save it as .xlsx without one, or as CSV")
-    text = decoded(content, encoding)
-    first, end, rest = text.partition("\n")
-    if MARK in first:
-        return table_of(*read_csv(path, text), path, TestTable)
-    if text.lstrip().startswith(("{", "[")):
-        return _cells_of_json(text)
-    if _HEAD not in first:
-        return cells_of_text(text, skipped)
-    try:
-        head = json.loads(comment_text(first))
-    except (ValueError, RecursionError, csv.Error):
-        raise UnfitError(_DAMAGED) from None
-    # The line stays, as lines are counted, but as an empty comment.
-    return replace(cells_of_text(f"#{end}{rest}", skipped), head=head)
+    if content.startswith(_ZIP):
+        head, rows = rows_of_workbook(content, skipped, sheet)
+        if MARK not in (head or {}):
+            return cells_of_rows([*rows.values()], [*rows], "", head)
+        text = text_of_rows(rows.values())
+    else:
+        text = decoded(content, encoding)
+        if text.lstrip().startswith(("{", "[")):
+            return _cells_of_json(text)
+        try:
+            head, text = file_head(text)
+        except ValueError as error:
+            raise UnfitError(f"{error}; {_DAMAGED}") from None
+        if MARK not in (head or {}):
+            cells = cells_of_text(text, skipped)
+            if head is None:
+                return cells
+            named = {written_text(name): column for name, column in cells.columns.items()}
+            return replace(cells, columns=named, head=head)
+    with described(path):
+        head, columns = tests_of_text(head, text)
+    return table_of(head, columns, path, TestTable)
 
 
 def _tests(path: Path) -> TestTable:
@@ -281,11 +295,12 @@ def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
     try:
         checked = {
             key: tuple(map(in_a_line, head.get(key, ())))
-            for key in ("objectives", "maximized", "variables", "outputs")
+            for key in ("objectives", "maximized", "variables", "outputs", "chosen")
         }
         units = {in_a_line(name): str(unit) for name, unit in head.get("units", {}).items()}
     except (TypeError, AttributeError):
-        raise UnfitError(_DAMAGED) from None
+        what = "what it says of its columns is damaged or of a later version"
+        raise UnfitError(f"{what}; {_DAMAGED}") from None
     return checked | {"units": units}
 
 
@@ -342,7 +357,7 @@ def _table(
     layout = replace(layout, label=label)
     X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
-    return replace(table, remarks=tuple(remarks))
+    return replace(table, remarks=tuple(remarks), chosen=head["chosen"])
 
 
 def _roles(

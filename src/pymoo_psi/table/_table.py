@@ -8,12 +8,11 @@ that are feasible then, and refine the bounds for the next investigation.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import warnings
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
@@ -24,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._output import Shown, latex_table, write_csv
+from pymoo_psi._output import Shown, write_table
 from pymoo_psi._validation import (
     Received,
     counted,
@@ -53,20 +52,27 @@ from pymoo_psi.table._designs import (
     design_matrix,
     design_row,
     first_rows,
-    joined_designs,
 )
 from pymoo_psi.table._files import (
     Columns,
     blocks_of,
     columns_of,
-    head_comment,
+    described,
+    file_head,
     head_of,
-    read_csv,
-    read_parquet,
+    marked,
     table_of,
-    write_parquet,
+    tests_of_text,
 )
 from pymoo_psi.table._formulation import Formulation, formulated
+from pymoo_psi.table._joining import (
+    blank,
+    difference,
+    outputs_under,
+    require_one_result,
+    stacked,
+    unequal,
+)
 from pymoo_psi.table._layout import (
     ORIGIN,
     RESERVED,
@@ -74,7 +80,6 @@ from pymoo_psi.table._layout import (
     Layout,
     Limits,
     bounds_of,
-    joined_layout,
     within,
 )
 
@@ -87,7 +92,6 @@ Mask = NDArray[np.bool_]
 # _status takes them by index: 0 and 1 for constraints met and violated, 2 for a failure.
 STATUSES = ("ok", "infeasible", "failed")
 _ARRAYS = ("X", "F", "G", "H", "outputs", "status")  # with a row for each test
-_ROUNDING = 1e-9  # relative, of results that two machines have computed
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -127,6 +131,7 @@ class TestTable(Shown):
             one problem from another; ``None`` if unknown.
         extra: ``(n,)`` columns carried along that are neither, such as texts of a foreign file.
         remarks: What a reader must know about the rows, in sentences; they are not written.
+        chosen: Name of the chosen design, as in :attr:`names`, and why; empty if none is chosen.
 
     Example:
         >>> table = TestTable.of(
@@ -153,6 +158,7 @@ class TestTable(Shown):
     problem: Mapping[str, Any] | None = None
     extra: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+    chosen: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
@@ -343,14 +349,24 @@ class TestTable(Shown):
         """
         bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)
         finite = [not kind.real or low == high for kind, low, high in bounds]
-        return bool(finite) and (all(finite) or len(self.layout.experiments) > 1)
+        return bool(finite) and (all(finite) or len(self.experiments) > 1)
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """Names of the experiments that :meth:`combined` has joined; empty for other tests.
+
+        Example:
+            >>> table = TestTable.of([1], [[0.0]], [[3.0]])
+            >>> TestTable.combined({"old": table, "new": table}).experiments
+            ('old', 'new')
+        """
+        joined = {*ORIGIN} <= {*self.extra}
+        return tuple(dict.fromkeys(self.extra["experiment"].tolist())) if joined else ()
 
     def column(self, name: str) -> NDArray[Any]:
-        """``(n,)`` values of a variable, objective, constraint or output.
+        """``(n,)`` values of a variable, objective, constraint, output or extra column.
 
         Objectives are in the original direction.
-
-        Of joined experiments also ``"experiment"``, where each test is from, and its ``"number"``.
 
         Raises:
             ArgumentValueError: There is no such column.
@@ -362,10 +378,9 @@ class TestTable(Shown):
             >>> table.column("width"), table.column("gain")
             (array([0.1, 0.5]), array([0.8, 0.9]))
         """
-        if name in ORIGIN and self.layout.experiments:
-            return self._origin()[name]
         layout = self.layout
-        known_name("column", name, layout.columns)
+        if known_name("column", name, (*layout.columns, *self.extra)) in self.extra:
+            return self.extra[name]
         block, names = next(pair for pair in layout.blocks.items() if name in pair[1])
         values: NDArray[Any] = getattr(self, block)[:, names.index(name)]
         return -values if name in layout.objectives and name in layout.maximize else values
@@ -624,7 +639,12 @@ class TestTable(Shown):
             X = design_matrix("X", X[:, [former.index(name) for name in layout.variables]])
         prototype = None if self.prototype is None else self._prototype_under(formulation)
         problem = _facts_of(self.problem, "sampling")
-        table = self._with(layout=layout, X=X, **blocks, problem=problem, prototype=prototype)
+        chosen = self.chosen
+        if formulation.chosen is not None:
+            chosen = (formulation.chosen, formulation.reason)
+        table = self._with(
+            layout=layout, X=X, **blocks, problem=problem, prototype=prototype, chosen=chosen
+        )
         table._set(table._status(reasons))
         tested = table.status != "failed"
         idle = [n for n in limits if tested.any() and (columns[n][tested] <= 0).all()]
@@ -636,7 +656,7 @@ class TestTable(Shown):
         known, names = self.prototype, self.layout.outputs
         assert known is not None
         layout = replace(known.layout, outputs=names, maximize=self.layout.maximize)
-        table = known._with(layout=layout, outputs=_outputs_under(layout, known)).under(formulation)
+        table = known._with(layout=layout, outputs=outputs_under(layout, known)).under(formulation)
         for i, j in np.argwhere(~np.isfinite(table.F)):
             what = f"{table.layout.objectives[j]} of the prototype"
             remedy = "give the prototype with its constraints, or after under()"
@@ -738,7 +758,7 @@ class TestTable(Shown):
         for block in blocks:
             instance("block", block, TestTable)
         names = ["block"] * (1 + len(blocks))
-        whole = _stacked([self, *blocks], names, "of the table's layout")
+        whole = stacked([self, *blocks], names, "of the table's layout")
         _require_distinct(whole.numbers)
         return whole
 
@@ -760,34 +780,33 @@ class TestTable(Shown):
             array([1, 2, 3, 4])
         """
         tables = [self, instance("other", other, TestTable)]
-        whole = _stacked(tables, ["other"] * 2, "a table of the same problem")
+        whole = stacked(tables, ["other"] * 2, "a table of the same problem")
         _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
         first = rows[inverse]
-        _require_one_result(whole, first)
+        require_one_result(whole, first)
         again = np.flatnonzero(first != np.arange(len(whole)))
         before = first[again]
         outputs = whole.outputs.copy()
         outputs[before] = np.where(np.isnan(outputs[before]), outputs[again], outputs[before])
         extra = {name: column.copy() for name, column in whole.extra.items()}
         for column in extra.values():
-            unknown = _blank(column[before])
+            unknown = blank(column[before])
             column[before[unknown]] = column[again[unknown]]
         table = whole._with(outputs=outputs, extra=extra).rows(rows)
-        _require_one_result(table)
+        require_one_result(table)
         return table
 
     @classmethod
     def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
         """Return the tests of several experiments on one problem: other bounds, sequences, methods.
 
-        Test points are numbered on from experiment to experiment; the columns ``experiment`` and
-        ``number`` of frame and files say where each is from, and so does :meth:`column`. Sets,
-        ranks and plots are over all. The bounds hold those of all, and are unknown where one has
-        none; an output that an experiment lacks is NaN for its tests.
+        Test points are numbered on from experiment to experiment; the extra columns ``experiment``
+        and ``number`` say where each is from. Sets, ranks and plots are over all. The bounds hold
+        those of all, and are unknown where one has none; an output that an experiment lacks is NaN
+        for its tests.
 
         Args:
-            experiments: The tables by a name for each. One that is itself combined keeps its
-                experiments, called ``"name/experiment"``.
+            experiments: The tables by a name for each.
 
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, kinds, tolerance,
@@ -799,12 +818,12 @@ class TestTable(Shown):
             >>> refined = TestTable.of([1, 2], [[0.4], [0.6]], [[0.9], [2.0]])
             >>> table = TestTable.combined({"coarse": coarse, "refined": refined})
             >>> print(table.to_frame()[["experiment", "number", "f1", "pareto"]])
-                       experiment  number   f1  pareto
+                       experiment number   f1  pareto
             test_point
-            1              coarse       1  3.0   False
-            2              coarse       2  1.0   False
-            3             refined       1  0.9    True
-            4             refined       2  2.0   False
+            1              coarse      1  3.0   False
+            2              coarse      2  1.0   False
+            3             refined      1  0.9    True
+            4             refined      2  2.0   False
         """
         if not isinstance(experiments, Mapping) or not experiments:
             rule = "tables by name, such as {'coarse': a, 'refined': b}"
@@ -819,24 +838,24 @@ class TestTable(Shown):
             bounds["lower"] = np.minimum.reduce([layout.lower for layout in layouts])
             bounds["upper"] = np.maximum.reduce([layout.upper for layout in layouts])
         blocks: list[TestTable] = []
-        origins: list[tuple[str, int]] = []
         last = 0
         for name, table in experiments.items():
-            parts = [(f"{name}/{part}", n) for part, n in table.layout.experiments]
-            origins += [(part, last + n) for part, n in parts or [(name, 0)]]
+            cells = [name] * len(table), table.numbers.tolist()
+            extra = {**table.extra, **dict(zip(ORIGIN, cells, strict=True))}
             blocks.append(
                 table._with(
-                    layout=replace(table.layout, experiments=(), **bounds),
+                    layout=replace(table.layout, **bounds),
                     numbers=table.numbers + last,
+                    extra=_extra_columns(extra, table.layout, len(table)),
                     reasons={n + last: text for n, text in table.reasons.items()},
                     problem=_facts_of(table.problem, "problem", "parameters", "key"),
                 )
             )
-            last = int(blocks[-1].numbers.max(initial=origins[-1][1]))
+            last = int(blocks[-1].numbers.max(initial=last))
+        names = [f"the experiment {name!r}" for name in experiments]
         rule = "tests of the problem of the others; give all the same formulation"
-        whole = _stacked(blocks, [f"the experiment {name!r}" for name in experiments], rule)
-        whole = whole._with(layout=replace(whole.layout, experiments=tuple(origins)))
-        _require_one_result(whole)
+        whole = stacked(blocks, names, rule)
+        require_one_result(whole)
         return whole
 
     def equals(self, other: object) -> bool:
@@ -854,7 +873,7 @@ class TestTable(Shown):
             and np.array_equal(self.numbers, other.numbers)
             and list(self.extra) == list(other.extra)
             and not any(
-                _unequal(one, two).any()
+                unequal(one, two).any()
                 for one, two in zip(self._columns(), other._columns(), strict=True)
             )
             and dict(self.reasons) == dict(other.reasons)
@@ -903,7 +922,6 @@ class TestTable(Shown):
             maximize=tuple(name for name in layout.objectives if name in layout.maximize),
             units={n: unit for n, unit in layout.units.items() if n not in layout.outputs},
             kinds=(),  # it may be of other kinds: 2.5 of what are integers here
-            experiments=(),
             label="prototype",
         )
         number = 1 if known is None else len(known) + 1
@@ -946,42 +964,13 @@ class TestTable(Shown):
         headings = {name: self.layout.label_of(name) for name in self.layout.columns}
         return frame.drop(columns=empty).rename(columns=headings), len(self)
 
-    def to_latex(self, columns: Sequence[str] | None = None) -> str:
-        r"""Return the tests as a table of LaTeX, in the rows' order, with units in the headings.
-
-        It is a ``tabular`` with the rules of the package booktabs. Rows are chosen before:
-        ``table.rows(table.pareto()).to_latex()``.
-
-        Args:
-            columns: Names of the columns; variables and objectives unless given.
-
-        Raises:
-            ArgumentValueError: There is no such column.
-
-        Example:
-            >>> layout = Layout.of(1, ["mass"], units={"mass": "kg"})
-            >>> table = TestTable.of([1, 2], [[0.125], [0.5]], [[12.5], [20.25]], layout=layout)
-            >>> print(table.to_latex())
-            \begin{tabular}{rrr}
-            \toprule
-            test point & x1 & mass [kg] \\
-            \midrule
-            1 & 0.1250 & 12.50 \\
-            2 & 0.5000 & 20.25 \\
-            \bottomrule
-            \end{tabular}
-        """
-        names = self.layout.variables + self.layout.objectives if columns is None else columns
-        shown = [(self.layout.label_of(name), self.column(name).tolist()) for name in names]
-        return latex_table([("test point", self.numbers.tolist()), *shown])
-
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; :meth:`read_csv` reads it back without a change.
 
-        The first line, a comment, holds names, directions, units, bounds, tolerance and prototype
-        as JSON; below are a header and a row per test point, the columns those of :meth:`to_frame`.
-        Before 3.1 pandas wants ``float_precision="round_trip"`` to read the last digit. An
-        interrupted writing leaves the old file as it was.
+        The columns are those of :meth:`to_frame`. Below the rows, a comment holds names,
+        directions, units, bounds, tolerance and prototype as JSON. Before 3.1 pandas wants
+        ``float_precision="round_trip"`` to read the last digit. An interrupted writing leaves the
+        old file as it was.
 
         Raises:
             OSError: The file cannot be written.
@@ -999,8 +988,34 @@ class TestTable(Shown):
             1           0.0  3.0
             2           0.5  4.0
         """
-        columns = self._shown_columns()
-        write_csv(path, columns, head_comment(head_of(self), columns), quoted=True)
+        write_table(path, self._shown_columns(), marked(self), quoted=True)
+
+    def to_xlsx(self, path: str | PathLike[str]) -> None:
+        """Write the table as a workbook, which :func:`read_table` reads back without a change.
+
+        The tests are on the first sheet, the columns those of :meth:`to_frame`; what they mean and
+        which design is chosen is on the second.
+
+        Args:
+            path: A file with the suffix ``.xlsx``.
+
+        Raises:
+            PsiError: openpyxl is not installed.
+            ArgumentValueError: The file has another suffix.
+            OSError: The file cannot be written.
+
+        Example:
+            >>> import os, tempfile
+            >>> from pymoo_psi.table import read_table
+            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
+            >>> with tempfile.TemporaryDirectory() as folder:
+            ...     table.to_xlsx(os.path.join(folder, "table.xlsx"))
+            ...     read_table(os.path.join(folder, "table.xlsx")).equals(table)
+            True
+        """
+        if not os.fspath(path).lower().endswith(".xlsx"):
+            raise invalid("path", "a file with the suffix .xlsx", os.fspath(path))
+        write_table(path, self._shown_columns(), marked(self))
 
     @classmethod
     def read_csv(cls, path: str | PathLike[str]) -> TestTable:
@@ -1021,44 +1036,10 @@ class TestTable(Shown):
             ...     TestTable.read_csv(os.path.join(folder, "table.csv")).equals(table)
             True
         """
-        return table_of(*read_csv(path, Path(path).read_bytes()), path, cls)
-
-    def to_parquet(self, path: str | PathLike[str]) -> None:
-        """Write the table as Parquet, by pandas and pyarrow, whole or not at all.
-
-        Raises:
-            PsiError: pyarrow is not installed.
-            OSError: The file cannot be written.
-
-        Example:
-            >>> import os, tempfile
-            >>> import pandas as pd
-            >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[3], [4]])
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
-            ...     pd.read_parquet(os.path.join(folder, "table.parquet"))["f1"].tolist()
-            [3.0, 4.0]
-        """
-        write_parquet(path, head_of(self), self._shown_columns())
-
-    @classmethod
-    def read_parquet(cls, path: str | PathLike[str]) -> TestTable:
-        """Read a table that :meth:`to_parquet` wrote.
-
-        Raises:
-            PsiError: pyarrow is not installed.
-            ArgumentValueError: The file is not such a table, or is damaged.
-            OSError: The file cannot be opened.
-
-        Example:
-            >>> import os, tempfile
-            >>> table = TestTable.of([1, 2], [[0.0], [0.1]], [[1 / 3], [4]])
-            >>> with tempfile.TemporaryDirectory() as folder:
-            ...     table.to_parquet(os.path.join(folder, "table.parquet"))
-            ...     TestTable.read_parquet(os.path.join(folder, "table.parquet")).equals(table)
-            True
-        """
-        return table_of(*read_parquet(path, Path(path).read_bytes()), path, cls)
+        content = Path(path).read_bytes()
+        with described(path):
+            head, columns = tests_of_text(*file_head(content.decode("utf-8-sig")))
+        return table_of(head, columns, path, cls)
 
     @classmethod
     def read_study(cls, path: str | PathLike[str]) -> TestTable:
@@ -1113,7 +1094,7 @@ class TestTable(Shown):
         """
         from pymoo_psi.study import write_study  # SQLite is loaded where there is a study
 
-        plain = self._with(layout=replace(self.layout, label=None), extra={})
+        plain = self._with(layout=replace(self.layout, label=None), extra={}, chosen=())
         write_study(path, head_of(plain), columns_of(plain))
 
     # Inside
@@ -1158,16 +1139,7 @@ class TestTable(Shown):
         violated = np.fromiter(texts, object)
         columns = columns_of(self)
         reason = columns.pop("reason")
-        if self.layout.experiments:
-            columns = {"test_point": columns["test_point"]} | self._origin() | columns
         return columns | {"violated": violated, "reason": reason, "pareto": self.pareto()}
-
-    def _origin(self) -> Columns:
-        """Return of which experiment each test is, and its number there."""
-        names = np.array([name for name, _ in self.layout.experiments], dtype=object)
-        before = np.array([number for _, number in self.layout.experiments])
-        rows = np.searchsorted(before, self.numbers, side="left") - 1
-        return dict(zip(ORIGIN, (names[rows], self.numbers - before[rows]), strict=True))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> TestTable:
         """Return the table itself, which never changes; pymoo copies its algorithms often."""
@@ -1210,100 +1182,6 @@ def _lack(table: TestTable, row: np.intp) -> str:
     return ""
 
 
-def _outputs_under(layout: Layout, table: TestTable) -> Array:
-    """Return the outputs of a table in a layout that has them all; NaN for others."""
-    names = layout.outputs
-    if names == table.layout.outputs:
-        return table.outputs
-    outputs = np.full((len(table), len(names)), np.nan)
-    outputs[:, [names.index(name) for name in table.layout.outputs]] = table.outputs
-    return outputs
-
-
-def _stacked(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> TestTable:
-    """Return the tests of tables one below the other, with layout, problem, prototype of all.
-
-    Args:
-        tables: One or more. Those without tests and columns take on those of the others.
-        names: What they are called, for messages.
-        rule: What they must be.
-
-    Raises:
-        ArgumentValueError: They differ.
-    """
-    pairs = [(t, name) for t, name in zip(tables, names, strict=True) if len(t) or t.layout.columns]
-    if len(pairs) < 2:
-        return pairs[0][0] if pairs else tables[0]
-    tables, whole = [table for table, _ in pairs], pairs[0][0]
-    for table, name in pairs:
-        if found := difference(whole, table):
-            raise invalid(name, rule, Received(found))
-        whole = whole._with(
-            layout=joined_layout(whole.layout, table.layout),
-            problem=whole.problem if "problem" in (whole.problem or {}) else table.problem,
-            prototype=table.prototype if whole.prototype is None else whole.prototype,
-        )
-    X = joined_designs([t.X for t in tables])
-    # Designs of a block that declares no kinds take those of the others.
-    if any(t.layout.kinds != whole.layout.kinds for t in tables):
-        X = design_matrix("X of a block", X, whole.layout.variables, whole.layout.kinds)
-    extra = dict.fromkeys(name for table in tables for name in table.extra)
-    none = [np.full(len(table), None, dtype=object) for table in tables]
-    stacks = {n: [t.extra.get(n, gap) for t, gap in zip(tables, none, strict=True)] for n in extra}
-    joined: dict[str, Any] = {
-        name: np.concatenate([getattr(t, name) for t in tables])
-        for name in ("numbers", "F", "G", "H", "status")
-    }
-    return whole._with(
-        X=X,
-        outputs=np.concatenate([_outputs_under(whole.layout, t) for t in tables]),
-        reasons={n: text for t in tables[::-1] for n, text in t.reasons.items()},
-        extra={name: np.concatenate(parts) for name, parts in stacks.items()},
-        remarks=tuple(dict.fromkeys(remark for t in tables for remark in t.remarks)),
-        **joined,
-    )
-
-
-def _require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) -> None:
-    """Refuse tests of which the first of the same design has another result.
-
-    Args:
-        table: The tests.
-        first: ``(n,)`` the row of the first test with the same number; by the designs of those that
-            have not failed unless given.
-    """
-    layout = table.layout
-    columns = {name: table.column(name) for name in layout.columns}
-    if first is None:
-        first = np.arange(len(table))
-        known = np.flatnonzero(table.status != "failed")
-        first[known] = known[first_rows(table.X[known])]
-    else:
-        columns |= {"status": table.status, **table.extra}
-    again = np.flatnonzero(first != np.arange(len(table)))
-    if len(again) == 0:
-        return
-    for name, column in columns.items():
-        one, two = column[first[again]], column[again]
-        other = _unequal(one, two, _ROUNDING)
-        if name in layout.outputs or name in table.extra:
-            other &= ~(_blank(one) | _blank(two))
-        if other.any():
-            i = other.argmax()
-            rows = np.unique(table.numbers, return_index=True)[1]
-            called = table.rows(rows).names
-            if layout.experiments:
-                origin = zip(*table.rows(rows)._origin().values(), strict=True)
-                called = [f"test point {number} of {name}" for name, number in origin]
-            names = dict(zip(rows.tolist(), called, strict=True))
-            a = names[first[again[i]]]
-            b = names.get(again[i], a)
-            which = a if a == b else f"{a} and {b}, the same design"
-            found = Received(f"{one[i]} and {two[i]} as {name} of {which}")
-            remedy = "do not join runs of different problems, bounds or versions"
-            raise invalid("tests", "of one result for each test point and design", found, remedy)
-
-
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
     """Return numbers of test points as an array of its own: integers from 1, each once."""
     try:
@@ -1330,24 +1208,6 @@ def _require_distinct(numbers: NDArray[np.int64]) -> None:
         raise invalid("the test points of a table", "distinct", twice)
 
 
-def _blank(column: NDArray[Any]) -> Mask:
-    """``(n,)`` which cells hold nothing."""
-    if column.dtype.kind == "f":
-        return np.asarray(np.isnan(column))
-    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
-
-
-def _unequal(one: NDArray[Any], two: NDArray[Any], rounding: float = 0.0) -> Mask:
-    """``(n,)`` where cells differ; NaN is equal to NaN, and 1 is not to True."""
-    if one.dtype.kind == "f" == two.dtype.kind:
-        other = (one != two) & ~(np.isnan(one) & np.isnan(two))
-        if rounding and other.any():
-            other &= ~np.isclose(one, two, rtol=rounding, atol=0)
-        return np.asarray(other)
-    pairs = zip(one.tolist(), two.tolist(), strict=True)
-    return np.array([type(u) is not type(v) or u != v for u, v in pairs], dtype=bool)
-
-
 def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
     """Return further columns as arrays of objects, which must be n long and named distinctly."""
     columns = {name: np.fromiter(cells, object) for name, cells in extra.items()}
@@ -1361,50 +1221,6 @@ def _extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.o
     return columns
 
 
-def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:
-    """Say in what two tables differ first besides their tests; empty if in nothing.
-
-    What one of them does not have or know is no difference: an output, kinds, prototype, problem.
-    """
-    if a.layout is b.layout and a.problem is b.problem and a.prototype is b.prototype:
-        return ""
-    one, other = _facts(a), _facts(b)
-    keys = [key for key in one if key in other]
-    mine, theirs = (_flat(table.problem or {}) for table in (a, b))
-    if "problem" in mine and "problem" in theirs:
-        keys += sorted({*mine, *theirs})
-        one, other = one | mine, other | theirs
-    for key in keys:
-        if key not in apart_from and one.get(key) != other.get(key):
-            return f"{key} {one.get(key)} against {other.get(key)}"
-    return ""
-
-
-def _facts(table: TestTable) -> dict[str, str]:
-    """Return what is known of a table besides its tests, as texts, in which NaN is equal to NaN."""
-    layout, former = table.layout, table.prototype
-    groups = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
-    facts: dict[str, Any] = {name: getattr(layout, name) for name in (*groups, "experiments")}
-    for name in layout.columns:
-        facts[f"unit of {name}"] = layout.units.get(name, "none")
-        facts[f"direction of {name}"] = "max" if name in layout.maximize else "min"
-    facts |= {f"kind of {n}": k.value for n, k in zip(layout.variables, layout.kinds, strict=False)}
-    bounds = zip(layout.lower.tolist(), layout.upper.tolist(), strict=True)
-    facts |= {f"bounds of {n}": pair for n, pair in zip(layout.variables, bounds, strict=True)}
-    if former is not None:
-        facts["prototype"] = (former.names, *(getattr(former, n).tolist() for n in "XFGH"))
-    return {key: str(value) for key, value in facts.items()}
-
-
 def _facts_of(problem: Mapping[str, Any] | None, *names: str) -> dict[str, Any] | None:
     """Return some facts of a problem's identity, of the model or of the points of a run."""
     return {name: fact for name, fact in (problem or {}).items() if name in names} or None
-
-
-def _flat(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
-    """Return plain values by name as texts, in which NaN is equal to NaN; names of inner ones."""
-    texts: dict[str, str] = {}
-    for name, value in values.items():
-        inner = isinstance(value, Mapping)
-        texts |= _flat(value, f"{of}{name}.") if inner else {f"{of}{name}": json.dumps(value)}
-    return texts
