@@ -11,6 +11,7 @@ import pytest
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, ProgramProblem, PsiError, investigate, nsga3
+from pymoo_psi.errors import StudyMismatchError
 
 # A solver as one writes it: reads a deck, prints a log, leaves a table and JSON.
 SOLVER = """
@@ -163,7 +164,7 @@ def test_a_hanging_program_ends_with_all_it_started(beam, tmp_path):
         ('key = "tip.u.0"', 'key = "tip.v"', "no tip.v in out.json"),
         ('column = "F"', 'column = "G"', "has t, F, not one column 'G'"),
         ('"stdout.txt"', '"log.txt"', "left no file log.txt"),
-        ("2*width*height", "2/(width-width)", "output mass is inf"),
+        ("2*width*height", "2/(width-width)", "output mass: it is inf"),
     ],
 )
 def test_what_cannot_be_read_fails_the_design(beam, old, new, match):
@@ -213,6 +214,16 @@ def test_numbers_of_fortran_are_numbers(tmp_path):
         ([("pattern =", 'key = "a", pattern =')], None, "one of pattern, key and column"),
         ([("stress = (", "stress = ((")], None, "regular expression"),
         ([("[limits]", "[limits")], None, "beam.toml"),
+        ([('["beam.inp"]', '"beam.inp"')], None, "a list of files"),
+        ([('["load"]', '"load"')], None, "a list of outputs"),
+        ([("[2, 4]", "[4, 2]")], None, "width: bounds must be in increasing order"),
+        ([("[1, 9]", '[0, 9], scale = "log"')], None, "above 0"),
+        ([('"tip.u.0"', '"tip.(\\S+)"')], None, "between '…'"),
+        ([("solver.py", "solver.py | tee log")], None, "sh run.sh"),
+        ([("solver.py", "solver.py '")], None, "quotation marks in pairs"),
+        ([('unit = "mm"', "unit = 1")], None, "width: unit"),
+        ([("[limits]", "[limits]\nwidth = '<= 3'")], None, "requirements"),
+        ([("bounds = [2, 4]", "choices = ['2', '3']")], None, "{width:.17g} in the file"),
     ],
 )
 def test_a_wrong_file_is_refused_before_any_run(beam, tmp_path, changes, deck, match):
@@ -221,16 +232,21 @@ def test_a_wrong_file_is_refused_before_any_run(beam, tmp_path, changes, deck, m
     assert runs(tmp_path) == []
 
 
-def test_the_study_knows_the_deck_and_the_key(beam, tmp_path):
-    study = tmp_path / "beam.db"
+def test_the_study_knows_the_template_and_the_key(beam, tmp_path):
+    """Files with and without placeholders; not what an editor or Python leaves there."""
+    study, hidden = tmp_path / "beam.db", tmp_path / "model" / "__pycache__"
     first = investigate(beam(), 2, study=study)
+    hidden.mkdir()
+    (hidden / "solver.pyc").write_text("compiled")
     assert investigate(beam(), 2, study=study).equals(first)
-    with pytest.raises(PsiError, match="key"):
+    with pytest.raises(StudyMismatchError, match="key"):
         investigate(beam(("mesh 3", "mesh 4")), 2, study=study)
-    with pytest.raises(PsiError):
-        investigate(
-            beam(deck="width={width}\nheight={height}\nmode={mode}\nother=1\n"), 2, study=study
-        )
+    other = "width={width}\nheight={height}\nmode={mode}\nother=1\n"
+    with pytest.raises(StudyMismatchError):
+        investigate(beam(deck=other), 2, study=study)
+    (tmp_path / "model" / "solver.py").write_text(SOLVER.replace("600", "601"))
+    with pytest.raises(StudyMismatchError):
+        investigate(beam(), 2, study=study)
 
 
 def test_a_template_is_not_changed_by_runs(beam, tmp_path):

@@ -20,12 +20,16 @@ from pymoo_psi._validation import (
     real_array,
     wrong_type,
 )
-from pymoo_psi.errors import EvaluationError
 from pymoo_psi.problems._named import NamedProblem
 
 Array = NDArray[np.float64]
 
-_MEASURES = ("rms", "max", "area")
+# Of weighted differences at times, and of several columns.
+_MEASURES: dict[str, tuple[Callable[[Array, Array], Any], Callable[[list[Any]], Any]]] = {
+    "rms": (lambda off, time: np.sqrt(np.mean(off**2)), np.mean),
+    "max": (lambda off, time: abs(off).max(), np.max),
+    "area": (lambda off, time: trapezoid(abs(off), time), np.mean),
+}
 
 
 class Identification(NamedProblem):
@@ -93,14 +97,13 @@ class Identification(NamedProblem):
         given = mapping("experiments", experiments, "names to files or frames")
         self.experiments = {n: _series(n, data) for n, data in given.items()}
         measured = {column for data in self.experiments.values() for column in data.columns[1:]}
-        self.weights = dict.fromkeys(measured, 1.0)
-        for column, weight in (weights or {}).items():
-            self.weights[known_name("weights", column, measured)] = positive_number(
-                "weights", weight
-            )
-        if len(measured) > 1 and set(weights or ()) != measured:
+        for column in weights or ():
+            known_name("weights", column, measured)
+        if len(measured) > 1 and {*(weights or ())} != measured:
             rule = f"given for {', '.join(sorted(measured))}, whose units may differ"
             raise invalid("weights", rule, weights)
+        given = dict.fromkeys(measured, 1.0) | dict(weights or {})
+        self.weights = {column: positive_number("weights", w) for column, w in given.items()}
         limits = {}
         for n, most in mapping("tolerances", tolerances or {}, "experiments to numbers").items():
             known_name("tolerances", n, self.experiments)
@@ -118,22 +121,20 @@ class Identification(NamedProblem):
         """Return what the model gives for an experiment, with the columns of its data.
 
         Raises:
-            EvaluationError: The model gives something else.
+            PsiError: The model gives something else.
         """
         data = self.experiments[known_name("experiment", experiment, self.experiments)]
         columns, found = data.columns[1:], self.simulate(dict(design), data.copy())
         if isinstance(found, Mapping):
-            if lacking := [column for column in columns if column not in found]:
-                raise EvaluationError(dict(design), f"simulate gives no {lacking[0]!r}")
             found = np.column_stack([np.asarray(found[column]) for column in columns])
         values = real_array("what simulate returns", found)
         values = values[:, None] if values.ndim == 1 else values
         if values.shape != (len(data), len(columns)):
             rule = f"of shape {(len(data), len(columns))} for {experiment!r}"
             raise invalid("what simulate returns", rule, Received(f"shape {values.shape}"))
-        return pd.DataFrame(
-            {data.columns[0]: data.iloc[:, 0]} | dict(zip(columns, values.T, strict=True))
-        )
+        series: pd.DataFrame = pd.DataFrame(values, columns=columns)
+        series.insert(0, data.columns[0], data.iloc[:, 0])
+        return series
 
     def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
         """Return the adequacy of a design in each experiment."""
@@ -141,44 +142,31 @@ class Identification(NamedProblem):
 
     def _adequacy(self, design: Mapping[str, Any], experiment: str) -> float:
         data, found = self.experiments[experiment], self.series(design, experiment)
+        of_column, of_all = _MEASURES[self.measure]
         each = []
         for column in data.columns[1:]:
             known = data[column].notna().to_numpy()
-            time = data.iloc[:, 0].to_numpy()[known]
             off = (found[column] - data[column]).to_numpy()[known] * self.weights[column]
-            if self.measure == "rms":
-                each.append(np.sqrt(np.mean(off**2)))
-            else:
-                each.append(trapezoid(abs(off), time) if self.measure == "area" else abs(off).max())
-        return float(np.max(each) if self.measure == "max" else np.mean(each))
+            each.append(of_column(off, data.iloc[:, 0].to_numpy()[known]))
+        return float(of_all(each))
 
 
 def _series(name: str, source: Any) -> pd.DataFrame:
     """Return measured series as a frame of numbers."""
-    if isinstance(source, pd.DataFrame):
-        data = source
-    else:  # as texts: not every pandas reads the last digit
-        data = pd.read_csv(source, dtype=str).apply(_numbers)
-    data = data.reset_index(drop=True)
     where = f"experiment {name!r}"
-    if data.shape[1] < 2 or len(data) < 2:
-        raise invalid(where, "of two columns and two rows or more", Received(str(data.shape)))
+    if not isinstance(source, pd.DataFrame):  # as texts: not every pandas reads the last digit
+        try:
+            source = pd.read_csv(source, dtype=str).apply(
+                lambda cells: cells.map(float, na_action="ignore").astype(np.float64)
+            )
+        except ValueError as error:
+            raise invalid(where, "of numbers with a decimal point", Received(error)) from None
+    data = source.reset_index(drop=True)
     for column in data:
         real_array(f"column {column!r} of {where}", data[column].to_numpy())
+    if data.shape[1] < 2 or (data.notna().sum() < 2).any():
+        rule = "of two columns or more, each with two numbers or more"
+        raise invalid(where, rule, Received(f"shape {data.shape}"))
     if not (np.diff(data.iloc[:, 0]) > 0).all():  # false of NaN, too
-        raise invalid(
-            f"the first column of {where}", "numbers in increasing order", data.columns[0]
-        )
-    if (data.notna().sum() < 2).any():
-        raise invalid(where, "of two numbers or more in each column", Received("fewer"))
+        raise invalid(f"the first column of {where}", "in increasing order", data.columns[0])
     return data.astype(np.float64)
-
-
-def _numbers(cells: pd.Series) -> pd.Series:
-    """Return a column of texts as numbers, NaN where there is none."""
-    try:
-        return cells.map(float, na_action="ignore").astype(np.float64)
-    except ValueError as error:
-        raise invalid(
-            f"column {cells.name!r}", "numbers with a decimal point", Received(str(error))
-        ) from None

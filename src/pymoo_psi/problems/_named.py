@@ -44,10 +44,10 @@ class Setting:
         known_name("kind", self.kind, ("real", "integer"))
         if len(self.bounds) != 2 * (not self.choices):
             raise invalid("a variable", "given by bounds = [lower, upper] or choices", self.bounds)
-        ends = [finite_number("a bound", end) for end in self.bounds]
-        if ends and not (ends[0] <= ends[1] and (ends[0] > 0 or self.scale == "linear")):
-            above = " and above 0" if self.scale == "log" else ""
-            raise invalid("bounds", f"in increasing order{above}", self.bounds)
+        low, high = (finite_number("a bound", end) for end in self.bounds or (1, 1))
+        if low > high or (self.scale == "log" and low <= 0):
+            rule = "in increasing order, on a logarithmic scale above 0"
+            raise invalid("bounds", rule, self.bounds)
 
     @property
     def variable(self) -> Any:
@@ -84,18 +84,15 @@ class NamedProblem(ElementwiseProblem):
         **kwargs: Any,
     ) -> None:
         require_known_keywords(type(self).__name__, ElementwiseProblem, kwargs, taken=_OURS)
-        entries = mapping("variables", variables, "names to settings").items()
-        given = {n: {"bounds": v} if isinstance(v, (tuple, list)) else v for n, v in entries}
+        given = mapping("variables", variables, "names to settings")
+        given = {n: {"bounds": v} if isinstance(v, (tuple, list)) else v for n, v in given.items()}
         settings = sections("variables", Setting, given)
         self.variables = {n: setting.variable for n, setting in settings.items()}
         self.log = [n for n, setting in settings.items() if setting.scale == "log"]
         self.units = {n: s.unit for n, s in settings.items() if s.unit} | dict(units)
         self.objectives, self.maximize, self._name = [*objectives], [*maximize], name
-        self.limits = [
-            limit
-            for n, text in mapping("limits", limits or {}, "names to limits").items()
-            for limit in _limits(n, text)
-        ]
+        given = mapping("limits", limits or {}, "names to limits")
+        self.limits = [limit for n, text in given.items() for limit in _limits(n, text)]
         self.requirements = requirements or {}
         self._required = requirements_of(self.requirements, [*self.variables])
         names = {f"f{j + 1}": n for j, n in enumerate(self.objectives)}

@@ -70,14 +70,11 @@ class Program:
         """Check the settings."""
         try:
             words = shlex.split(self.command)
-        except ValueError:
+        except ValueError:  # of quotation marks
             words = []
-        if not words:
-            rule = "the program with its arguments, quotation marks in pairs"
-            raise invalid("command", rule, self.command)
-        if {*words} & {"|", ">", "<", "&&", "||", ";", "&", "2>&1"}:
-            rule, remedy = "one program without a shell", 'write a script, command = "sh run.sh"'
-            raise invalid("command", rule, self.command, remedy)
+        if not words or {*words} & {"|", ">", "<", "&&", "||", ";", "&", "2>&1"}:
+            rule = "one program with its arguments, quotation marks in pairs, without a shell"
+            raise invalid("command", rule, self.command, 'or write a script, "sh run.sh"')
         known_name("keep", self.keep, ("failed", "all", "none"))
         if self.timeout is not None:
             positive_number("timeout", self.timeout)
@@ -207,12 +204,11 @@ class ProgramProblem(NamedProblem):
         self.program: Program = section("program", Program, program)
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
         units = {n: output.unit for n, output in self.outputs.items() if output.unit}
-        goals = mapping("objectives", objectives, "minimize and maximize to outputs")
-        for word in goals:
+        for word, goals in mapping("objectives", objectives, "minimize and maximize").items():
             known_name("an entry of objectives", word, ("minimize", "maximize"))
-            collection(f"objectives: {word}", goals[word], "a list of outputs")
-        most = [*goals.get("maximize", ())]
-        every = [*goals.get("minimize", ()), *most]
+            collection(f"objectives: {word}", goals, "a list of outputs")
+        most = [*objectives.get("maximize", ())]
+        every = [*objectives.get("minimize", ()), *most]
         if not every or len({*every}) < len(every):
             raise invalid("objectives", "outputs named once, one or more", every)
         for n in every:
@@ -255,13 +251,17 @@ class ProgramProblem(NamedProblem):
             raise ArgumentValueError(f"{path}: {error}{remedy}") from error
 
     def fingerprint(self) -> dict[str, Any]:
-        """Return what a study depends on: key, command, and a hash of files and outputs."""
+        """Return what a study depends on: key, command, and a hash of the template and outputs."""
         outputs = {n: asdict(output) for n, output in self.outputs.items()}
-        content = hashlib.sha256(json.dumps(outputs).encode())
-        for file in self.program.files:
-            content.update((self._template / file).read_bytes())
+        content = hashlib.sha256(json.dumps([outputs, [*self.program.files]]).encode())
+        for path in sorted(self._template.rglob("*")) if self.program.template else ():
+            inside = path.relative_to(self._template)
+            # A run copies all of it, too. Editors, systems and Python hide what they keep there.
+            if path.is_file() and not any(part.startswith((".", "__")) for part in inside.parts):
+                content.update(inside.as_posix().encode())
+                content.update(path.read_bytes())
         known = {"key": self.key, "command": self.program.command}
-        return known | {"files and outputs": content.hexdigest()[:16]}
+        return known | {"template and outputs": content.hexdigest()[:16]}
 
     def run(self, values: Mapping[str, Any], *, keep: bool = False) -> ProgramRun:
         """Run the program for one design.
@@ -287,8 +287,7 @@ class ProgramProblem(NamedProblem):
         except (RunError, OSError) as error:
             run.flaw = str(error)
         run.seconds = time.monotonic() - began
-        kept = ("failed", "all") if run.flaw else ("all",)
-        if keep or self.program.keep in kept:
+        if keep or self.program.keep in ({"failed", "all"} if run.flaw else {"all"}):
             text = json.dumps({**values, **run.outputs}, indent=1, default=str)
             with suppress(OSError):  # of a full disk, which is the flaw already
                 (run.folder / "design.json").write_text(text, encoding="utf-8")
@@ -302,66 +301,66 @@ class ProgramProblem(NamedProblem):
 
     def _check_files(self) -> None:
         """Refuse before the first run what would make each run fail or have no effect."""
-        program, texts = self.program, {"the command": self.program.command}
+        program, template = self.program, self._template
         if program.template:
-            if not self._template.is_dir():
-                rule = "a folder with what the program needs"
-                raise invalid("template", rule, program.template, f"it is sought in {self.base}")
-            runs = (self.base / program.folder).resolve()
-            if runs.is_relative_to(self._template.resolve()):
+            if not template.is_dir():
+                raise invalid("template", f"a folder in {self.base}", program.template)
+            if (self.base / program.folder).resolve().is_relative_to(template.resolve()):
                 raise invalid("folder", "outside of the template, which is copied", program.folder)
-        for file in program.files:
-            if not (self._template / file).is_file():
-                raise invalid("files", f"files in the folder {program.template}", file)
-            texts[f"the file {file}"] = text_of(self._template / file)
-        word = shlex.split(program.command)[0]
-        if not shutil.which(word) and not (program.template and (self._template / word).is_file()):
+        word, texts = shlex.split(program.command)[0], {"the command": program.command}
+        if not shutil.which(word) and not (program.template and (template / word).is_file()):
             rule = "a program that is on PATH or in the template"
             raise invalid("command", rule, word, "install it, or give its whole path")
-        used = {n for output in self.outputs.values() for n in output.names}
+        for file in program.files:
+            if not (template / file).is_file():
+                raise invalid("files", f"files in the folder {program.template}", file)
+            texts[f"the file {file}"] = text_of(template / file)
+        used: set[str] = set()
         known = [*self.variables]
         for n, output in self.outputs.items():
-            for name in output.names:
-                known_name(f"a name in the expression of {n}", name, known)
+            used |= {known_name(f"a name in the expression of {n}", m, known) for m in output.names}
             known.append(n)
         for where, text in texts.items():
             for name, form in _PLACEHOLDER.findall(text):
                 used.add(name)
-                near = difflib.get_close_matches(name, self.variables, n=1, cutoff=0.8)
-                if name not in self.variables and near:  # other braces stay as they are
-                    rule = f"{{{near[0]}}}, or unlike a variable"
-                    raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
-                variable = self.variables.get(name)
-                for value in getattr(variable, "options", getattr(variable, "bounds", ())):
-                    try:
-                        _shown(value, form)
-                    except ValueError as error:
-                        rule, mark = "with a format such as {width:.6g}", f"{{{name}:{form}}}"
-                        raise invalid(f"{mark} in {where}", rule, Received(error)) from None
+                self._check_placeholder(name, form, where)
         for n in self.variables:
             if n not in used:
                 rule = "in the command, in one of files or in an expression"
                 remedy = f"write {{{n}}} where its value belongs"
                 raise invalid(f"the variable {n}", rule, Received("in none"), remedy)
 
+    def _check_placeholder(self, name: str, form: str, where: str) -> None:
+        """Refuse a misspelt variable, and a format that does not fit; other braces stay."""
+        near = difflib.get_close_matches(name, self.variables, n=1, cutoff=0.8)
+        if name not in self.variables and near:
+            rule = f"{{{near[0]}}}, or unlike a variable"
+            raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
+        variable = self.variables.get(name)
+        for value in getattr(variable, "options", getattr(variable, "bounds", ())):
+            try:
+                _shown(value, form)
+            except ValueError as error:
+                mark = f"{{{name}:{form}}} in {where}"
+                raise invalid(mark, "with a format such as {width:.6g}", Received(error)) from None
+
     def _prepare(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
         """Copy the template and write the values into it."""
         if self.program.template:
             shutil.copytree(self._template, run.folder, dirs_exist_ok=True)
         for file in self.program.files:
-            text = self._filled(
-                text_of(run.folder / file), values, run.written.setdefault(file, {})
-            )
-            (run.folder / file).write_bytes(text.encode(errors="surrogateescape"))
+            path, written = run.folder / file, run.written.setdefault(file, {})
+            text = self._filled(text_of(path), values, written)
+            path.write_bytes(text.encode(errors="surrogateescape"))
         run.words = [self._filled(w, values, {}) for w in shlex.split(self.program.command)]
 
     def _filled(self, text: str, values: Mapping[str, Any], written: dict[str, str]) -> str:
         """Return a text with values for placeholders, and note them in ``written``."""
 
         def value(found: re.Match[str]) -> str:
-            if found[1] not in values:
-                return written.setdefault(found[0], found[0])
-            return written.setdefault(found[0], _shown(values[found[1]], found[2] or ""))
+            name, form = found.groups("")
+            text = _shown(values[name], form) if name in values else found[0]
+            return written.setdefault(found[0], text)
 
         return _PLACEHOLDER.sub(value, text)
 
@@ -374,10 +373,10 @@ class ProgramProblem(NamedProblem):
                     value = float(Expression.of(output.expression).values(columns)[0])
                 else:
                     value = output.read(run.folder)
+                if not math.isfinite(value):
+                    raise RunError(f"it is {value}")
             except RunError as error:
                 raise RunError(f"output {n}: {error}") from None
-            if not math.isfinite(value):
-                raise RunError(f"output {n} is {value}")
             run.outputs[n], columns[n] = value, np.array([value])
 
     def computed(self, columns: Mapping[str, Any]) -> dict[int, Any]:
