@@ -358,8 +358,6 @@ def selectors(rng, folder):
             float(rng.choice([1, 2, 3.5, np.inf])), weights=weights, normalize=normalize),
         "point": psi.ReferencePoint(point, weights=weights, normalize=normalize),
         "knee": psi.Knee(),
-        "order": psi.Lexicographic(
-            [int(k) for k in rng.permutation(m)], tolerance=float(rng.choice([0, 0.05]))),
     }  # fmt: skip
     found = {}
     for name, selector in chosen.items():

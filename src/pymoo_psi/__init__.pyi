@@ -45,7 +45,6 @@ from .problems import VectorizedSphereChute as VectorizedSphereChute
 from .selection import CompromiseProgramming as CompromiseProgramming
 from .selection import EfficientSubset as EfficientSubset
 from .selection import Knee as Knee
-from .selection import Lexicographic as Lexicographic
 from .selection import ReferencePoint as ReferencePoint
 from .selection import SalukvadzeOptimum as SalukvadzeOptimum
 from .selection import robustness as robustness

@@ -103,7 +103,7 @@ OPENING = {
     "skip-rows": ["4", "3", "1", "2,3", "hidden", "0", "x", ""], "sheet": ["x", ""],
 }  # fmt: skip
 PREFER = ["knee", "chebyshev", "weights:f1=1,f2=2", "weights:a=0,b=0", "aspire:a=1,b=nan",
-          "aspire:a=1,b=1e308", "order:b,a", "order:", "x", "", "weights:f1=1,f2=-1"]  # fmt: skip
+          "aspire:a=1,b=1e308", "x", "", "weights:f1=1,f2=-1"]  # fmt: skip
 # The subjects of each command, and values of its options, right ones and wrong ones.
 COMMANDS = {
     "solve": (PROBLEMS, {

@@ -13,7 +13,6 @@ from pymoo_psi import (
     CompromiseProgramming,
     Formulation,
     Knee,
-    Lexicographic,
     ReferencePoint,
     TestTable,
     cautions,
@@ -190,8 +189,6 @@ def test_preferences_are_the_selectors(sources):
         'chebyshev:"cost, k€=3",range [km]=1': CompromiseProgramming(np.inf, weights=[3, 1]),
         'weights:"cost, k€=1",range [km]=4': CompromiseProgramming(2, weights=[1, 4]),
         'aspire:"cost, k€=6",range [km]=400': ReferencePoint([6, 400]),
-        "order:range [km]": Lexicographic(["range [km]"]),
-        'order:range [km],"cost, k€",tolerance=0.02': Lexicographic(names[::-1], tolerance=0.02),
     }
     prefer = [word for entry in options for word in ("--prefer", entry)]
     words = ["cars.csv", *OBJECTIVES, "--maximize", "range [km]", *prefer]
@@ -209,7 +206,7 @@ def test_preferences_are_the_selectors(sources):
             expected = f"{entry}: row {chosen[0] + 1} against row {optimum + 1}: better in"
         assert expected in joined(printed)
         found.add(tuple(chosen))
-    assert len(found) > 4
+    assert len(found) > 2
     assert "3 for 41 Pareto-optimal designs" in printed
 
 

@@ -13,7 +13,6 @@ from pymoo_psi import (
     CompromiseProgramming,
     EfficientSubset,
     Knee,
-    Lexicographic,
     PsiError,
     ReferencePoint,
     SalukvadzeOptimum,
@@ -83,22 +82,6 @@ def test_reference_points_choose_what_desdeo_and_pymoo_choose(weights, rows):
         assert AASF(rho=1e-9).do(d, divisors).argmin() == row
 
 
-@given(F=sets, data=st.data())
-def test_lexicographic_order_by_its_definition(F, data):
-    order = data.draw(st.permutations(range(F.shape[1])))[: data.draw(st.integers(1, F.shape[1]))]
-    rows = np.flatnonzero(rank_of_efficiency(F).pareto).tolist()
-    best = min(tuple(F[i, order]) for i in rows)
-    assert Lexicographic(order).do(F).tolist() == [i for i in rows if tuple(F[i, order]) == best]
-
-
-def test_a_tolerance_gives_up_a_share_of_the_range_for_what_follows():
-    F = pd.DataFrame({"cost": [0.0, 1, 2, 10], "mass": [9.0, 5, 4, 0], "noise": [1.0, 4, 4, 4]})
-    order = ["cost", "mass"]
-    chosen = [Lexicographic(order, tolerance=t).do(F).tolist() for t in (0, 0.1, 0.2, 1)]
-    assert chosen == [[0], [1], [2], [3]]
-    assert Lexicographic([0, 2], tolerance=0.2).do(F).tolist() == [0]
-
-
 @given(F=arrays(float, (9, 2), elements=st.integers(0, 20).map(float)))
 def test_the_knee_of_two_objectives_is_the_least_sum_where_it_bulges(F):
     _, d = in_shares(F, rank_of_efficiency(F).ideal)
@@ -132,7 +115,6 @@ SELECTORS = {
     "rank 5": EfficientSubset(5),
     "weights": CompromiseProgramming(1, weights=[3, 1]),
     "Chebyshev": CompromiseProgramming(np.inf),
-    "order": Lexicographic(["yield", "cost"], tolerance=0.3),
     "knee": Knee(),
 }
 
@@ -158,8 +140,6 @@ def test_directions_do_not_matter(F):
         (lambda: CompromiseProgramming(0.5), ValueError, "p must be a number from 1 to inf, got 0.5"),
         (lambda: CompromiseProgramming(weights=[1, -1]), ValueError, "weights must be a list of numbers >= 0"),
         (lambda: ReferencePoint([1, 2, 3]).do(F3), ValueError, r"point must be of shape \(2,\)"),
-        (lambda: Lexicographic([0], tolerance=2), ValueError, "tolerance must be a share from 0 to 1"),
-        (lambda: Lexicographic(["c"]).do(pd.DataFrame(F3, columns=["a", "b"])), ValueError, "order must be one of 'a', 'b'"),
     ],
 )  # fmt: skip
 def test_mistakes(call, kind, message):

@@ -103,7 +103,7 @@ Preferences: TypeAlias = Annotated[
     Names,
     _option(
         "P",
-        "Show what another preference chooses, too: weights:A=2,B=1, aspire:A=3,B=5, order:B,A, "
+        "Show what another preference chooses, too: weights:A=2,B=1, aspire:A=3,B=5, "
         "chebyshev or knee.",
     ),
 ]

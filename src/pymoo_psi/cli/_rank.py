@@ -14,7 +14,7 @@ from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, integer, invalid, known_name
 from pymoo_psi.cli._app import Rank
 from pymoo_psi.cli._output import print_frame, require_output, say, write_csv, write_json
-from pymoo_psi.cli._source import formulation_of, names_in, number_in, opened, pairs_in
+from pymoo_psi.cli._source import formulation_of, number_in, opened, pairs_in
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     RANKING_COLUMNS,
@@ -30,7 +30,6 @@ from pymoo_psi.pareto import (
 from pymoo_psi.selection import (
     CompromiseProgramming,
     Knee,
-    Lexicographic,
     RankingSelector,
     ReferencePoint,
     compare_selectors,
@@ -38,7 +37,7 @@ from pymoo_psi.selection import (
 from pymoo_psi.table import Formulation, TestTable
 
 _REASONS = 4  # sentences that a reader takes in at a glance
-_METHODS = ("weights", "chebyshev", "aspire", "order", "knee")
+_METHODS = ("weights", "chebyshev", "aspire", "knee")
 
 
 def require_free_names(names: Iterable[str]) -> None:
@@ -287,8 +286,6 @@ def preferences_in(
     weights:A=2,B=1     the nearest to the ideal point, with weights of all objectives
     chebyshev           the least bad worst objective; weights as above may follow a colon
     aspire:A=3,B=20     the nearest to wanted values, or the one that exceeds them by most
-    order:B,A           the best in the first objective, then in the next, within
-                        ``tolerance=0.1`` of the range, if that is the last part
     knee                where the set bulges most towards the ideal point
     ==================  ========================================================================
 
@@ -308,15 +305,6 @@ def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSel
     method = known_name("--prefer", method.strip(), _METHODS)
     if method == "knee":
         return Knee()
-    if method == "order":
-        *order, last = names_in([text])
-        if last.startswith("tolerance=") and last not in names:
-            more = {"tolerance": number_in("--prefer", last[10:], "a tolerance")}
-        else:
-            order, more = [*order, last], {}
-        for name in order:
-            known_name("--prefer", name, names)
-        return Lexicographic(order, **more)
     if method == "chebyshev" and not colon:
         return CompromiseProgramming(np.inf, normalize=normalize)
     form = f"with a number for every objective, such as {method}:" + ",".join(

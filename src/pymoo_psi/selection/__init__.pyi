@@ -5,7 +5,6 @@ from ._robustness import robustness as robustness
 from ._selectors import CompromiseProgramming as CompromiseProgramming
 from ._selectors import EfficientSubset as EfficientSubset
 from ._selectors import Knee as Knee
-from ._selectors import Lexicographic as Lexicographic
 from ._selectors import RankingSelector as RankingSelector
 from ._selectors import ReferencePoint as ReferencePoint
 from ._selectors import SalukvadzeOptimum as SalukvadzeOptimum

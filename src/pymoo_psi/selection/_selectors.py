@@ -22,9 +22,7 @@ from pymoo.core.indicator import Indicator
 from pymoo_psi._validation import (
     Received,
     boolean,
-    collection,
     finite_array,
-    finite_number,
     invalid,
     mapping,
     wrong_type,
@@ -225,48 +223,6 @@ class ReferencePoint(RankingSelector):
         point = ranking.objectives.turned("point", self.point)
         sizes = np.maximum(frame.sizes(F), np.abs(point / frame.scale))
         return _least(front, (F - point) / frame.scale, sizes, self.weights, *_AUGMENTED)
-
-
-class Lexicographic(RankingSelector):
-    """The Pareto-optimal designs that are best in one objective, then in the next, and so on.
-
-    Args:
-        order: The objectives, the most important first: column indices or, of a data frame,
-            names. Those that are left out do not count.
-        tolerance: How much of the best value may be given up for the objectives that follow, as a
-            share of the objective's range over the Pareto set, 0 to 1. With 0 the first objective
-            decides alone unless designs tie in it; in the last one only the best remain.
-
-    Raises:
-        ArgumentValueError: ``order`` is empty or names an objective twice, ``tolerance`` is not
-            from 0 to 1; by ``.do``: there is no such objective.
-        ArgumentTypeError: ``order`` is no list.
-
-    Example:
-        >>> import numpy as np
-        >>> F = np.array([[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0]])
-        >>> Lexicographic([0, 1]).do(F), Lexicographic([0, 1], tolerance=0.2).do(F)
-        (array([0]), array([1]))
-    """
-
-    def __init__(self, order: Collection[Any], *, tolerance: float = 0.0) -> None:
-        super().__init__()
-        self.order = tuple(collection("order", order, "a list of objectives"))
-        if not self.order or len(set(self.order)) < len(self.order):
-            raise invalid("order", "one or more objectives, each once", list(self.order))
-        self.tolerance = finite_number("tolerance", tolerance)
-        if not 0 <= self.tolerance <= 1:
-            raise invalid("tolerance", "a share from 0 to 1", self.tolerance)
-
-    def _choose(self, ranking: EfficiencyRanking) -> Rows:
-        columns = [ranking.objectives.column("order", entry) for entry in self.order]
-        rows, values = front_of(ranking)
-        allowed = self.tolerance * np.ptp(values, axis=0)
-        allowed[columns[-1]] = 0.0
-        for j in columns:
-            kept = values[:, j] <= values[:, j].min() + allowed[j]
-            rows, values = rows[kept], values[kept]
-        return rows
 
 
 class Knee(RankingSelector):
