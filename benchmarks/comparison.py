@@ -24,10 +24,7 @@ from matplotlib.figure import Figure
 from benchmarks.comparison_problems import PROBLEMS, known_front
 from benchmarks.machine import describe_machine
 from pymoo_psi.comparison import INDICATORS, SIGNIFICANCE, Comparison, Reference, compare
-from pymoo_psi.plots import (
-    plot_fronts,
-    plot_indicator,
-)
+from pymoo_psi.plots import plot_indicator
 
 HERE = Path(__file__).parent
 REFERENCES = HERE / "references"
@@ -36,7 +33,6 @@ README = HERE / "README.md"
 BUDGETS = (256, 1024, 4096, 16384)
 ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3", "psi-scrambled+nsga3")
 SEEDS = 11
-SHOWN = "chute-full-0.4"  # whose fronts are drawn
 
 
 def whole_benchmark(folder: Path, jobs: int) -> None:
@@ -143,7 +139,7 @@ def _score(tests: list[pd.DataFrame], algorithm: str, budget: int) -> str:
 
 
 def pictures(comparisons: dict[str, Comparison]) -> None:
-    """Draw the hypervolume of every problem on one page, and the fronts of one."""
+    """Draw the hypervolume of every problem on one page."""
     figure = Figure(figsize=(11, 11.5), layout="constrained")
     panels = np.ravel(figure.subplots(4, 4))
     for axes, (name, comparison) in zip(panels, comparisons.items(), strict=True):
@@ -152,7 +148,6 @@ def pictures(comparisons: dict[str, Comparison]) -> None:
         axes.tick_params(labelsize=7)
     panels[0].legend(fontsize=7)
     figure.savefig(PICTURES / "comparison_hypervolume.png", dpi=110)
-    plot_fronts(comparisons[SHOWN]).savefig(PICTURES / "comparison_fronts.png", dpi=110)
 
 
 def main() -> None:

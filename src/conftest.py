@@ -6,16 +6,6 @@ import pytest
 
 
 @pytest.fixture(scope="session")
-def comparison() -> Any:
-    """The comparison of the example of ``save_comparison``, which the other pages go on with."""
-    from pymoo.problems import get_problem
-
-    from pymoo_psi.comparison import compare
-
-    return compare(get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"])
-
-
-@pytest.fixture(scope="session")
 def bnh() -> Any:
     """The problem of the examples of ``Comparison`` and ``Reference``."""
     from pymoo.problems import get_problem
@@ -41,7 +31,6 @@ def case() -> Any:
 
 # What the examples of a file go on with; to compute it for each would take most of their time.
 SHARED = {
-    "plots/_comparison.py": ["comparison"],
     "comparison/_comparison.py": ["bnh", "result"],
     "comparison/_reference.py": ["bnh", "result"],
     "comparison/_runs.py": ["result"],

@@ -2,16 +2,14 @@
 
 import os
 import sys
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 import pytest
 import typer.main
 from matplotlib.figure import Figure
 
-from pymoo_psi.algorithms import refine
 from pymoo_psi.cli import main
-from pymoo_psi.paper import _reproduction
 from tests.test_golden import undrawn as saved_empty
 
 os.environ.pop("COLUMNS", None)  # as pytest-xdist sets it
@@ -136,12 +134,6 @@ def run(capsys, tmp_path, monkeypatch):
 
     yield command
     sys.modules.pop("models", None)
-
-
-@pytest.fixture
-def coarse(monkeypatch):
-    """Polish the paper's optima less: nine digits of them take most of the time of a run."""
-    monkeypatch.setattr(_reproduction, "refine", partial(refine, tolerance=0.01))
 
 
 @pytest.fixture

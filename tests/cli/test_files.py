@@ -231,11 +231,11 @@ def test_the_home_folder_is_found_behind_an_equals_sign(run, monkeypatch, tmp_pa
      "compare bnh --algorithms psi,nsga3 --evaluations 8 --seeds 2",
      "reproduce --points 8 --mu 0.4 --model full --out r"],
 )  # fmt: skip
-def test_a_log_shows_that_a_run_goes_on(run, monkeypatch, words, coarse):
+def test_a_log_shows_that_a_run_goes_on(run, monkeypatch, words):
     """Without a terminal there is no bar, and a slow model would run for hours without a word."""
     from pymoo_psi.cli import _experiments, _output
 
-    monkeypatch.setattr(_experiments, "save_paper_figures", lambda *args, **options: ())
+    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
     before = run(*words.split())[2]
     assert before.count("\n") == ("compare" in words)  # what it will cost
     for name in ("_FIRST", "_EVERY"):

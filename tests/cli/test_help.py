@@ -17,7 +17,7 @@ from pymoo_psi.cli import _experiments, main
 from pymoo_psi.table import read_table
 
 DRAWING = {
-    _experiments: ["save_paper_figures", "save_comparison"],
+    _experiments: ["save_figures"],
     plots: ["save_figures", "plot_sensitivities", "plot_convergence"],
 }
 COMMANDS = ["solve", "rank", "page", "report", "analyze", "compare", "export", "reproduce"]
@@ -29,7 +29,7 @@ def shown(capsys, *words):
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, coarse, undrawn):
+def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, undrawn):
     monkeypatch.chdir(tmp_path)
     # Drawing is tested with the plots, and takes most of the time; so do the paper's points and
     # the continuous optimum of ten variables.

@@ -34,14 +34,3 @@ def test_salukvadze_functions_are_those_of_the_ranking(model, n, speeds):
         np.testing.assert_allclose(
             functions["exit_speed"][k], moved.exit_speed[best[0]], rtol=1e-12
         )
-
-
-def test_refined_functions_are_nearer_to_the_ideal_and_smooth():
-    speeds = np.linspace(0.2, 0.4, 9)
-    stairs = salukvadze_functions(0.4, "rolling", 256, speeds)
-    refined = salukvadze_functions(0.4, "rolling", 256, speeds, refined=True)
-    np.testing.assert_array_equal(refined["test_point"], stairs["test_point"])
-    u1 = (stairs["f3"], refined["f3"])
-    assert len(np.unique(u1[0])) < 9  # a test point stays the nearest for several speeds
-    assert (np.diff(u1[1]) < 0).all()
-    assert np.abs(np.diff(u1[1], 2)).max() < np.abs(np.diff(u1[0], 2)).max() / 5

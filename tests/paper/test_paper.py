@@ -1,7 +1,5 @@
 """The paper's tables, computed and then compared with the printed values."""
 
-import dataclasses
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -20,10 +18,22 @@ def small():
     return reproduce(128)
 
 
-def test_everything_the_paper_says_holds_under_rolling(rolling):
-    agreement = rolling.agreement()
-    assert len(agreement) == 5
-    assert all(agreement.values()), agreement
+def test_the_tables_are_the_papers_under_rolling(rolling):
+    """The printed f1 is 4e-4 to 6e-4 below the exact value, by an error of its solver."""
+    for number, table in (("6.1", rolling.table_6_1()), ("6.2", rolling.table_6_2())):
+        printed = published_table(number)
+        keys = table[["mu", "test_point"]].sort_values(["mu", "test_point"], ignore_index=True)
+        pd.testing.assert_frame_equal(keys, printed[["mu", "test_point"]], check_dtype=False)
+        ours, theirs = table.loc[:, "f1":"f4"].to_numpy(), table.loc[:, "paper_f1":].to_numpy()
+        np.testing.assert_allclose(ours[:, 1:].round(4), theirs[:, 1:], rtol=0, atol=1e-9)
+        assert ((ours[:, 0] - theirs[:, 0] >= 4e-4) & (ours[:, 0] - theirs[:, 0] <= 6e-4)).all()
+
+
+def test_for_the_largest_friction_no_design_has_rank_5_or_a_smaller_f4_at_rank_4(rolling):
+    last = rolling.cases[-1]
+    f4, ranking = last.designs.F[:, 3], last.ranking
+    assert len(ranking.subset(5)) == 0
+    assert (f4[ranking.subset(4)] >= f4[ranking.salukvadze].min()).all()
 
 
 def test_printed_tables_are_the_papers():
@@ -45,30 +55,7 @@ def test_tables_hold_what_the_model_gives_at_their_designs(model, rolling, small
         np.testing.assert_allclose(rows[["f1", "f2", "f3", "f4"]], expected, rtol=1e-12)
 
 
-def test_a_deviation_is_found(rolling):
-    """The comparison can fail: other designs, other values, a filled M5."""
-    wrong = [dataclasses.replace(case, F=case.F + 1e-3) for case in rolling.cases]
-    agreement = Reproduction(4096, tuple(wrong)).agreement()
-    assert agreement["the same seven designs"]
-    assert not agreement["f2, f3, f4 equal at four decimals"]
-    assert not agreement["f1 within 6e-4 of print"]
-    other = dataclasses.replace(rolling.cases[0], test_point=rolling.cases[0].test_point + 1)
-    swapped = Reproduction(4096, (other, *rolling.cases[1:])).agreement()
-    assert not swapped["the same seven designs"]
-    assert Reproduction(512, rolling.cases).agreement() == {}
-
-
 def test_processes_change_nothing(small):
     shared = reproduce(128, models=["rolling"], n_jobs=2).table_6_1()
     alone = small.table_6_1().query("model == 'rolling'")
     pd.testing.assert_frame_equal(alone.reset_index(drop=True), shared)
-
-
-def test_continuous_optima_are_nearer_than_the_best_test_points(rolling):
-    table = rolling.continuous_optima()
-    assert (table["distance"] < table["best_point_distance"]).all()
-    for case, row in zip(rolling.cases, table.itertuples(), strict=True):
-        f = np.array([row.f1, row.f2, row.f3, row.f4])
-        np.testing.assert_allclose(np.linalg.norm(f - case.ranking.ideal), row.distance)
-        m = motion(row.f3, row.f4, ChuteParameters(mu=row.mu), model="rolling")
-        np.testing.assert_allclose(criteria(m), f)

@@ -8,7 +8,7 @@ from matplotlib._pylab_helpers import Gcf
 from pymoo_psi import PsiError
 from pymoo_psi.chute import ChuteParameters, trajectory
 from pymoo_psi.paper import Reproduction, solve_case
-from pymoo_psi.plots import paper_figures, save_paper_figures
+from pymoo_psi.plots import paper_figures, save_figures
 from tests.plots.drawn import assert_whole
 
 
@@ -20,9 +20,9 @@ def case():
 @pytest.fixture(scope="module")
 def figures(case):
     before, found = dict(matplotlib.rcParams), {}
-    for number, figure in paper_figures(Reproduction(512, (case,)), model="rolling"):
+    for name, figure in paper_figures(Reproduction(512, (case,)), model="rolling"):
         assert dict(matplotlib.rcParams) == before  # also between two of them
-        found[number] = figure
+        found[int(name.removeprefix("figure_"))] = figure
     assert Gcf.get_all_fig_managers() == []
     return found
 
@@ -38,18 +38,18 @@ def test_a_page_is_whole_and_names_the_model(figures, number):
 def test_points_are_drawn_by_rank_the_optimum_on_top(case, figures):
     whole, detail = figures[4].axes
     drawn = np.concatenate([line.get_xydata() for line in whole.lines])
-    assert sorted(map(tuple, drawn)) == sorted(map(tuple, case.X))
+    assert sorted(map(tuple, drawn)) == sorted(map(tuple, case.designs.X))
     star = whole.lines[-1]
     assert star.get_marker() == "*"
     assert star.get_zorder() == max(line.get_zorder() for line in whole.lines)
-    np.testing.assert_array_equal(star.get_xydata(), case.X[case.ranking.salukvadze])
+    np.testing.assert_array_equal(star.get_xydata(), case.designs.X[case.ranking.salukvadze])
     for line, near in zip(whole.lines[1:], detail.lines[1:], strict=True):  # all that is ranked
         np.testing.assert_array_equal(line.get_xydata(), near.get_xydata())
         assert line.get_marker() != whole.lines[0].get_marker()
 
 
 def test_a_curve_of_the_motion_is_interrupted_at_the_transition(case, figures):
-    way = trajectory(*case.X[case.ranking.salukvadze[0]], ChuteParameters(mu=0.4))
+    way = trajectory(*case.designs.X[case.ranking.salukvadze[0]], ChuteParameters(mu=0.4))
     for ax in figures[7].axes[:5]:
         *curves, transition = ax.lines
         assert transition.get_xdata() == [way.slip_end, way.slip_end]
@@ -63,11 +63,11 @@ def test_a_curve_of_the_motion_is_interrupted_at_the_transition(case, figures):
 @pytest.mark.parametrize(
     ("suffix", "start"), [(".png", b"\x89PNG"), (".pdf", b"%PDF-"), (".svg", b"<?xml")]
 )
-def test_figures_are_written_in_each_format(case, tmp_path, suffix, start):
-    options = {"model": "rolling", "numbers": [4, 7], "dpi": 30, "suffix": suffix}
-    paths = save_paper_figures(Reproduction(512, (case,)), tmp_path, **options)
+def test_figures_are_written_in_each_format(figures, tmp_path, suffix, start):
+    two = [("figure_4", figures[4]), ("figure_7", figures[7])]
+    paths = save_figures(two, tmp_path, 30, suffix)
     assert [path.name for path in paths] == [f"figure_4{suffix}", f"figure_7{suffix}"]
     assert all(path.read_bytes().startswith(start) for path in paths)
     assert "Salukvadze optimum" in (tmp_path / "figure_7.txt").read_text()
     with pytest.raises(PsiError, match=r"suffix must be .*got '\.jpg'"):
-        save_paper_figures(Reproduction(512, (case,)), tmp_path, model="rolling", suffix=".jpg")
+        save_figures(two, tmp_path, 30, ".jpg")

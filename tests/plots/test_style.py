@@ -30,7 +30,7 @@ def test_settings_and_windows_of_matplotlib_are_left_alone(chute, bnh):
     before = dict(matplotlib.rcParams)
     figures = [
         plots.plot_table(chute), plots.plot_objectives(chute), plots.plot_ranking(chute.ranking()),
-        plots.plot_indicators(bnh), plots.plot_fronts(bnh),
+        plots.plot_indicators(bnh),
     ]  # fmt: skip
     assert figures
     assert dict(matplotlib.rcParams) == before

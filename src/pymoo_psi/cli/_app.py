@@ -44,9 +44,9 @@ Examples:
   pymoo-psi rank front.csv --top 3
   pymoo-psi page front.csv
 
-Exit code: 0 success, 1 solve or report found no feasible design, or the paper is not matched, 2 a
-mistake, reported in one line, 130 interrupted. In a pipe or a file each row of a table is one line,
-however long, unless COLUMNS says how wide lines may be.""",
+Exit code: 0 success, 1 solve or report found no feasible design, 2 a mistake, reported in one line,
+130 interrupted. In a pipe or a file each row of a table is one line, however long, unless COLUMNS
+says how wide lines may be.""",
 )
 
 

@@ -17,12 +17,9 @@ Of any ranked set:
 
 Of a :class:`~pymoo_psi.comparison.Comparison` of algorithms:
     :func:`plot_indicators`, :func:`plot_indicator`: quality against evaluations.
-    :func:`plot_fronts`: fronts of the median runs.
-    :func:`save_comparison`: all of them as files.
 
 Of the paper:
     :func:`paper_figures`: figures 2 to 8, one by one.
-    :func:`save_paper_figures`: all of them as files.
 
 Names and files:
     :func:`literal`: a name as it is written, without formulas.
@@ -33,15 +30,11 @@ from pymoo_psi.plots._analysis import (
     plot_convergence,
     plot_feasibility,
     plot_identification,
-    plot_sensitivities,
-)
-from pymoo_psi.plots._comparison import (
-    plot_fronts,
     plot_indicator,
     plot_indicators,
-    save_comparison,
+    plot_sensitivities,
 )
-from pymoo_psi.plots._paper import paper_figures, save_paper_figures, shown_case
+from pymoo_psi.plots._paper import paper_figures, shown_case
 from pymoo_psi.plots._style import Drawing, literal, save_figures
 from pymoo_psi.plots._tables import plot_objectives, plot_ranking, plot_table
 
@@ -51,7 +44,6 @@ __all__ = [
     "paper_figures",
     "plot_convergence",
     "plot_feasibility",
-    "plot_fronts",
     "plot_identification",
     "plot_indicator",
     "plot_indicators",
@@ -59,8 +51,6 @@ __all__ = [
     "plot_ranking",
     "plot_sensitivities",
     "plot_table",
-    "save_comparison",
     "save_figures",
-    "save_paper_figures",
     "shown_case",
 ]

@@ -1,32 +1,32 @@
-"""What is learned from a test table: sensitivities, feasibility, convergence."""
+"""What is learned from tests: sensitivities, feasibility, convergence, fits, comparisons."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from itertools import product
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._validation import Received, instance, integer, invalid
+from pymoo_psi._validation import Received, counted, instance, integer, invalid, known_name
+from pymoo_psi.comparison import INDICATORS, Comparison
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.plots._style import (
-    CURVES,
-    Drawing,
-    labelled,
-    legend_of,
-    literal,
-    new_figure,
-    panels,
-)
-from pymoo_psi.plots._tables import Column, Tests, checked
+from pymoo_psi.plots._points import Column, checked, points_of_table
+from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels
 from pymoo_psi.problems import Identification
 from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
 
 _PANELS = 3  # side by side
+_BEST = 3  # curves over measurements
+_MEANINGS = {
+    "hypervolume": "hypervolume (share of the box)",
+    "igd_plus": "IGD+ (units of N − U)",
+    "epsilon": "additive epsilon (units of N − U)",
+    "optimum_distance": "optimum distance (units of N − U)",
+}
 
 
 def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str = "") -> Drawing:
@@ -59,20 +59,19 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str
     largest = sensitivities["first_order"].groupby(level="variable", sort=False).max()
     kept = set(largest.sort_values(ascending=False).index[:top])
     variables = [name for name in sensitivities.index.unique("variable") if name in kept]
-    wide = min(_PANELS, max(len(columns), 1))
-    with new_figure(22 + -(-len(columns) // wide) * (16 + 5.0 * len(variables))) as figure:
-        grid = figure.subplots(-(-len(columns) // wide), wide, squeeze=False, sharey=True).ravel()
-        for ax in grid[len(columns) :]:
-            ax.remove()
-        for ax, column in zip(grid, columns, strict=False):
+    wide, height = min(_PANELS, max(len(columns), 1)), 16 + 5.0 * len(variables)
+    with panels(len(columns), wide, head=22, height=height) as (figure, axes):
+        for k, (ax, column) in enumerate(zip(axes, columns, strict=True)):
             found = sensitivities.loc[column].loc[variables]
             place = np.arange(len(found))
             # An index is between 0 and 1; its estimate need not be.
             index = found.clip(0, 1)
-            ax.barh(place, index["first_order"], 0.62, color=CURVES[0]["color"], linewidth=0)
+            ax.barh(place, index["first_order"], 0.62, color="#0072B2", linewidth=0)
             ax.hlines(place, index["lower"], index["upper"], color="black", linewidth=0.9)
-            ax.set(xlim=(0, 1), xlabel="share of the variance")
-            _name_rows(ax, variables, 32)
+            ax.set(xlim=(0, 1), xlabel="share of the variance", ylim=(len(place) - 0.4, -0.6))
+            ax.set_yticks(place, [literal(name, 32) for name in variables])
+            ax.tick_params(labelleft=k % wide == 0)
+            ax.grid(visible=False, axis="y")
             constant = ": constant" if index["first_order"].isna().all() else ""
             ax.set_title(literal(column, 28) + constant)
         left_out = len(largest) - len(variables)
@@ -122,8 +121,8 @@ def plot_identification(
         ('cooling', 't', 'T')
     """
     instance("problem", problem, Identification)
-    if integer("best", best, minimum=1) > len(CURVES):
-        raise invalid("best", f"at most {len(CURVES)}, which are told apart", best)
+    if integer("best", best, minimum=1) > _BEST:
+        raise invalid("best", f"at most {_BEST}, which are told apart", best)
     rows, ranking = checked(table).ranked(limits)
     chosen = rows[ranking.order[:best]]
     pairs = [(n, column) for n, data in problem.experiments.items() for column in data.columns[1:]]
@@ -132,12 +131,12 @@ def plot_identification(
             data = problem.experiments[name]
             time = data.columns[0]
             ax.plot(data[time], data[column], ".", color="0.55", markersize=3, label="measured")
-            for row, look in zip(chosen, CURVES, strict=False):
+            for row, look in zip(chosen, curves(), strict=False):
                 design = dict(zip(problem.variables, table.X[row].tolist(), strict=True))
                 found = problem.series(design, name)
                 ax.plot(data[time], found[column], **look | {"marker": ""}, label=table.names[row])
             ax.set(title=literal(name), xlabel=literal(time), ylabel=literal(column))
-        legend_of(figure, labelled(axes), ncols=best + 1)
+        legend_of(figure, axes, ncols=best + 1)
         figure.describe(title, "Measured values, and the curves of the best designs.")
     return figure
 
@@ -171,17 +170,17 @@ def plot_feasibility(table: TestTable, limits: Limits | None = None, *, title: s
         raise invalid("the table", "one with two variables or more", found)
     rules = feasibility_rules(table, limits)
     names = list(dict.fromkeys([*rules.importance, *layout.variables]))[:2]
-    tests = Tests.of(table, limits)
-    with panels(1, 1, head=28.0) as (figure, (ax,)):
-        tests.draw(ax, *names)
-        _draw_rule(ax, table, rules.rules[0], {name: tests.column(name) for name in names})
-        legend_of(figure, labelled([ax]), ncols=3)
+    points = points_of_table(table, names, limits)
+    with panels(1, 1) as (figure, (ax,)):
+        points.draw(ax, *names)
+        _draw_rule(ax, table, rules.rules[0], points.columns)
+        legend_of(figure, [ax])
         what = "The two variables that decide most on feasibility, with the best rule: "
-        figure.describe(title, f"{what}{rules.rules[0]}.", tests.counts([(names[0], names[1])]))
+        figure.describe(title, f"{what}{rules.rules[0]}.", points.counts(table))
     return figure
 
 
-def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: dict[str, Column]) -> None:
+def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: Mapping[str, Column]) -> None:
     """Draw the box of a rule in the plane of two variables; of options, one a row of neighbours."""
     if not set(columns) & set(rule.box):
         return
@@ -224,14 +223,14 @@ def plot_convergence(convergence: Convergence, *, title: str = "") -> Drawing:
         2
     """
     found = instance("convergence", convergence, Convergence, "convergence(table) gives one")
-    curves = {
+    quality = {
         "distance $\\mu_1$ to $U$\nof the best design": found.mu1,
         "hypervolume\n(share of the last)": found.hypervolume,
     }
     with panels(2, 2) as (figure, axes):
-        for ax, (name, values) in zip(axes, curves.items(), strict=True):
+        for ax, (name, values) in zip(axes, quality.items(), strict=True):
             known = np.where(np.isfinite(values), values, np.nan)
-            ax.plot(found.tests, known, markersize=3.5, linewidth=1.2, **CURVES[0])
+            ax.plot(found.tests, known, markersize=3.5, linewidth=1.2, **next(curves()))
             ax.set_xscale("log", base=2)
             shown = found.tests[::-1][::2][::-1].tolist()  # every other one, the last among them
             ax.set_xticks(shown, [str(n) for n in shown])
@@ -242,8 +241,66 @@ def plot_convergence(convergence: Convergence, *, title: str = "") -> Drawing:
     return figure
 
 
-def _name_rows(ax: Axes, names: Sequence[object], letters: int) -> None:
-    """Name the bars of a horizontal chart, the first on top."""
-    ax.set_yticks(np.arange(len(names)), [literal(name, letters) for name in names])
-    ax.set_ylim(len(names) - 0.4, -0.6)
-    ax.grid(visible=False, axis="y")
+def plot_indicators(comparison: Comparison) -> Drawing:
+    """Return the four indicators against evaluations: medians as lines, quartiles as bands.
+
+    Args:
+        comparison: From :func:`pymoo_psi.compare`.
+
+    Raises:
+        ArgumentTypeError: ``comparison`` is none.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> comparison = compare(
+        ...     get_problem("bnh"), n_evaluations=(32, 64), seeds=2, algorithms=["psi", "nsga3"]
+        ... )
+        >>> print(*(ax.get_ylabel().split(" (")[0] for ax in plot_indicators(comparison).axes))
+        hypervolume IGD+ additive epsilon optimum distance
+    """
+    instance("comparison", comparison, Comparison, "compare(...) gives one")
+    with panels(4, 2, height=61.0) as (figure, axes):
+        for ax, indicator in zip(axes, INDICATORS, strict=True):
+            plot_indicator(comparison, indicator, ax)
+        legend_of(figure, axes, Patch(color="0.8", label="bands: quartiles"), ncols=4)
+        seeds = counted(max(comparison.measures["seed"].dropna().nunique(), 1), "seed")
+        budgets = ", ".join(map(str, comparison.evaluations))
+        what = f"{comparison.problem}: quality against evaluations, medians and quartiles"
+        figure.describe(what, f"{budgets} evaluations, {seeds}.")
+    return figure
+
+
+def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
+    """Draw the medians of an indicator as lines and the quartiles as bands.
+
+    Infinite values are left out, and a line above the axes says so.
+
+    Args:
+        comparison: From :func:`pymoo_psi.compare`.
+        indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
+        ax: Axes to draw on.
+
+    Raises:
+        ArgumentValueError: The indicator is unknown.
+    """
+    known_name("indicator", indicator, INDICATORS)
+    frame = comparison.summary().set_index("algorithm")
+    columns = [indicator, f"{indicator}_q1", f"{indicator}_q3"]
+    found = frame[columns].to_numpy(float)
+    known = found[np.isfinite(found)]
+    ax.set_xscale("log")
+    if indicator != "hypervolume" and len(known) and (known > 0).all():
+        ax.set_yscale("log")
+    for name, look in zip(comparison.algorithms, curves(), strict=False):
+        rows = frame.loc[[name]]
+        median, lower, upper = rows[columns].replace(np.inf, np.nan).to_numpy(float).T
+        x = rows["evaluations"].to_numpy(float)
+        ax.fill_between(x, lower, upper, color=look["color"], alpha=0.18, linewidth=0)
+        ax.plot(x, median, markersize=4.0, linewidth=0.9, label=literal(name, 30), **look)
+    ax.set_xticks(comparison.evaluations, [str(n) for n in comparison.evaluations])
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.margins(x=0.1)
+    ax.set(xlabel="evaluations", ylabel=_MEANINGS[indicator])
+    if len(known) < found.size:
+        ax.set_title("infinite values are not drawn", loc="right", fontsize=7)

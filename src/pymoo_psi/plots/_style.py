@@ -7,19 +7,19 @@ darker a rank, the higher. A figure has panel letters and no title: what it show
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
+from itertools import cycle
 from pathlib import Path
 from string import ascii_lowercase
 from textwrap import fill
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
@@ -28,48 +28,11 @@ from pymoo_psi._validation import integer, known_name
 
 Array = NDArray[np.float64]
 
-# The colours are those of Okabe and Ito, which colour-blind readers can tell apart.
-GREY = "0.68"  # a share of white, in matplotlib's notation
-
-
-class Marker(NamedTuple):
-    """Shape and colour in matplotlib's notation, the diameter in points.
-
-    Of two markers the one of the higher level is on top.
-    """
-
-    shape: str
-    colour: str
-    size: float
-    level: float
-
-    def look(self, edge: str = "black", width: float = 0.5) -> dict[str, Any]:
-        """Return the arguments of matplotlib's ``plot`` for such markers without a line."""
-        return {
-            "linestyle": "none",
-            "marker": self.shape,
-            "markersize": self.size,
-            "markerfacecolor": self.colour,
-            "markeredgecolor": edge,
-            "markeredgewidth": width,
-        }
-
-
-# By rank, the rarer ranks on top; ranks 1 and 2 do not occur.
-MARKERS = {
-    0: Marker(".", GREY, 2.0, level=2.0),
-    3: Marker("^", "#9ECAE1", 5.0, level=4.0),
-    4: Marker("s", "#4292C6", 3.4, level=3.0),
-    5: Marker("D", "#08519C", 5.0, level=5.0),
-    6: Marker("*", "#D55E00", 11.0, level=6.0),
-}
-
-# The first, second and third curve on the same axes.
-CURVES: tuple[dict[str, Any], ...] = (
-    {"color": "#0072B2", "linestyle": "-", "marker": "o"},
-    {"color": "#D55E00", "linestyle": "--", "marker": "s"},
-    {"color": "#000000", "linestyle": "-.", "marker": "^"},
-)
+# The colours are those of Okabe and Ito, which colour-blind readers can tell apart. The lengths of
+# the three have no common factor: a look comes again after their product only.
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+_LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 HUGE = 1e300  # from here on the length of an axis may overflow; such values are penalties
 _SUFFIXES = (".png", ".pdf", ".svg")
 _WIDTH = 180.0  # of a figure in mm, over both columns of a journal
@@ -77,9 +40,6 @@ _SCREEN = 96  # dots per inch, as browsers count them
 # A few values, this share of all, are outside of an axis if the others would take less than a
 # fifth of it, and they are farther than four times the middle half from it.
 _FEW, _FLAT, _FAR = 0.05, 1 / 5, 4.0
-_MANY = 200  # from here on the markers of a group shrink
-_RASTERIZED = 2000  # markers that a vector format would draw one by one, slowly
-
 _STYLE: Any = {
     "figure.facecolor": "white",
     "figure.titlesize": 9.0,
@@ -119,7 +79,7 @@ class Drawing(Figure):
     def describe(self, *sentences: str) -> None:
         """Set the caption; the first is a title, which may be empty."""
         title, *rest = sentences
-        self.caption = " ".join([*([f"{title}."] if title else []), *rest])
+        self.caption = " ".join(filter(None, [f"{title}." if title else "", *rest]))
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         picture = BytesIO()
@@ -129,16 +89,14 @@ class Drawing(Figure):
 
 
 @contextmanager
-def new_figure(
-    height: float, *, width: float = _WIDTH, layout: Literal["constrained"] | None = "constrained"
-) -> Iterator[Drawing]:
-    """Give a figure of a size in mm to draw on, under the settings of this module.
+def new_figure(height: float) -> Iterator[Drawing]:
+    """Give a figure of a height in mm to draw on, under the settings of this module.
 
     Several axes, unless too many for an alphabet, have letters in the end.
     """
     # Figure and not pyplot.figure, which would keep it in a list of open windows.
     with rc_context(_STYLE):
-        figure = Drawing(figsize=(width / 25.4, height / 25.4), layout=layout)
+        figure = Drawing(figsize=(_WIDTH / 25.4, height / 25.4), layout="constrained")
         yield figure
         axes = [ax for ax in figure.axes if ax.axison or ax.name == "3d"]
         axes = [ax for ax in axes if ax.get_label() != "<colorbar>"]
@@ -147,10 +105,12 @@ def new_figure(
 
 
 @contextmanager
-def panels(n: int, wide: int, *, head: float = 28.0) -> Iterator[tuple[Drawing, list[Any]]]:
-    """Give a figure with n axes, so many beside each other, and ``head`` mm for the legend."""
+def panels(
+    n: int, wide: int, *, head: float = 28.0, height: float = 0.0
+) -> Iterator[tuple[Drawing, list[Any]]]:
+    """Give a figure with n axes of a height in mm, ``wide`` in a row, and ``head`` for a legend."""
     high = -(-n // wide)
-    with new_figure(head + high * row_height(wide)) as figure:
+    with new_figure(head + high * (height or row_height(wide))) as figure:
         axes = figure.subplots(high, wide, squeeze=False).ravel().tolist()
         for ax in axes[n:]:
             ax.remove()
@@ -162,50 +122,23 @@ def row_height(wide: int) -> float:
     return {1: 60.0, 2: 46.0, 3: 40.0}.get(wide, 33.0)
 
 
-def legend_of(figure: Figure, entries: Mapping[str, Any], **layout: Any) -> None:
-    """Put a legend below the axes of a figure, small dots enlarged."""
-    layout = {"loc": "outside lower center"} | layout
-    legend: Legend = figure.legend(list(entries.values()), list(entries), **layout)
+def curves() -> Iterator[dict[str, Any]]:
+    """Give colour, line style and marker of the first curve on common axes, the second, …."""
+    for colour, line, marker in zip(cycle(_COLOURS), cycle(_LINES), cycle(_MARKERS), strict=False):
+        yield {"color": colour, "linestyle": line, "marker": marker}
+
+
+def legend_of(figure: Figure, axes: Iterable[Axes], *more: Any, **layout: Any) -> None:
+    """Put a legend of what axes name, each label once, below them; small dots are enlarged."""
+    pairs = [ax.get_legend_handles_labels() for ax in axes]
+    entries = {label: handle for pair in pairs for handle, label in zip(*pair, strict=True)}
+    entries |= {handle.get_label(): handle for handle in more}
+    layout = {"ncols": 3, "fontsize": 7} | layout
+    handles, labels = [*entries.values()], [*entries]
+    legend = figure.legend(handles, labels, loc="outside lower center", **layout)
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D) and 0 < handle.get_markersize() < 5:
             handle.set_markersize(5)
-
-
-def labelled(axes: Iterable[Axes]) -> dict[str, Any]:
-    """Return what axes name in legends: each label once, with its handle."""
-    pairs = [ax.get_legend_handles_labels() for ax in axes]
-    return {label: handle for pair in pairs for handle, label in zip(*pair, strict=True)}
-
-
-class Group(NamedTuple):
-    """Designs that are drawn alike: their rows and their marker."""
-
-    rows: NDArray[np.intp]
-    marker: Marker
-
-    def look(self, name: str) -> dict[str, Any]:
-        """Return the arguments of ``plot``; the larger the group, the smaller its markers."""
-        n = len(self.rows)
-        shrink = float(np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0))
-        marker = self.marker._replace(size=self.marker.size * shrink)
-        # Edges of many would cover the others; a cross has no other colour than its edge.
-        edge = "none" if n > _MANY or marker.shape == "." else "black"
-        edge = marker.colour if marker.shape == "x" else edge
-        return {
-            **marker.look(edge, 0.5 * shrink),
-            "zorder": self.marker.level + 1 / (1 + n),  # the rarer on top
-            "label": f"{name} ({n})",
-            "rasterized": n > _RASTERIZED,
-        }
-
-
-def draw_points(
-    axes: Axes, x: Array, y: Array, groups: Mapping[str, Group], shown: NDArray[np.bool_]
-) -> None:
-    """Draw designs in a plane, each group with its marker; legends count the whole group."""
-    for name, group in groups.items():
-        rows = group.rows[shown[group.rows]]
-        axes.plot(x[rows], y[rows], **group.look(name))
 
 
 def literal(name: object, most: int = 40) -> str:

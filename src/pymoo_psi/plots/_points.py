@@ -1,0 +1,303 @@
+"""Designs as points: the one way in which a plane of two columns is drawn.
+
+Every design is in one group; the groups differ by marker and by lightness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.gridspec import GridSpec
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import counted, instance
+from pymoo_psi.errors import PsiError
+from pymoo_psi.pareto import EfficiencyRanking, number
+from pymoo_psi.plots._style import Drawing, literal, new_figure, row_height, view
+from pymoo_psi.table import Kind, Limits, TestTable, bounds_of
+
+Array = NDArray[np.float64]
+
+GREY = "0.68"  # a share of white, in matplotlib's notation
+ORANGE, BLUE = "#E69F00", "#4292C6"
+_LETTERS = 90  # of text over the width of a figure, in the size of axis labels
+_SPREAD = 0.6  # of the distance between two options
+_GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
+_MANY = 200  # from here on the markers of a group shrink
+_RASTERIZED = 2000  # markers that a vector format would draw one by one, slowly
+_OPEN = (-np.inf, np.inf)  # no limit
+
+
+class Group(NamedTuple):
+    """Designs that are drawn alike: their rows, and a marker with its diameter in points.
+
+    Of two groups the one of the higher level is on top.
+    """
+
+    rows: NDArray[np.intp]
+    shape: str
+    colour: str
+    size: float
+    level: float
+
+    def look(self, name: str) -> dict[str, Any]:
+        """Return the arguments of ``plot``; the larger the group, the smaller its markers."""
+        n = len(self.rows)
+        shrink = float(np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0))
+        # Edges of many would cover the others; a cross has no other colour than its edge.
+        edge = "none" if n > _MANY or self.shape == "." else "black"
+        return {
+            "linestyle": "none",
+            "marker": self.shape,
+            "markersize": self.size * shrink,
+            "markerfacecolor": self.colour,
+            "markeredgecolor": self.colour if self.shape == "x" else edge,
+            "markeredgewidth": 0.5 * shrink,
+            "zorder": self.level,
+            "label": f"{name} ({n})",
+            "rasterized": n > _RASTERIZED,
+        }
+
+
+# By rank, the rarer ranks on top; ranks 1 and 2 do not occur.
+MARKERS: dict[int, tuple[str, str, float, float]] = {
+    0: (".", GREY, 2.0, 2.0),
+    3: ("^", "#9ECAE1", 5.0, 4.0),
+    4: ("s", BLUE, 3.4, 3.0),
+    5: ("D", "#08519C", 5.0, 5.0),
+    6: ("*", "#D55E00", 11.0, 6.0),
+}
+_INFEASIBLE, _BEYOND, _DOMINATED = "infeasible", "beyond the limits", "feasible, dominated"
+PARETO = "Pareto optimal"
+_GROUPS = {
+    _INFEASIBLE: (".", GREY, 4.5, 2.0),
+    _BEYOND: ("x", "0.5", 2.4, 2.1),
+    _DOMINATED: ("s", BLUE, 2.6, 3.0),
+    PARETO: ("D", ORANGE, 3.8, 3.5),
+}
+_MARK: dict[str, Any] = {
+    "linestyle": "none", "markeredgecolor": "#D55E00", "zorder": 7.0,
+    "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
+}  # fmt: skip
+_PROTOTYPE = _MARK | {
+    "marker": "*", "markersize": 8.25, "color": "#D55E00", "markeredgecolor": "black",
+    "markeredgewidth": 0.7, "label": "prototype",
+}  # fmt: skip
+_CHOSEN = _MARK | {
+    "marker": "o", "markersize": 9.0, "markerfacecolor": "none", "markeredgewidth": 1.6,
+    "label": "proposed or chosen",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """The values of a column as places on an axis.
+
+    Attributes:
+        places: ``(n,)`` where the designs are drawn; tests of the same option side by side.
+        ends: Of the axis.
+        label: Name and unit.
+        options: The values at 0, 1, … of a choice or a binary variable; empty for numbers.
+        log: Whether the axis is logarithmic.
+        limits: The lower and the upper one.
+        name: Of the limits in the legend.
+        marks: Places of the prototypes, and of the chosen design; NaN if unknown.
+    """
+
+    places: Array
+    ends: tuple[float, float]
+    label: str = ""
+    options: tuple[Any, ...] = ()
+    log: bool = False
+    limits: tuple[float, float] = _OPEN
+    name: str = ""
+    marks: tuple[Array, ...] = ()
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """``(n,)`` which designs are within the ends of the axis."""
+        return (self.places >= self.ends[0]) & (self.places <= self.ends[1])
+
+    def place_on(self, axes: Axes, letter: str) -> None:
+        """Give an axis its ends, scale, texts, and shade what is beyond the limits."""
+        axes.set(**{f"{letter}lim": self.ends} | ({f"{letter}scale": "log"} if self.log else {}))
+        span, line = (axes.axvspan, axes.axvline) if letter == "x" else (axes.axhspan, axes.axhline)
+        style: dict[str, Any] = {"linestyle": {"x": "-.", "y": "--"}[letter], "zorder": 4.5}
+        for sign, limit, end in zip("≥≤", self.limits, self.ends, strict=True):
+            if np.isfinite(limit):
+                span(*sorted((limit, end)), fc="0.93", linewidth=0, zorder=0)
+                label = f"limit {literal(self.name, 24)} {sign} {number(limit, 6)}"
+                line(limit, label=label, color="0.25", linewidth=1.0, **style)
+        axes.set(**{f"{letter}lim": self.ends})  # matplotlib has made room for the limits
+        name_axis(axes, letter, self.label, self.options)
+
+
+def name_axis(axes: Axes, letter: str, label: str, options: Sequence[object] = ()) -> None:
+    """Write as much text on an axis as fits beside others; options are at 0, 1 and so on."""
+    grid = axes.get_gridspec()
+    letters = _LETTERS // (grid.ncols if grid else 1)
+    axes.set(**{f"{letter}label": literal(label, letters if letter == "x" else 22)})
+    axis = axes.xaxis if letter == "x" else axes.yaxis
+    if options:
+        places = range(0, len(options), -(-len(options) // 12))
+        names = [literal(options[place], 14) for place in places]
+        upright = letter == "x" and sum(len(name) + 2 for name in names) > letters
+        axis.set_ticks(places, names, rotation=90 if upright else 0)
+        axis.grid(visible=False)
+    elif axis.get_scale() == "linear":
+        axes.locator_params(axis=letter, nbins=4)  # type: ignore[arg-type]  # "x" or "y"
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Designs in planes of two of their columns.
+
+    Attributes:
+        columns: By name.
+        groups: By name.
+        looks: Of the marks of the columns.
+    """
+
+    columns: Mapping[str, Column]
+    groups: Mapping[str, Group]
+    looks: tuple[dict[str, Any], ...] = ()
+
+    def draw(self, axes: Axes, first: str, second: str) -> None:
+        """Draw the designs over two columns, with the limits and what is beyond them."""
+        x, y = self.columns[first], self.columns[second]
+        for name, group in self.groups.items():
+            rows = group.rows[(x.seen & y.seen)[group.rows]]
+            axes.plot(x.places[rows], y.places[rows], **group.look(name))
+        for across, up, look in zip(x.marks, y.marks, self.looks, strict=True):
+            axes.plot(across, up, **look)
+        x.place_on(axes, "x")
+        y.place_on(axes, "y")
+
+    @contextmanager
+    def triangle(
+        self, names: Sequence[str], below: float = 0.0
+    ) -> Iterator[tuple[Drawing, list[Axes], GridSpec]]:
+        """Give a figure with each pair of names, above a row of ``below`` mm; its grid."""
+        wide, height = len(names) - 1, row_height(len(names) - 1)
+        heights = [height] * wide + [below] * bool(below)
+        with new_figure(28.0 + sum(heights)) as figure:
+            cells = figure.add_gridspec(len(heights), max(wide, 1), height_ratios=heights)
+            for k in range(wide):
+                for j in range(k + 1):
+                    ax = figure.add_subplot(cells[k, j])
+                    self.draw(ax, names[j], names[k + 1])
+                    # names at the left and below only
+                    ax.tick_params(labelbottom=k + 1 == wide, labelleft=j == 0)
+                    ax.set_xlabel(ax.get_xlabel() * (k + 1 == wide))
+                    ax.set_ylabel(ax.get_ylabel() * (j == 0))
+            yield figure, figure.axes[:], cells
+
+    def counts(self, table: TestTable) -> str:
+        """Return how many designs there are, and how many are not seen."""
+        failed, out = table.status == "failed", np.zeros(len(table), dtype=bool)
+        for column in self.columns.values():
+            out |= ~column.seen
+        n = int(failed.sum())
+        facts = f"{counted(len(table), 'design')} tested{f', {n} failed' * bool(n)}."
+        return f"{facts} {far(int((out & ~failed).sum()))}".strip()
+
+
+def far(n: int) -> str:
+    """Return the sentence of a caption that n designs are not seen; empty of none."""
+    return f"{counted(n, 'design')} far from the others outside of the axes." if n else ""
+
+
+def checked(table: object) -> TestTable:
+    """Return what is a test table."""
+    remedy = "PSI and investigate give one, TestTable.of(...) makes one of arrays"
+    return instance("table", table, TestTable, remedy)
+
+
+def points_of_table(
+    table: TestTable, names: Sequence[str], limits: Limits | None, chosen: TestTable | None = None
+) -> Points:
+    """Return the tests over columns, with the prototypes and a chosen design."""
+    feasible, front, layout = table.feasible(limits), table.pareto(limits), table.layout
+    tested = table.status == "ok"
+    masks = (table.status == "infeasible", tested & ~feasible, feasible & ~front, front)
+    groups = {
+        name: Group(np.flatnonzero(mask), *marker)
+        for (name, marker), mask in zip(_GROUPS.items(), masks, strict=True)
+        if mask.any() or name in (_DOMINATED, PARETO)
+    }
+    marked = {
+        look["label"]: (designs, look)
+        for designs, look in ((table.prototype, _PROTOTYPE), (chosen, _CHOSEN))
+        if designs is not None
+    }
+    bounds = bounds_of(limits, layout)
+
+    def column(name: str) -> Column:
+        marks = tuple(_numbers(designs, name) for designs, _ in marked.values())
+        options: tuple[Any, ...] = ()
+        if name in layout.variables:
+            places, ends, options = _variable(table, name)
+        else:
+            places = table.column(name)
+            inner = places[feasible] if len(np.unique(places[feasible])) > 1 else places
+            low, high = view(inner, *np.concatenate([[], *marks]))
+            # Beyond the feasible designs by their range: on axes that show every failed design
+            # nothing else is seen.
+            near = (places >= low - (high - low)) & (places <= high + (high - low))
+            ends = view(places[near], *np.concatenate([[], *marks]))
+        limited, log = bounds.get(name, _OPEN), layout.is_log(name)
+        return Column(places, ends, layout.label_of(name), options, log, limited, name, marks)
+
+    columns = {name: column(name) for name in names}
+    return Points(columns, groups, tuple(look for _, look in marked.values()))
+
+
+def _numbers(designs: TestTable, name: str) -> Array:
+    """Return a column of marked designs; NaN where there is none, or a choice."""
+    try:
+        return designs.column(name).astype(np.float64)
+    except (PsiError, ValueError):
+        return np.full(len(designs), np.nan)
+
+
+def _variable(table: TestTable, name: str) -> tuple[Array, tuple[float, float], tuple[Any, ...]]:
+    """Return places, ends and options; options and whole numbers have half a step on each side."""
+    j = table.layout.variable(name)
+    kind, cells = table.kinds[j], table.X[:, j]
+    if not kind.real and kind is not Kind.INTEGER:
+        options = sorted({*cells.tolist()}, key=str)
+        index = {option: k for k, option in enumerate(options)}
+        places = np.array([index[cell] for cell in cells.tolist()], np.float64)
+        aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
+        return places + aside, (-0.5, len(options) - 0.5), tuple(options)
+    x = cells.astype(np.float64)
+    bounds = [b for b in (table.layout.lower[j], table.layout.upper[j]) if np.isfinite(b)]
+    known = np.array([*x, *bounds])
+    if kind is Kind.INTEGER and len(x) and np.ptp(known) <= 30:
+        return x, (known.min() - 0.5, known.max() + 0.5), ()
+    if kind is Kind.LOG:
+        low, high = np.exp(view(np.log(x), *np.log(bounds))).tolist()
+        return x, (low, high), ()
+    return x, view(x, *bounds), ()
+
+
+def ranked_groups(ranking: EfficiencyRanking) -> dict[str, Group]:
+    """Return the Pareto-optimal designs by rank of efficiency; the Salukvadze optimum by itself."""
+    optimum = np.zeros(len(ranking.rank), dtype=bool)
+    optimum[ranking.salukvadze] = True
+    free = ranking.pareto & ~optimum
+    # Of several optima, equally near to U, none may have rank 6.
+    top = f"Salukvadze optimum{' (rank 6)' * bool((ranking.rank == 6).any())}"
+    masks = {rank: free & (ranking.rank == rank) for rank in (0, 3, 4, 5)} | {6: optimum}
+    names = {0: "unranked", 6: top}
+    return {
+        names.get(rank, f"rank {rank}"): Group(np.flatnonzero(mask), *MARKERS[rank])
+        for rank, mask in masks.items()
+        if mask.any()
+    }
