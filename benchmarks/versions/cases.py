@@ -485,7 +485,7 @@ def formulations(rng, folder):
             shown = analysis("compare_with_prototype")(known)
             return {str(name): shown[name].to_numpy() for name in shown.columns}
 
-        if not layout.outputs:
+        if not layout.outputs and analysis("compare_with_prototype"):
             attempt(found, "prototype", prototype)
     return found
 
@@ -550,7 +550,8 @@ def analyses(rng, folder):
 
     if analysis("dependence"):
         attempt(found, "dependence", depends)
-    attempt(found, "section", lambda: analysis("section_points")(tests, 3, variable, 5))
+    if analysis("section_points"):
+        attempt(found, "section", lambda: analysis("section_points")(tests, 3, variable, 5))
     return found
 
 

@@ -12,7 +12,6 @@ from pymoo_psi.table import (
     Formulation,
     Layout,
     TestTable,
-    compare_with_prototype,
     constraint_costs,
     histogram,
 )
@@ -80,14 +79,6 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
         assert np.array_equal(ranking.criteria, its.criteria)
         assert np.array_equal(ranking.salukvadze, its.salukvadze)
         assert np.array_equal(ranking.ideal, its.ideal * turned.layout.sign)
-
-
-def test_a_gain_on_the_prototype_is_above_0_where_more_of_a_maximised_criterion_is_had():
-    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
-    table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, -0.4], [2.0, -0.9]], layout=layout)
-    found = compare_with_prototype(table.with_prototype([0.3], [3.0, 0.5]))
-    assert found.loc[2].tolist() == [2.0, 0.9, 1.0, pytest.approx(0.4), 2, True, True]
-    assert found.loc[1, "gain_gain"] == pytest.approx(-0.1)
 
 
 def test_tests_with_other_outputs_are_joined_with_nan_where_one_has_none():

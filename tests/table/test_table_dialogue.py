@@ -1,13 +1,13 @@
-"""Histograms, dependences, sections, refined boxes and the prototype."""
+"""Histograms, refined boxes and the prototype."""
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, TestTable, explain, lp_tau
-from pymoo_psi.table import Layout, compare_with_prototype, histogram, section_points
+from pymoo_psi.table import Layout, histogram
 from tests.table.asked import freed
 
 ring = lp_tau(512, 2)
@@ -67,6 +67,17 @@ def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
         assert seen.edges[-1] >= 2
 
 
+def test_one_outlier_does_not_flatten_a_histogram_and_is_counted():
+    values = np.append(lp_tau(99, 1)[:, 0], 1e6)
+    table = TestTable.of(np.arange(1, 101), np.arange(100.0)[:, None], values[:, None])
+    seen = histogram(table, "f1")
+    assert seen.edges[-1] < 1
+    assert (seen.feasible >= 8).all()
+    assert (seen.feasible.sum(), seen.outside) == (99, (0, 1))
+    half = TestTable.of([1, 2, 3], [[1.0], [2.0], [3.0]], [[0.0], [0.0], [9.0]])
+    assert histogram(half, "f1").outside == (0, 0)
+
+
 def test_a_choice_has_one_bin_for_each_value():
     teeth = histogram(MIXED, "teeth")
     assert teeth.values == (12, 14, 17)
@@ -83,23 +94,6 @@ def test_a_choice_has_one_bin_for_each_value():
     code = histogram(MIXED, "code")  # 1, "1", 1.5 and True are four values
     assert len(code.values) == 4
     assert code.tested.tolist() == [1] * 4
-
-
-# Sections
-
-
-@given(
-    design=arrays(float, st.integers(1, 5), elements=st.floats(-5, 5)),
-    data=st.data(),
-    n=st.integers(2, 20),
-)
-def test_a_section_moves_one_variable_only(design, data, n):
-    j = data.draw(st.integers(0, len(design) - 1))
-    table = TestTable.of([1], design[None], [[0.0]])
-    points = section_points(table, design, j, n, -1.0, 3.0)
-    np.testing.assert_array_equal(points[:, j], np.linspace(-1, 3, n))
-    others = np.delete(points, j, axis=1)
-    np.testing.assert_array_equal(others, np.tile(np.delete(design, j), (n, 1)))
 
 
 # The refined box
@@ -130,25 +124,6 @@ def test_refined_bounds_of_mixed_variables():
 # The prototype
 
 
-@settings(deadline=None)
-@given(f=arrays(float, 3, elements=st.floats(0, 1.5)))
-def test_comparison_with_a_prototype(f):
-    frame = compare_with_prototype(RING.with_prototype([2.0, 2.0], f), {"f3": 1.2})
-    pareto = RING.pareto({"f3": 1.2})
-    assert sorted(frame.index) == RING.numbers[pareto].tolist()
-    columns = {name: column.tolist() for name, column in frame.items()}
-    for i, number in enumerate(frame.index):
-        criteria = RING.F[number - 1]
-        assert [columns[name][i] for name in ("f1", "f2", "f3")] == criteria.tolist()
-        gains = [columns[name][i] for name in ("gain_f1", "gain_f2", "gain_f3")]
-        assert gains == (f - criteria).tolist()
-        assert columns["better_in"][i] == sum(criteria < f)
-        assert columns["dominates"][i] == ((criteria <= f).all() and (criteria < f).any())
-        assert columns["better_in_all"][i] == (criteria < f).all()
-    order = list(zip(~frame["dominates"], -frame["better_in"], frame.index, strict=True))
-    assert order == sorted(order)
-
-
 def test_a_prototype_is_carried_along():
     table = RING.with_prototype([0.5, 0.5], [1.0, 1.0, 1.0], g=[-0.3], name="today's chute")
     for other in (
@@ -173,7 +148,6 @@ def slice_of(table):
     ("make", "kind", "message"),
     [
         (lambda: histogram(RING, "x3"), ValueError, "variable must be one of 'x1', 'x2', got 'x3'"),
-        (lambda: section_points(MIXED, 1, "steel", 5, 0, 1), ValueError, "variable must be a real number or an integer, got one that is a choice"),
         (lambda: freed(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known and finite, got nan; give the prototype with its constraints"),
     ],
 )  # fmt: skip

@@ -51,10 +51,10 @@ Example:
     by 4.744 (22 %); weakest in mass.
 
 Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_table.
-Analysis: histogram, section_points, constraint_costs, compare_with_prototype, convergence of the
-decision with the number of tests, first-order sensitivities and feasibility_rules (extra
-``sensitivity``); :mod:`pymoo_psi.plots` draws them. The former two are of the tests that
+Analysis: histogram, constraint_costs, feasibility_rules (extra ``sensitivity``); first-order
+sensitivities and convergence of the decision with the number of tests, both of the tests that
 even_part returns: of points of a sequence, not of what an algorithm has chosen.
+:mod:`pymoo_psi.plots` draws them.
 Files: ``to_csv`` and ``read_csv``, ``to_xlsx``, ``to_study`` and ``read_study`` change nothing;
 ``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former, too.
 For the other subpackages: what limits say (bounds_of, ends, within, excess, lacking), designs as a
@@ -64,17 +64,14 @@ columns_of, kinds_of_columns, table_of), as studies hold it.
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi.table._analysis import (
-    PROPOSAL_ROUND,
+    FeasibilityRules,
     Histogram,
+    Rule,
     alike,
-    compare_with_prototype,
     constraint_costs,
-    even_part,
+    feasibility_rules,
     histogram,
-    section_points,
-    sensitivities,
 )
-from pymoo_psi.table._convergence import Convergence, convergence
 from pymoo_psi.table._designs import (
     design_keys,
     design_matrix,
@@ -96,7 +93,13 @@ from pymoo_psi.table._layout import (
     lacking,
     within,
 )
-from pymoo_psi.table._rules import FeasibilityRules, Rule, feasibility_rules
+from pymoo_psi.table._samples import (
+    PROPOSAL_ROUND,
+    Convergence,
+    convergence,
+    even_part,
+    sensitivities,
+)
 from pymoo_psi.table._source import designs_head, read_table
 from pymoo_psi.table._table import STATUSES, TestTable
 
@@ -120,7 +123,6 @@ __all__ = [
     "alike",
     "bounds_of",
     "columns_of",
-    "compare_with_prototype",
     "constraint_costs",
     "convergence",
     "design_keys",
@@ -136,7 +138,6 @@ __all__ = [
     "kinds_of_columns",
     "lacking",
     "read_table",
-    "section_points",
     "sensitivities",
     "table_of",
     "values_in_order",

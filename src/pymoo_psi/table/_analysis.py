@@ -1,4 +1,4 @@
-"""Histograms, one-at-a-time sections, costs of constraints, gains on a prototype, sensitivities.
+"""Histograms, costs of constraints, alike failures, and rules of feasibility.
 
 A constraint whose limit is negotiable (a soft limit) can be looked at as an objective more, a
 pseudo-criterion (Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995,
@@ -9,25 +9,17 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import (
-    Received,
-    counted,
-    finite_number,
-    instance,
-    integer,
-    invalid,
-    known_name,
-)
-from pymoo_psi.pareto import listed
-from pymoo_psi.table._designs import design_row, value_ranks
+from pymoo_psi._validation import Received, counted, instance, integer, invalid
+from pymoo_psi.errors import PsiError
+from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Key, Limits, bounds_of
 from pymoo_psi.table._table import TestTable
 
@@ -35,14 +27,21 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
-_COSINES = 10  # that show the effect of a variable with many values
-_LEAST = 40  # tests, of which ten terms explain a quarter by chance
-_LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide
-PROPOSAL_ROUND = "proposal_round"
-"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 _FOLDER = re.compile(r"; see \S.*$")
 _DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
+# A rule over fewer tests would say little: even if ten are feasible of ten, the share in the region
+# is only above 74 % (binomial, 95 %).
+_LEAST = 10
+_FOLDS = 5  # of a cross-validation
+# What a condition must take away from the Gini impurity, which is 0.5 with both kinds of designs
+# weighted to a half: less than a hundredth of that is found in noise, too.
+_GAIN = 0.005
+# Shuffles of feasible and infeasible tests, all of which a tree must explain worse than the truth:
+# so rules are found in one of forty tables of noise.
+_SHUFFLES = 39
+_ENOUGH = 4096  # tests that are shuffled
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,6 +57,7 @@ class Histogram:
         tested: ``(k,)`` numbers of tested designs.
         feasible: ``(k,)`` numbers of feasible ones within the limits.
         pareto: ``(k,)`` numbers of Pareto-optimal ones among these.
+        outside: How many feasible designs lie below the first edge and above the last one.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.0], [0.2], [1.0]], [[1], [2], [3]])
@@ -72,6 +72,7 @@ class Histogram:
     tested: NDArray[np.int64]
     feasible: NDArray[np.int64]
     pareto: NDArray[np.int64]
+    outside: tuple[int, int] = (0, 0)
 
     def __repr__(self) -> str:
         """Return what is counted."""
@@ -88,8 +89,8 @@ def histogram(
     Args:
         table: The tests.
         variable: Name or index of the variable; or name of an objective, constraint or output, the
-            bins of which span the feasible designs, and all if there is none: what lies beyond is
-            in no bin.
+            bins of which span the feasible designs, and all if there is none, up to three times
+            the middle half's range beyond that half: what lies beyond is in no bin.
         bins: Equal bins between the bounds of a real variable; others have one for each value.
         limits: Limits on columns.
 
@@ -109,8 +110,13 @@ def histogram(
     if isinstance(variable, str) and variable in layout.columns[len(layout.variables) :]:
         name, place = variable, table.column(variable)
         known = np.isfinite(place)
-        shown = known & masks[1] if (known & masks[1]).any() else known
-        edges = _edges(place[shown], np.nan, np.nan, bins)
+        shown = place[known & masks[1]] if (known & masks[1]).any() else place[known]
+        if len(shown):
+            # One outlier would leave all others in a single bin (Tukey's outer fences).
+            low, high = np.quantile(shown, [0.25, 0.75])
+            far = 3 * (high - low) or np.inf
+            shown = shown[(shown >= low - far) & (shown <= high + far)]
+        edges = _edges(shown, np.nan, np.nan, bins)
     else:
         j = layout.variable(variable)
         name, place, known = layout.variables[j], table.X[:, j], every
@@ -124,69 +130,10 @@ def histogram(
         else:
             options, place = value_ranks(place)
             values, edges = tuple(options), np.arange(-0.5, len(options))
-    counts = (np.histogram(place[mask & known], edges)[0] for mask in masks)
-    return Histogram(name, edges, values, *counts)
-
-
-def section_points(
-    table: TestTable,
-    design: int | ArrayLike,
-    variable: Key,
-    n: int,
-    lower: float | None = None,
-    upper: float | None = None,
-) -> NDArray[Any]:
-    """Return the designs of a one-at-a-time section: one variable runs, the others stay.
-
-    Args:
-        table: The tests.
-        design: Number of the test point the section goes through, or ``(n_var,)`` a design.
-        variable: Name or index of the variable that runs, a real one or an integer.
-        n: Number of designs, 2 or more.
-        lower: Where the variable starts; at its lower bound unless given.
-        upper: Where it ends; at the upper bound unless given.
-
-    Returns:
-        ``(n, n_var)`` designs, to be evaluated by the problem. The values of an integer are
-        rounded and each is taken once, so that there may be fewer.
-
-    Raises:
-        ArgumentValueError: The test point or variable is not there, or has no bounds, or is a
-            choice or binary.
-        ArgumentTypeError: A number is none.
-
-    Example:
-        >>> table = TestTable.of([1, 2], X=[[1.0, 5.0], [2.0, 4.0]], F=[[6.0], [6.0]])
-        >>> section_points(table, 2, "x1", 3, lower=0, upper=4)
-        array([[0., 4.], [2., 4.], [4., 4.]])
-    """
-    j, n = table.layout.variable(variable), integer("n", n, minimum=2)
-    row = design_of(table, design)
-    kind = table.kinds[j]
-    if not kind.real and kind is not Kind.INTEGER:
-        rule = "a real number or an integer"
-        raise invalid("variable", rule, Received(f"one that is a {kind.value}"))
-    start = finite_number("lower", float(table.layout.lower[j]) if lower is None else lower)
-    end = finite_number("upper", float(table.layout.upper[j]) if upper is None else upper)
-    if start > end:
-        raise invalid("lower", "at most upper", Received(f"{start} > {end}"))
-    values = (np.geomspace if kind is Kind.LOG else np.linspace)(start, end, n)
-    if kind is Kind.INTEGER:
-        values = np.unique(np.rint(values)).astype(np.int64)
-    points = np.tile(row, (len(values), 1))
-    points[:, j] = values.tolist()  # Python's numbers, the only ones that a matrix of objects holds
-    return points
-
-
-def design_of(table: TestTable, design: int | ArrayLike) -> NDArray[Any]:
-    """Return a ``(n_var,)`` design that is given so, or by the number of its test point."""
-    if isinstance(design, (int, np.integer)):
-        rows = np.flatnonzero(table.numbers == design)
-        if len(rows) == 0:
-            raise invalid("design", "a tested point's number, or a design", int(design))
-        row: NDArray[Any] = table.X[rows[0]]
-        return row
-    return design_row("design", design, table.layout.variables, table.kinds)
+    tested, feasible, pareto = (np.histogram(place[m & known], edges)[0] for m in masks)
+    inside = place[masks[1] & known]
+    outside = int((inside < edges[0]).sum()), int((inside > edges[-1]).sum())
+    return Histogram(name, edges, values, tested, feasible, pareto, outside)
 
 
 def alike(reasons: Iterable[str]) -> list[str]:
@@ -245,223 +192,205 @@ def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataF
     return frame
 
 
-def compare_with_prototype(table: TestTable, limits: Limits | None = None) -> pd.DataFrame:
-    """Return what the Pareto-optimal designs gain on the (first) prototype, the best first.
+@dataclass(frozen=True)
+class Rule:
+    """A part within the bounds, and how many of its tests are feasible.
 
-    Returns:
-        Index ``test_point``; columns: the objectives; ``gain_f1`` …, by how much the design is
-        better than the prototype, below 0 where it is worse; ``better_in``, in how many objectives
-        it is; ``dominates``, nowhere worse and somewhere better; ``better_in_all``.
-
-    Raises:
-        ArgumentValueError: The table has no prototype.
-
-    Example:
-        >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
-        >>> compare_with_prototype(table.with_prototype([0.3], [3.0, 3.0])).iloc[:, 2:5]
-                    gain_f1  gain_f2  better_in
-        test_point
-        2               1.0      1.0          2
-        1               2.0     -1.0          1
-    """
-    import pandas as pd
-
-    if table.prototype is None:
-        remedy = "give it by with_prototype(x, f)"
-        raise invalid("the table", "one with a prototype", Received("none"), remedy)
-    pareto = table.pareto(limits)
-    names, sign = table.layout.objectives, table.layout.sign
-    F = table.F[pareto] * sign
-    gain = table.prototype.F[0] - table.F[pareto]
-    better = (gain > 0).sum(axis=1)
-    dominates = (gain >= 0).all(axis=1) & (better > 0)
-    index = pd.Index(table.numbers[pareto], name="test_point")
-    frame = pd.DataFrame(F, columns=list(names), index=index)
-    frame[[f"gain_{name}" for name in names]] = gain
-    frame["better_in"], frame["dominates"] = better, dominates
-    frame["better_in_all"] = better == len(names)
-    # lexsort takes its last key first: those that dominate, then by better_in, then by number.
-    return frame.iloc[np.lexsort((index.to_numpy(), -better, ~dominates))]
-
-
-def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """Return the first-order sensitivity of columns to each variable, from the tests at hand.
-
-    The index S_i of a variable is the share of a column's variance that the variable explains by
-    itself: Var(E[y | x_i]) / Var(y). What the S_i lack to 1 is interaction. E[y | x_i] is the mean
-    of each value of a variable with few of them, binary ones and choices among these, and else a
-    sum of ten cosines of its rank, as in the given-data estimates of Plischke (Reliability
-    Engineering and System Safety 95, 2010). The share that as many terms explain by chance is
-    taken off; what a stronger variable explains is taken off before, as few points of a sequence
-    may confound two. So an estimate may be below 0 where a variable explains nothing. A jump in a
-    real variable loses up to 4 % of its share.
-
-    All tests whose value is finite count, feasible or not: the variables must be independent and
-    uniform within the bounds, which is not so of the feasible designs only, nor where many fail.
-    Of a surrogate's study the points before the first proposal count; see :func:`even_part`.
-
-    Args:
-        table: The tests of one investigation.
-        columns: Names of objectives, constraints and further outputs; all of them unless given.
-
-    Returns:
-        Index ``(column, variable)``; ``first_order``, the index S_i; ``lower`` and ``upper``, the
-        ends of its band, which holds the true value at 95 %. Variables with one value are left
-        out; NaN where a column is constant.
-
-    Raises:
-        ArgumentValueError: The tests are no even sample; there is no such column, it is a
-            variable, or it has too few values.
+    Attributes:
+        text: What describes it, such as ``x1 > 0.31 and x4 <= 2``; "everywhere" for all.
+        box: The same as :class:`~pymoo_psi.Restricted` takes it.
+        n_tests: How many tests lie in it.
+        n_feasible: How many of these are feasible.
 
     Example:
-        Of x1 + 2 x2 the first variable explains 1/5 of the variance, the second 4/5.
-
-        >>> from pymoo_psi import lp_tau
-        >>> X = lp_tau(1024, 2)
-        >>> table = TestTable.of(range(1, 1025), X, (X @ [1, 2])[:, None])
-        >>> sensitivities(table)["first_order"].round(2).tolist()
-        [0.2, 0.8]
+        >>> rule = Rule("x1 <= 0.5", {"x1": (None, 0.5)}, 40, 30)
+        >>> print(rule)
+        x1 <= 0.5: 75 % of 40 tests feasible
     """
-    import pandas as pd
 
-    table, _ = even_part(table)
-    layout = table.layout
-    dependent = [n for n in layout.columns[len(layout.variables) :] if n != PROPOSAL_ROUND]
-    variables = [name for name in layout.variables if len(set(table.column(name).tolist())) > 1]
-    rows, bases = [], {}  # the bases are those of all columns that are known of the same tests
-    for name in dependent if columns is None else columns:
-        known_name("a column", name, dependent)
-        y = table.column(name)
-        finite = np.isfinite(y)
-        y = y[finite]
-        if len(y) < _LEAST:
-            found = Received(counted(len(y), "finite value"))
-            raise invalid(name, f"known of {_LEAST} tests or more", found, "test more points")
-        if (key := finite.tobytes()) not in bases:
-            bases[key] = [_basis(table.column(variable)[finite]) for variable in variables]
-        shares = np.full((len(variables), 3), np.nan)
-        if y.min() < y.max():
-            shares = _shares(bases[key], y)
-        rows += [(name, *row) for row in zip(variables, *shares.T, strict=True)]
-    frame = pd.DataFrame(rows, columns=["column", "variable", "first_order", "lower", "upper"])
-    return frame.set_index(["column", "variable"])
+    text: str
+    box: Mapping[str, Any]
+    n_tests: int
+    n_feasible: int
 
+    @property
+    def share(self) -> float:
+        """The share of feasible ones among its tests.
 
-def _basis(column: NDArray[Any]) -> Array:
-    """Return ``(n, p)`` orthonormal functions of a variable, each of mean 0."""
-    values, ranks = value_ranks(column)
-    counts = np.bincount(ranks)
-    if len(values) <= _COSINES + 1 or isinstance(values[0], str):
-        functions = np.eye(len(values))[ranks][:, 1:]
-    else:
-        places = ((np.cumsum(counts) - counts / 2) / len(column))[ranks]
-        functions = np.cos(np.pi * np.outer(places, np.arange(1, _COSINES + 1)))
-    basis: Array = np.linalg.qr(functions - functions.mean(axis=0))[0]
-    return basis
+        Example:
+            >>> Rule("everywhere", {}, 40, 30).share
+            0.75
+        """
+        return self.n_feasible / self.n_tests
+
+    def __str__(self) -> str:
+        """Return the rule as a line."""
+        percent = f"{100 * self.share:.0f}"
+        # Rounded, a few exceptions of many would be none.
+        if 0 < self.n_feasible < self.n_tests:
+            percent = {"100": "over 99", "0": "under 1"}.get(percent, percent)
+        return f"{self.text}: {percent} % of {self.n_tests} tests feasible"
 
 
-def _shares(bases: list[Array], y: Array) -> Array:
-    """Return ``(n_var, 3)`` the share of the variance that each basis explains, and its band."""
-    n, y = len(y), y / np.abs(y).max()  # so that no square overflows
-    y = (y - y.mean()) / y.std()
-    rest, shares = y, np.full((len(bases), 3), np.nan)
-    strength = [float(((Q.T @ y) ** 2).sum()) - Q.shape[1] for Q in bases]
-    for j in np.argsort(strength)[::-1]:  # the strongest first
-        Q, p = bases[j], bases[j].shape[1]
-        if (free := n - p - 1) < 1:
-            continue
-        fit, own = Q @ (Q.T @ rest), Q @ (Q.T @ y)
-        raw = (fit**2).mean()
-        share = raw - p / free * ((rest - fit) ** 2).mean()
-        # The standard error of 1 - left as a ratio of two means, and what p terms have by chance.
-        left = ((y - own) ** 2).mean()
-        ratio = left * y**2 - (y - own) ** 2
-        half = 1.96 * np.sqrt((ratio**2).mean() / free + 2 * p * left**2 / (n * free))
-        # A sequence may be so even that nothing is explained by chance: then raw is right.
-        shares[j] = share, share - half, max(share + half, raw)
-        if share > half:
-            rest = rest - fit
-    return shares
+@dataclass(frozen=True)
+class FeasibilityRules:
+    """Where designs are feasible: parts within the bounds that divide the tests.
+
+    Attributes:
+        rules: The parts, the largest share of feasible tests first.
+        importance: Of each variable that a rule names, how much of the distinction is its, the
+            most important first; they add up to 1.
+
+    Example:
+        >>> print(FeasibilityRules((Rule("everywhere", {}, 4, 3),), {}))
+        everywhere: 75 % of 4 tests feasible
+    """
+
+    rules: tuple[Rule, ...]
+    importance: Mapping[str, float]
+
+    def __str__(self) -> str:
+        """Return the rules as lines."""
+        return "\n".join(map(str, self.rules))
 
 
-def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tuple[str, ...]]:
-    """Return the tests that are an even sample of the bounds, and what must be known of them.
+def feasibility_rules(
+    table: TestTable, limits: Limits | None = None, *, depth: int = 3
+) -> FeasibilityRules:
+    """Find which variables decide on feasibility, and where, by a shallow decision tree.
 
-    Sensitivities and convergence are of these tests only: what an algorithm has chosen says where
-    it looked. Where it is unknown how designs were sampled, their values decide.
+    There are rules if the tree tells feasible designs from others better than any tree does where
+    feasibility is shuffled; how deep it is, is decided by cross-validation. The shares are those of
+    the tests from which the rules were found; of new tests they will be a little less extreme. A
+    design that failed is not feasible. Bounds are rounded as far as no test changes sides.
 
     Args:
-        table: Tests of any origin.
-        ordered: Whether the first tests must be an even sample, too.
+        table: The tests.
+        limits: Limits that a feasible design must keep.
+        depth: At most so many conditions to a rule.
 
     Returns:
-        The tests, in their order, and sentences: which ones these are, and how many have failed.
+        The rules; a single one, "everywhere", where no condition tells feasible designs from
+        others, or there are fewer than five of either.
 
     Raises:
-        ArgumentValueError: There is none.
+        PsiError: scikit-learn is not installed.
+        ArgumentValueError: The table is empty, or a limit does not fit.
 
     Example:
         >>> from pymoo_psi import lp_tau
-        >>> table, said = even_part(TestTable.of(range(1, 65), lp_tau(64, 2), lp_tau(64, 2)))
-        >>> len(table), said
-        (64, ('It is unknown how the designs were sampled; they lie evenly within their range.',))
+        >>> X = lp_tau(256, 3)
+        >>> table = TestTable.of(range(1, 257), X, X[:, :1], G=np.maximum(0.3 - X, X - 0.8)[:, :1])
+        >>> print(feasibility_rules(table))
+        0.3 < x1 <= 0.8: 100 % of 128 tests feasible
+        x1 <= 0.3: 0 % of 77 tests feasible
+        x1 > 0.8: 0 % of 51 tests feasible
     """
-    rule, layout = "an even sample of one set of bounds", instance("table", table, TestTable).layout
-    sampling = str((table.problem or {}).get("sampling") or "")
-    said, n = [], len(table)
-    if len(table.experiments) > 1:
-        raise invalid("the tests", rule, Received(f"those of {listed(table.experiments)}"))
-    if "an algorithm" in sampling:
-        raise invalid("the tests", rule, Received("those that an algorithm has chosen"))
-    if PROPOSAL_ROUND in layout.outputs:
-        # Tests that failed have no round.
-        proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
-        table = table.rows(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
-        if len(table) < n:
-            said.append(
-                f"By the first {len(table)} of {n} tests, the points of a sequence: surrogates "
-                "proposed the others."
-            )
-    elif not sampling and not _lies_evenly(table, ordered):
-        found = Received("tests of unknown sampling that crowd, or whose variables depend")
-        raise invalid("the tests", rule, found)
-    elif not sampling:
-        said.append(
-            "It is unknown how the designs were sampled; they lie evenly within their range."
-        )
-    failed = int(np.sum(table.status == "failed"))
-    lost = int(np.sum((table.status == "infeasible") & ~np.isfinite(table.F).all(axis=1)))
-    texts = [f"{k} {what}" for k, what in ((failed, "failed"), (lost, "were rejected")) if k]
-    if texts:
-        rough = " The others are not spread evenly, so that sensitivities are rough."
-        said.append(
-            f"Of {counted(len(table), 'test')} {listed(texts)} and count for nothing."
-            + (rough if failed + lost > _LOST * len(table) else "")
-        )
-    return table, tuple(said)
+    try:
+        from sklearn.model_selection import GridSearchCV, StratifiedKFold
+        from sklearn.tree import DecisionTreeClassifier
+    except ImportError:
+        what = "feasibility rules need scikit-learn, which is not installed"
+        raise PsiError(f"{what}; pip install scikit-learn") from None
+    depth = integer("depth", depth, minimum=1)
+    feasible = instance("table", table, TestTable).feasible(limits)
+    if len(table) == 0:
+        raise invalid("the table", "one with tests", Received(counted(0, "test")))
+    # A tree of ranks is one of values, and exact: scikit-learn rounds to float32. Of a choice each
+    # option is a column: 1 for it, 0 for others.
+    splits, columns, kinds = [], [], dict(zip(table.layout.variables, table.kinds, strict=True))
+    for name, kind in kinds.items():
+        values, ranks = value_ranks(table.column(name))
+        options = range(len(values)) if kind is Kind.CHOICE else [None]
+        splits += [(name, values, option) for option in options]
+        columns += [ranks if option is None else ranks == option for option in options]
+    ranks = np.column_stack(columns or [np.zeros(len(table))]).astype(np.int64)
+    tree: Any = DecisionTreeClassifier(
+        max_depth=depth,
+        min_samples_leaf=_LEAST,
+        min_impurity_decrease=_GAIN,
+        class_weight="balanced",  # or a few feasible designs of many would be worth no rule
+        random_state=0,
+    )
+    everywhere = Rule("everywhere", {}, len(table), int(feasible.sum()))
+    if min(feasible.sum(), (~feasible).sum()) < _FOLDS or not _explained(tree, ranks, feasible):
+        return FeasibilityRules((everywhere,), {})
+    # As deep as tells apart best tests from which the tree was not found.
+    folds = StratifiedKFold(_FOLDS, shuffle=True, random_state=0)
+    depths = {"max_depth": [*range(1, depth + 1)]}
+    search = GridSearchCV(tree, depths, scoring="balanced_accuracy", cv=folds)
+    tree = search.fit(ranks, feasible).best_estimator_
+    nodes, rules = tree.tree_, []
 
-
-def _lies_evenly(table: TestTable, ordered: bool) -> bool:
-    """Whether designs may be an even sample by what they are; a chance of 1 in 1000 to be wrong."""
-    from scipy import stats
-
-    chances, columns = [1.0], [np.arange(len(table))] if ordered else []
-    for column in table.X.T:
-        values, ranks = value_ranks(column)
-        if len(values) < 2:
-            continue
-        if len(values) <= len(column) / 5 or isinstance(values[0], str):
-            chances.append(stats.chisquare(np.bincount(ranks)).pvalue)
+    def follow(node: int, inside: Mask, box: dict[str, Any]) -> None:
+        """Collect the rules under a node, which has the tests ``inside`` a box."""
+        left, right = nodes.children_left[node], nodes.children_right[node]
+        if left == right:  # a leaf has neither
+            text = " and ".join(_text(name, kinds[name], part) for name, part in box.items())
+            rules.append(Rule(text, box, int(inside.sum()), int((inside & feasible).sum())))
+            return
+        feature, k = nodes.feature[node], int(nodes.threshold[node])
+        name, values, option = splits[feature]
+        if option is not None:
+            kept = box.get(name, values)
+            parts: tuple[Any, Any] = [v for v in kept if v is not values[option]], [values[option]]
+        elif kinds[name] is Kind.BINARY:
+            parts = False, True
         else:
-            x = column.astype(np.float64)
-            scales = [x, np.log(x)] if x.min() > 0 else [x]
-            units = [(x - x.min()) / np.ptp(x) for x in scales]
-            chances.append(max(stats.kstest(unit, "uniform").pvalue for unit in units))
-        columns.append(stats.rankdata(ranks))
-    if len(columns) > 1 and len(table) > 2:
-        together = np.asarray(np.corrcoef(columns))[np.triu_indices(len(columns), 1)]
-        chances += (2 * stats.norm.sf(np.abs(together) * np.sqrt(len(table) - 1))).tolist()
-    return min(chances) * len(chances) > 1e-3
+            low, high = box.get(name, (None, None))
+            edge = below = values[k]
+            if kinds[name].real:
+                edge = below = _shortest(below, values[k + 1], kinds[name] is Kind.LOG)
+            parts = (low, below), (edge + (not kinds[name].real), high)
+        under = ranks[:, feature] <= k
+        follow(left, inside & under, box | {name: parts[0]})
+        follow(right, inside & ~under, box | {name: parts[1]})
+
+    follow(0, np.ones(len(table), dtype=bool), {})
+    rules.sort(key=lambda rule: (-rule.share, -rule.n_tests))
+    gains = Counter[str]()
+    for (name, *_), gain in zip(splits, tree.feature_importances_.tolist(), strict=True):
+        gains[name] += gain
+    return FeasibilityRules(tuple(rules), {name: v for name, v in gains.most_common() if v > 0})
+
+
+def _explained(tree: Any, ranks: NDArray[Any], feasible: Mask) -> bool:
+    """Whether a tree tells feasible tests from others better than it does if they are shuffled."""
+    from sklearn.metrics import balanced_accuracy_score
+
+    rng = np.random.default_rng(0)
+    rows = rng.permutation(len(ranks))[:_ENOUGH]
+    ranks, truth = ranks[rows], feasible[rows]
+
+    def score(labels: Mask) -> float:
+        return float(balanced_accuracy_score(labels, tree.fit(ranks, labels).predict(ranks)))
+
+    own = score(truth)
+    return all(score(rng.permutation(truth)) < own for _ in range(_SHUFFLES))
+
+
+def _shortest(low: float, high: float, log: bool) -> float:
+    """Return the shortest decimal number from ``low`` on and below ``high``."""
+    middle = np.sqrt(low) * np.sqrt(high) if log else (low + high) / 2
+    for digits in range(1, 17):
+        edge = float(f"{middle:.{digits}g}")
+        if low <= edge < high:
+            return edge
+    return low
+
+
+def _text(name: str, kind: Kind, part: Any) -> str:
+    if kind is Kind.CHOICE:
+        return f"{name} = {part[0]}" if len(part) == 1 else f"{name} in {', '.join(map(str, part))}"
+    if kind is Kind.BINARY:
+        return f"{name} = {part}"
+    low, high = ("" if end is None else f"{end:.15g}" for end in part)
+    real = kind.real
+    if low == high:
+        return f"{name} = {low}"
+    if low and high:
+        return f"{low} {'<' if real else '<='} {name} <= {high}"
+    return f"{name} <= {high}" if high else f"{name} {'>' if real else '>='} {low}"
 
 
 def _edges(place: Array, lower: float, upper: float, bins: int) -> Array:

@@ -1,0 +1,397 @@
+"""What an even sample of the bounds tells: sensitivities, and how the decision converged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._output import Shown
+from pymoo_psi._validation import (
+    Received,
+    counted,
+    instance,
+    invalid,
+    known_name,
+    positive_number,
+)
+from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
+from pymoo_psi.table._designs import value_ranks
+from pymoo_psi.table._layout import Limits
+from pymoo_psi.table._table import TestTable
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+PROPOSAL_ROUND = "proposal_round"
+"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
+_COSINES = 10  # that show the effect of a variable with many values
+_KNOWN = 40  # tests, of which ten terms explain a quarter by chance
+_LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide
+_FIRST = 8  # tests of the first row of a convergence; fewer have no front to speak of
+# Of the hypervolume, in units of the last front's range: a little beyond its worst values, so that
+# the designs at its ends count, too.
+_REFERENCE = 1.1
+
+
+def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.DataFrame:
+    """Return the first-order sensitivity of columns to each variable, from the tests at hand.
+
+    The index S_i of a variable is the share of a column's variance that the variable explains by
+    itself: Var(E[y | x_i]) / Var(y). What the S_i lack to 1 is interaction. E[y | x_i] is the mean
+    of each value of a variable with few of them, binary ones and choices among these, and else a
+    sum of ten cosines of its rank, as in the given-data estimates of Plischke (Reliability
+    Engineering and System Safety 95, 2010). The share that as many terms explain by chance is
+    taken off; what a stronger variable explains is taken off before, as few points of a sequence
+    may confound two. So an estimate may be below 0 where a variable explains nothing. A jump in a
+    real variable loses up to 4 % of its share.
+
+    All tests whose value is finite count, feasible or not: the variables must be independent and
+    uniform within the bounds, which is not so of the feasible designs only, nor where many fail.
+    Of a surrogate's study the points before the first proposal count; see :func:`even_part`.
+
+    Args:
+        table: The tests of one investigation.
+        columns: Names of objectives, constraints and further outputs; all of them unless given.
+
+    Returns:
+        Index ``(column, variable)``; ``first_order``, the index S_i; ``lower`` and ``upper``, the
+        ends of its band, which holds the true value at 95 %. Variables with one value are left
+        out; NaN where a column is constant.
+
+    Raises:
+        ArgumentValueError: The tests are no even sample; there is no such column, it is a
+            variable, or it has too few values.
+
+    Example:
+        Of x1 + 2 x2 the first variable explains 1/5 of the variance, the second 4/5.
+
+        >>> from pymoo_psi import lp_tau
+        >>> X = lp_tau(1024, 2)
+        >>> table = TestTable.of(range(1, 1025), X, (X @ [1, 2])[:, None])
+        >>> sensitivities(table)["first_order"].round(2).tolist()
+        [0.2, 0.8]
+    """
+    import pandas as pd
+
+    table, _ = even_part(table)
+    layout = table.layout
+    dependent = [n for n in layout.columns[len(layout.variables) :] if n != PROPOSAL_ROUND]
+    variables = [name for name in layout.variables if len(set(table.column(name).tolist())) > 1]
+    rows, bases = [], {}  # the bases are those of all columns that are known of the same tests
+    for name in dependent if columns is None else columns:
+        known_name("a column", name, dependent)
+        y = table.column(name)
+        finite = np.isfinite(y)
+        y = y[finite]
+        if len(y) < _KNOWN:
+            found = Received(counted(len(y), "finite value"))
+            raise invalid(name, f"known of {_KNOWN} tests or more", found, "test more points")
+        if (key := finite.tobytes()) not in bases:
+            bases[key] = [_basis(table.column(variable)[finite]) for variable in variables]
+        shares = np.full((len(variables), 3), np.nan)
+        if y.min() < y.max():
+            shares = _shares(bases[key], y)
+        rows += [(name, *row) for row in zip(variables, *shares.T, strict=True)]
+    frame = pd.DataFrame(rows, columns=["column", "variable", "first_order", "lower", "upper"])
+    return frame.set_index(["column", "variable"])
+
+
+def _basis(column: NDArray[Any]) -> Array:
+    """Return ``(n, p)`` orthonormal functions of a variable, each of mean 0."""
+    values, ranks = value_ranks(column)
+    counts = np.bincount(ranks)
+    if len(values) <= _COSINES + 1 or isinstance(values[0], str):
+        functions = np.eye(len(values))[ranks][:, 1:]
+    else:
+        places = ((np.cumsum(counts) - counts / 2) / len(column))[ranks]
+        functions = np.cos(np.pi * np.outer(places, np.arange(1, _COSINES + 1)))
+    basis: Array = np.linalg.qr(functions - functions.mean(axis=0))[0]
+    return basis
+
+
+def _shares(bases: list[Array], y: Array) -> Array:
+    """Return ``(n_var, 3)`` the share of the variance that each basis explains, and its band."""
+    n, y = len(y), y / np.abs(y).max()  # so that no square overflows
+    y = (y - y.mean()) / y.std()
+    rest, shares = y, np.full((len(bases), 3), np.nan)
+    strength = [float(((Q.T @ y) ** 2).sum()) - Q.shape[1] for Q in bases]
+    for j in np.argsort(strength)[::-1]:  # the strongest first
+        Q, p = bases[j], bases[j].shape[1]
+        if (free := n - p - 1) < 1:
+            continue
+        fit, own = Q @ (Q.T @ rest), Q @ (Q.T @ y)
+        raw = (fit**2).mean()
+        share = raw - p / free * ((rest - fit) ** 2).mean()
+        # The standard error of 1 - left as a ratio of two means, and what p terms have by chance.
+        left = ((y - own) ** 2).mean()
+        ratio = left * y**2 - (y - own) ** 2
+        half = 1.96 * np.sqrt((ratio**2).mean() / free + 2 * p * left**2 / (n * free))
+        # A sequence may be so even that nothing is explained by chance: then raw is right.
+        shares[j] = share, share - half, max(share + half, raw)
+        if share > half:
+            rest = rest - fit
+    return shares
+
+
+def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tuple[str, ...]]:
+    """Return the tests that are an even sample of the bounds, and what must be known of them.
+
+    Sensitivities and convergence are of these tests only: what an algorithm has chosen says where
+    it looked. Where it is unknown how designs were sampled, their values decide.
+
+    Args:
+        table: Tests of any origin.
+        ordered: Whether the first tests must be an even sample, too.
+
+    Returns:
+        The tests, in their order, and sentences: which ones these are, and how many have failed.
+
+    Raises:
+        ArgumentValueError: There is none.
+
+    Example:
+        >>> from pymoo_psi import lp_tau
+        >>> table, said = even_part(TestTable.of(range(1, 65), lp_tau(64, 2), lp_tau(64, 2)))
+        >>> len(table), said
+        (64, ('It is unknown how the designs were sampled; they lie evenly within their range.',))
+    """
+    rule, layout = "an even sample of one set of bounds", instance("table", table, TestTable).layout
+    sampling = str((table.problem or {}).get("sampling") or "")
+    said, n = [], len(table)
+    if len(table.experiments) > 1:
+        raise invalid("the tests", rule, Received(f"those of {listed(table.experiments)}"))
+    if "an algorithm" in sampling:
+        raise invalid("the tests", rule, Received("those that an algorithm has chosen"))
+    if PROPOSAL_ROUND in layout.outputs:
+        # Tests that failed have no round.
+        proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
+        table = table.rows(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
+        if len(table) < n:
+            said.append(
+                f"By the first {len(table)} of {n} tests, the points of a sequence: surrogates "
+                "proposed the others."
+            )
+    elif not sampling and not _lies_evenly(table, ordered):
+        found = Received("tests of unknown sampling that crowd, or whose variables depend")
+        raise invalid("the tests", rule, found)
+    elif not sampling:
+        said.append(
+            "It is unknown how the designs were sampled; they lie evenly within their range."
+        )
+    failed = int(np.sum(table.status == "failed"))
+    lost = int(np.sum((table.status == "infeasible") & ~np.isfinite(table.F).all(axis=1)))
+    texts = [f"{k} {what}" for k, what in ((failed, "failed"), (lost, "were rejected")) if k]
+    if texts:
+        rough = " The others are not spread evenly, so that sensitivities are rough."
+        said.append(
+            f"Of {counted(len(table), 'test')} {listed(texts)} and count for nothing."
+            + (rough if failed + lost > _LOST * len(table) else "")
+        )
+    return table, tuple(said)
+
+
+def _lies_evenly(table: TestTable, ordered: bool) -> bool:
+    """Whether designs may be an even sample by what they are; a chance of 1 in 1000 to be wrong."""
+    from scipy import stats
+
+    chances, columns = [1.0], [np.arange(len(table))] if ordered else []
+    for column in table.X.T:
+        values, ranks = value_ranks(column)
+        if len(values) < 2:
+            continue
+        if len(values) <= len(column) / 5 or isinstance(values[0], str):
+            chances.append(stats.chisquare(np.bincount(ranks)).pvalue)
+        else:
+            x = column.astype(np.float64)
+            scales = [x, np.log(x)] if x.min() > 0 else [x]
+            units = [(x - x.min()) / np.ptp(x) for x in scales]
+            chances.append(max(stats.kstest(unit, "uniform").pvalue for unit in units))
+        columns.append(stats.rankdata(ranks))
+    if len(columns) > 1 and len(table) > 2:
+        together = np.asarray(np.corrcoef(columns))[np.triu_indices(len(columns), 1)]
+        chances += (2 * stats.norm.sf(np.abs(together) * np.sqrt(len(table) - 1))).tolist()
+    return min(chances) * len(chances) > 1e-3
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Convergence(Shown):
+    """What the first n tests would have decided, n doubling from row to row up to all of them.
+
+    Distances are those of the ranking of all tests, so that rows can be compared. Where one design
+    is the best in every objective they have no unit, and ``mu1``, ``hypervolume`` and ``moved``
+    are NaN.
+
+    Attributes:
+        tests: ``(k,)`` numbers n of tests, increasing.
+        feasible: ``(k,)`` how many are feasible.
+        pareto: ``(k,)`` how many of these are Pareto optimal among the first n.
+        hypervolume: ``(k,)`` what their front dominates, as a share of what the last one does.
+        volume_error: ``(k,)`` standard error of that share; 0 where it is exact.
+        optimum: ``(k,)`` the test point nearest to U by the ranking of the first n; 0 where no
+            design is feasible.
+        mu1: ``(k,)`` its distance to the U of all tests; infinite where there is none.
+        moved: ``(k,)`` how far it lies from that of the row before: the largest difference in an
+            objective, in units of the objective's range over the last front; NaN where there was
+            none before.
+        best: ``(k, m)`` its objectives, in the original directions; NaN where there is none.
+        objectives: Their m names.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
+        >>> found = convergence(table, normalize=False)
+        >>> found.tests[-4:], found.optimum[-4:]
+        (array([ 128,  256,  512, 1024]), array([  35,  205,  205, 1021]))
+    """
+
+    tests: Integers
+    feasible: Integers
+    pareto: Integers
+    hypervolume: Array
+    volume_error: Array
+    optimum: Integers
+    mu1: Array
+    moved: Array
+    best: Array
+    objectives: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        """Return how many tests there are, and what they decide."""
+        return f"Convergence({self.tests[-1]} tests: the best is no. {self.optimum[-1]})"
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the rows, with index ``tests`` and a column for each other array.
+
+        Example:
+            >>> from pymoo_psi import VectorizedSphereChute, investigate
+            >>> found = convergence(investigate(VectorizedSphereChute(0.4, model="rolling"), 64))
+            >>> print(found.to_frame()[["pareto", "optimum", "mu1"]].round(2))
+                   pareto  optimum   mu1
+            tests
+            8           6        5  0.78
+            16         12       13  0.58
+            32         18       21  0.49
+            64         36       21  0.49
+        """
+        import pandas as pd
+
+        names = ("feasible", "pareto", "hypervolume", "optimum", "mu1", "moved")
+        frame = pd.DataFrame({name: getattr(self, name) for name in names})
+        return frame.set_index(pd.Index(self.tests, name="tests"))
+
+    def verdict(self, *, tolerance: float = 0.01) -> str:
+        """Say what the last doubling of the tests changed in the decision, and what is not known.
+
+        What the next one will change is not foretold: on known problems no estimate from the
+        doublings before is right often enough.
+
+        Args:
+            tolerance: What share of its μ1 the best design must have come nearer, or of itself the
+                hypervolume must have grown, to be worth the tests.
+
+        Raises:
+            ArgumentValueError: ``tolerance`` is not above 0.
+
+        Example:
+            >>> from pymoo_psi import VectorizedSphereChute, investigate
+            >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
+            >>> print(convergence(table, normalize=False).verdict())
+            The last doubling, from 512 to 1024 tests, still changed the decision by more than ...
+        """
+        tolerance, n = positive_number("tolerance", tolerance), int(self.tests[-1])
+        if len(self.tests) < 2 or not self.optimum[-2]:
+            return (
+                f"Too few tests to tell: {int(self.feasible[-1])} of {n} are feasible, and half of "
+                "the tests must have had some."
+            )
+        last = f"The last doubling, from {self.tests[-2]} to {n} tests,"
+        pairs = zip(self.objectives, *self.best[-2:], strict=True)
+        changes = [f"{o} from {number(a)} to {number(b)}" for o, a, b in pairs if a != b]
+        unknown = (
+            "Not known: whether there is a better region between the tests, and how right the "
+            "model is."
+        )
+        if np.isnan(self.moved[-1]):
+            changed = f"changed {listed(changes)}" if changes else "did not change it"
+            one = "One design is the best in every objective"
+            return f"{one}, so that distances have no unit. {last} {changed}. {unknown}"
+        (before, now), volume = self.mu1[-2:].tolist(), float(self.hypervolume[-2])
+        nearer = max(0.0, before - now) / (before or 1.0)
+        larger = 1 / volume - 1 if volume > 0 else np.inf
+        still = max(nearer, larger - 2 * self.volume_error[-2]) > tolerance
+        what = "still changed the decision by more than" if still else "changed the decision by"
+        grown = f"by {percent(larger)}" if np.isfinite(larger) else "from nothing"
+        moved = f", which moved by {percent(self.moved[-1])} of a range" if changes else ""
+        return (
+            f"{last} {what} {'' if still else 'less than '}{percent(tolerance)}: it brought the "
+            f"best design {percent(nearer)} nearer to U{moved}, and enlarged the hypervolume "
+            f"{grown}. {unknown}"
+        )
+
+
+def convergence(
+    table: TestTable, limits: Limits | None = None, *, normalize: bool = True
+) -> Convergence:
+    """Return what a half, a quarter, … of the tests would have decided, in the order of testing.
+
+    Args:
+        table: The tests of an investigation.
+        limits: Limits that a feasible design must keep.
+        normalize: Measure distances in units of the objectives' ranges, as for ``table.ranking``.
+
+    Raises:
+        ArgumentValueError: There is no feasible design, or fewer than eight tests; or the first
+            ones are no smaller investigation within the same bounds, see :func:`even_part`.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 64)
+        >>> convergence(table).pareto
+        array([ 6, 12, 18, 36])
+    """
+    table, _ = even_part(table, ordered=True)
+    if len(table) < _FIRST:
+        raise invalid(
+            "the table", f"of {_FIRST} tests or more", Received(counted(len(table), "test"))
+        )
+    ranking = table.ranking(limits, normalize=normalize)
+    frame = ranking.frame
+    scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
+    sizes = [len(table)]
+    while sizes[-1] // 2 >= _FIRST:
+        sizes.append(sizes[-1] // 2)
+    feasible, fronts, bests = [], [], []
+    for n in reversed(sizes):
+        first = table.rows(np.arange(n))
+        feasible.append(int(first.feasible(limits).sum()))
+        fronts.append(front := np.flatnonzero(first.pareto(limits)))
+        if len(front):
+            best = first.ranking(limits, normalize=normalize).salukvadze[0]
+        bests.append(int(front[best]) if len(front) else -1)
+    optima, known = np.array(bests), np.array(bests) >= 0
+    shares = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
+    volumes, errors = np.array(shares).T / (shares[-1][0] or 1.0)
+    mu1 = np.where(known, frame.distances(table.F[optima])[:, 0], np.inf)
+    steps = np.abs(np.diff(scaled[optima], axis=0)).max(axis=1)
+    moved = np.append(np.nan, np.where(known[:-1], steps, np.nan))
+    if not frame.line.any():
+        mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
+    return Convergence(
+        tests=np.array(sizes[::-1]),
+        feasible=np.array(feasible),
+        pareto=np.array([len(front) for front in fronts]),
+        hypervolume=volumes,
+        volume_error=errors,
+        optimum=np.where(known, table.numbers[optima], 0),
+        mu1=mu1,
+        moved=moved,
+        best=np.where(known[:, None], table.F[optima] * table.layout.sign, np.nan),
+        objectives=table.layout.objectives,
+    )
