@@ -132,7 +132,7 @@ class Identification(NamedProblem):
         if values.shape != (len(data), len(columns)):
             rule = f"of shape {(len(data), len(columns))} for {experiment!r}"
             raise invalid("what simulate returns", rule, Received(f"shape {values.shape}"))
-        series: pd.DataFrame = pd.DataFrame(values, columns=columns)
+        series = pd.DataFrame(values, columns=columns)
         series.insert(0, data.columns[0], data.iloc[:, 0])
         return series
 
@@ -161,7 +161,7 @@ def _series(name: str, source: Any) -> pd.DataFrame:
             )
         except ValueError as error:
             raise invalid(where, "of numbers with a decimal point", Received(error)) from None
-    data = source.reset_index(drop=True)
+    data: pd.DataFrame = source.reset_index(drop=True)
     for column in data:
         real_array(f"column {column!r} of {where}", data[column].to_numpy())
     if data.shape[1] < 2 or (data.notna().sum() < 2).any():

@@ -13,11 +13,10 @@ from pymoo.core.variable import Choice, Integer, Real
 
 from pymoo_psi._validation import finite_number, instance, invalid, known_name, mapping
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
-from pymoo_psi.problems._pymoo import require_known_keywords
+from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
 
 _LIMIT = re.compile(r"\s*(<=|>=)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*")
-_OURS = ("n_var", "n_obj", "n_ieq_constr", "n_eq_constr", "xl", "xu", "vtype", "vars")
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class NamedProblem(ElementwiseProblem):
         name: str,
         **kwargs: Any,
     ) -> None:
-        require_known_keywords(type(self).__name__, ElementwiseProblem, kwargs, taken=_OURS)
+        require_known_keywords(type(self).__name__, ElementwiseProblem, kwargs, taken=OF_A_MODEL)
         given = mapping("variables", variables, "names to settings")
         given = {n: {"bounds": v} if isinstance(v, (tuple, list)) else v for n, v in given.items()}
         settings = sections("variables", Setting, given)

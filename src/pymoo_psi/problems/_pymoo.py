@@ -16,6 +16,11 @@ from pymoo.core.problem import Problem
 from pymoo_psi._validation import invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
+# Keywords of pymoo's Problem that follow from a model: given beside it they would contradict it.
+OF_A_MODEL = (
+    *("n_var", "n_obj", "n_ieq_constr", "n_eq_constr", "xl", "xu"),
+    *("vtype", "vars", "elementwise"),
+)
 _LONGEST = 1000  # characters of a constant of a model that a study shows
 
 
@@ -40,12 +45,11 @@ def require_known_keywords(
         ArgumentTypeError: There is a keyword that is not allowed.
     """
     # every class on the way to object, since pymoo's constructors pass **kwargs up by name
+    signatures = [inspect.signature(cls).parameters for cls in base.__mro__[:-1]]
     known = {
-        name
-        for cls in base.__mro__[:-1]
-        for name, parameter in inspect.signature(cls).parameters.items()
-        if parameter.kind is not inspect.Parameter.VAR_KEYWORD and name not in taken
-    } | {*more}
+        n for parameters in signatures for n, p in parameters.items() if p.kind != p.VAR_KEYWORD
+    }
+    known = known - {*taken} | {*more}
     for name in given:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
@@ -88,17 +92,14 @@ def call_of(made: object) -> str:
 
 
 def _arguments_of(made: Any, classes: Iterable[type]) -> dict[str, Any]:
+    parameters = {n: p for c in classes for n, p in inspect.signature(c).parameters.items()}
     found = {}
-    for name, parameter in {n: p for c in classes for n, p in _parameters(c).items()}.items():
+    for name, parameter in parameters.items():
         value = getattr(made, name, getattr(made, f"_{name}", parameter.default))
         value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
         if value is not parameter.default and not (_is_plain(value) and value == parameter.default):
             found[name] = value
     return found
-
-
-def _parameters(cls: type) -> Mapping[str, inspect.Parameter]:
-    return inspect.signature(cls).parameters
 
 
 def own_parameters(problem: Any) -> dict[str, Any]:
@@ -113,10 +114,9 @@ def own_parameters(problem: Any) -> dict[str, Any]:
     while isinstance(problem, WrappedProblem):
         problem = problem.wrapped
     classes = [c for c in reversed(type(problem).__mro__) if issubclass(c, Problem)]
+    pymoos = inspect.signature(Problem).parameters
     given = _arguments_of(problem, classes)
-    return {
-        n: _short(v) for n, v in given.items() if n not in _parameters(Problem) and _is_plain(v)
-    }
+    return {n: _short(v) for n, v in given.items() if n not in pymoos and _is_plain(v)}
 
 
 def _is_plain(value: Any) -> bool:

@@ -144,41 +144,40 @@ class Robust(WrappedProblem):
             | {f"uncertainty[{name!r}]": d for name, d in uncertainty.items()},
         )
         self.offsets, self.parameters = np.split(values, [len(tolerances)], axis=1)
-        if not uncertainty:
-            self._problems = [problem]
-        else:
+        if uncertainty:
             make = partial(scenario_problem, "problem", problem)
             rows = [dict(zip(uncertainty, row, strict=True)) for row in self.parameters.tolist()]
             first = make(rows[0])
             self._problems = [first, *(make(row, (first.n_var, first.n_obj)) for row in rows[1:])]
+        else:
+            require_problem(problem)
+            self._problems = [problem]
         nominal = self._problems[0]
-        require_problem(nominal)
         self.space = design_space(nominal)
         own = list(own_names(nominal, self.space).values())
-        self._columns = [
-            own.index(known_name("a variable of tolerances", name, own)) for name in tolerances
-        ]
-        for name, column in zip(tolerances, self._columns, strict=True):
-            variable = self.space.variables[column]
+        for name in tolerances:
+            variable = self.space.variables[
+                own.index(known_name("a variable of tolerances", name, own))
+            ]
             if not variable.kind.real or variable.fixed:
                 remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
                 raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
+        self._columns = [own.index(name) for name in tolerances]
         for name in relative:
             known_name("relative", name, tolerances)
-        self._relative = np.array([name in relative for name in tolerances], dtype=bool)
+        self._relative = np.isin([*tolerances], [*relative])
         self.criteria = _statistics(criteria, nominal.n_obj)
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # The wrapped problem's names, without those of constraints that there are no more.
-        known = {*self.space.names, *(f"f{j + 1}" for j in range(nominal.n_obj))}
-        self.names = {
-            name: own for name, own in given_names(nominal, self.space).items() if name in known
-        }
-        shown = {self.names.get(name, name) for name in known}
+        names = dict(zip(self.space.names, own, strict=True))
+        given = given_names(nominal, self.space)
+        names |= {f: given.get(f, f) for f in (f"f{j + 1}" for j in range(nominal.n_obj))}
+        self.names = names
         units = getattr(nominal, "units", None) or {}
-        self.units = {name: unit for name, unit in units.items() if name in shown}
+        self.units = {name: unit for name, unit in units.items() if name in names.values()}
 
     def name(self) -> str:
         """Return the name of the wrapped problem, and that it is robust.
@@ -220,32 +219,29 @@ class Robust(WrappedProblem):
 
     def _statistics(self, designs: NDArray[Any], args: Any, kwargs: Any) -> tuple[Array, Array]:
         """Return ``(n, m)`` statistics, and in what share of scenarios constraints are violated."""
-        n, every = len(designs), range(len(self.offsets))
-        # one problem in all scenarios is called once for all
-        groups = [every] if len(self._problems) == 1 else [[k] for k in every]
+        scenarios = [self._offset(designs, k) for k in range(len(self.offsets))]
+        if len(self._problems) == 1:  # the same in all scenarios: it is called once for all
+            scenarios = [np.concatenate(scenarios)]
         found = []
-        for problem, group in zip(self._problems, groups, strict=True):
+        for problem, moved in zip(self._problems, scenarios, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
-            together = np.concatenate([self._offset(designs, k) for k in group])
-            F, valid, _ = evaluated(problem, self.space.designs(together), *args, **kwargs)
-            found.append((F.reshape(len(group), n, -1), valid.reshape(len(group), n)))
+            found.append(evaluated(problem, self.space.designs(moved), *args, **kwargs)[:2])
         F, valid = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
+        F = F.reshape(len(self.offsets), len(designs), -1)
         finite = np.isfinite(F).all(axis=2)
         F[~finite] = np.inf  # last in order, where it is not counted
         F.sort(axis=0)
         counts = finite.sum(axis=0)
         columns = [statistic(text, F[..., j], counts) for j, text in enumerate(self.criteria)]
         # Not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated.
-        return np.column_stack(columns), (~valid).mean(axis=0)
+        return np.column_stack(columns), (~valid).reshape(finite.shape).mean(axis=0)
 
     def _offset(self, designs: NDArray[Any], k: int) -> NDArray[Any]:
         """Return the designs as they are in a scenario."""
-        if not self._columns:
-            return designs.copy()
         values = designs[:, self._columns].astype(np.float64)
         scale = np.where(self._relative, values, 1.0)
         # Designs may be given as whole numbers, an array of which would cut off what is added.
-        moved = designs.astype(np.result_type(designs, values))
+        moved = designs.astype(np.result_type(designs, values) if self._columns else designs.dtype)
         moved[:, self._columns] = values + self.offsets[k] * scale
         return moved
 
@@ -261,15 +257,13 @@ def statistic(text: str, ordered: Array, counts: NDArray[np.intp]) -> Array:
     """
     kind, _, number = text.partition(":")
     q = float(number or 0.0)
-    there = counts > 0
-    last = np.maximum(counts, 1) - 1
-    rows = np.arange(len(counts))
+    there, last = counts > 0, np.maximum(counts, 1) - 1
     if kind == "quantile":
         # The k-th of n LPτ points without the origin is the quantile of k / (n + 1).
         position = np.clip(q * (counts + 1), 1, last + 1) - 1
         below = position.astype(np.intp)
-        above = np.minimum(below + 1, last)
-        low, high = ordered[below, rows], ordered[above, rows]
+        ends = np.stack([below, np.minimum(below + 1, last)])
+        low, high = np.take_along_axis(ordered, ends, axis=0)
         value = low + (position - below) * (high - low)
     else:
         # The mean of all is that of the worst share 1; part of a scenario counts for that part.
@@ -322,7 +316,7 @@ def scenario_values(n_scenarios: int, distributions: Mapping[str, Any]) -> Array
     for j, (name, distribution) in enumerate(distributions.items()):
         # SciPy has both names: ppf of its old distributions, icdf of its new ones.
         quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
-        if not callable(quantile):
+        if quantile is None:
             rule = "a distribution such as scipy.stats.uniform(0.3, 0.2)"
             raise wrong_type(name, rule, distribution)
         values[:, j] = quantile(values[:, j])

@@ -9,13 +9,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 
 from pymoo_psi._validation import Received, finite_array, invalid, known_name, positive_number
 from pymoo_psi.chute import MODELS, ChuteParameters, criteria, motion
-from pymoo_psi.problems._pymoo import require_known_keywords
-
-# Keywords of pymoo's Problem that follow from the chute: given here they would contradict it.
-_OURS = (
-    *("n_var", "n_obj", "n_ieq_constr", "n_eq_constr", "xl", "xu"),
-    *("vtype", "vars", "elementwise"),
-)
+from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 
 
 class _ChuteProblem(Problem):
@@ -33,7 +27,7 @@ class _ChuteProblem(Problem):
         upper: ArrayLike | None = None,
         **kwargs: Any,
     ) -> None:
-        require_known_keywords(type(self).__name__, Problem, kwargs, taken=_OURS)
+        require_known_keywords(type(self).__name__, Problem, kwargs, taken=OF_A_MODEL)
         self.parameters = ChuteParameters(
             mu=positive_number("mu", mu),
             c=positive_number("c", c),
