@@ -79,9 +79,17 @@ def test_algorithms_of_pymoo_find_designs_that_meet_them(algorithm, make):
     np.testing.assert_allclose(result.F[:, 0], result.X[:, 0])
 
 
-def test_nsga3_runs_none_that_violates_one():
-    result = nsga3(Required(Mixed()), n_evaluations=100, seed=1)
+@pytest.mark.parametrize("study", [False, True])
+def test_nsga3_runs_none_that_violates_one_and_says_how_many(tmp_path, study):
+    problem, calls = Mixed(), []
+    evaluate = problem._evaluate
+    problem._evaluate = lambda x, out, *args: (calls.append(x), evaluate(x, out))
+    searched = Required(problem)
+    searched = Recorded(searched, study=tmp_path / "s.db") if study else searched
+    result = nsga3(searched, n_evaluations=100, seed=1)
     assert len(result.F)
+    assert len(calls) + result.n_not_run == 100
+    assert 0 < len(calls) < 100
 
 
 def test_values_are_those_of_the_model_and_infinite_where_it_did_not_run():

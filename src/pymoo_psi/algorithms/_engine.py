@@ -317,6 +317,7 @@ class Engine:
             if values:
                 tests = self.tests_of(rows[unmet], values, matrix[unmet])
                 self._put(tests, 0.0, called=False)
+            self.problem.n_not_run += len(values)
             rows = rows[~unmet]
         return rows
 

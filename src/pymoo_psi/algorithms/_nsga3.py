@@ -39,7 +39,13 @@ from pymoo_psi.problems import (
 
 
 class NSGA3Result(Result):
-    """A pymoo ``Result``, of which ``minimize`` says that it is none of its algorithms."""
+    """A pymoo ``Result``, of which ``minimize`` says that it is none of its algorithms.
+
+    Attributes:
+        n_not_run: How many designs violated requirements, so that the model did not see them.
+    """
+
+    n_not_run: int
 
     def run(self) -> None:
         """Refuse to run: pymoo's ``minimize`` calls it of what it takes for an algorithm."""
@@ -48,7 +54,13 @@ class NSGA3Result(Result):
 
 
 def nsga3(
-    problem: Any, n_evaluations: int, *, seed: int | None = None, **kwargs: Any
+    problem: Any,
+    n_evaluations: int,
+    *,
+    seed: int | None = None,
+    verbose: bool = False,
+    progress: bool = False,
+    **kwargs: Any,
 ) -> NSGA3Result:
     """Minimise a problem by pymoo's NSGA-III and return the Result; ``minimize`` is not needed.
 
@@ -66,13 +78,14 @@ def nsga3(
         problem: A pymoo problem with two or more objectives.
         n_evaluations: The budget, 1 or more.
         seed: Seed of the run, which can be repeated with it.
+        verbose: As for ``minimize``.
+        progress: As for ``minimize``, and in a file a line a minute instead of a bar.
         **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling`` (also by name, as of
-            :class:`PSI`), ``ref_dirs``, ``callback``; and ``verbose``, ``progress`` or
-            ``termination`` as for ``minimize``.
+            :class:`PSI`), ``ref_dirs``, ``callback``; and ``termination`` as for ``minimize``.
 
     Returns:
         The pymoo ``Result``: ``res.X`` and ``res.F`` are the designs found, ``res.pop`` the last
-        population.
+        population, ``res.n_not_run`` how many designs requirements kept from being evaluated.
 
     Raises:
         ArgumentValueError: The budget is below 1, the seed below 0, or the problem has one
@@ -89,8 +102,8 @@ def nsga3(
     problem = required(problem)
     scaled = any(v.kind is Kind.LOG for v in design_space(problem).variables)
     problem = LogScaled(problem) if scaled else problem
+    before = getattr(problem, "n_not_run", 0)
     budget = integer("n_evaluations", n_evaluations, minimum=1)
-    shown = {name: kwargs.pop(name) for name in ("verbose", "progress") if name in kwargs}
     require_known_keywords("nsga3", NSGA3, kwargs)
     if problem.n_obj < 2:
         remedy = "use PSI, or one of pymoo's algorithms for a single objective"
@@ -108,8 +121,9 @@ def nsga3(
     # pymoo's default would end a run by its own rules, before the budget is used up
     kwargs.setdefault("termination", NoTermination())
     result = NSGA3Result()
-    done = run_within_budget(NSGA3(seed=seed, **kwargs), problem, budget, **shown)
-    result.__dict__.update(done.__dict__)
+    algorithm = NSGA3(seed=seed, **kwargs)
+    done = run_within_budget(algorithm, problem, budget, verbose=verbose, progress=progress)
+    result.__dict__.update(vars(done), n_not_run=getattr(problem, "n_not_run", 0) - before)
     if scaled:
         result.problem = problem.wrapped
         shared = {id(each): each for group in (result.pop, result.opt) for each in group}

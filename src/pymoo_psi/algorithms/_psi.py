@@ -214,10 +214,8 @@ class PSI(Algorithm):
             return False
         tests = self._tests_of(infills)
         self._engine.store.keep(tests)
-        before = self.pop  # of the table without the block, so asked for before it grows
-        for individual, violation in zip(infills, self._violation(tests), strict=True):
-            individual.CV = np.array([violation])  # pymoo's, with that of the limits
-        self._population = Population.merge(before, infills)
+        infills.set("CV", self._violation(tests)[:, None])  # pymoo's, with that of the limits
+        self._population = Population.merge(self.pop, infills)  # of the table without the block
         self._add(tests)
         return True
 
@@ -359,16 +357,15 @@ class _Output(Output):
 
     def __init__(self) -> None:
         super().__init__()
-        self.counts = [Column(name, width=8) for name in ("tested", "failed", "feasible", "n_nds")]
-        self.columns += self.counts
+        self.columns += [Column(n, width=8) for n in ("tested", "failed", "feasible", "n_nds")]
 
     def update(self, algorithm: PSI) -> None:
         super().update(algorithm)
         table, optimal = algorithm.table, len(algorithm._optimal_rows())
-        failed = int((table.status == "failed").sum())
-        feasible = int(table.feasible(algorithm.limits).sum()) if optimal else 0
-        for column, value in zip(self.counts, (len(table), failed, feasible, optimal), strict=True):
-            column.set(value)
+        feasible = table.feasible(algorithm.limits).sum() if optimal else 0
+        counts = len(table), (table.status == "failed").sum(), feasible, optimal
+        for column, count in zip(self.columns[-4:], counts, strict=True):
+            column.set(int(count))
 
 
 def investigate(
@@ -427,8 +424,7 @@ def investigate(
     known_name("keep", keep, ("all", "feasible", "pareto"))
     engine = Engine(problem, n_points, run, keep=keep, n_jobs=n_jobs)
     n = len(engine.points)
-    tables, done = [engine.table], 0
-    size = least = 0  # how many rows there are, and had been left when they were filtered last
+    tables, done, size, least = [engine.table], 0, 0, 0  # rows now, and left by the last filter
     with (
         progress_bar(progress) as bar,
         stored_at_termination(engine.store),
@@ -441,9 +437,7 @@ def investigate(
             if keep == "pareto" and size > max(2 * least, _WORTH_FILTERING):
                 tables = [kept_tests(keep, run.limits, by_number(tables))]
                 size = least = len(tables[0])
-    found = by_number(tables)
-    if keep == "pareto":
-        found = kept_tests(keep, run.limits, found)
+    found = kept_tests(keep, run.limits, by_number(tables))
     # A limit on what no test gives is refused; of failed tests alone it is unknown what they give.
     if keep != "all" or (found.status != "failed").any():
         bounds_of(run.limits, found.layout)

@@ -152,15 +152,18 @@ class Recorded(WrappedProblem):
         given = self._engine.space.to_matrix(X)
         keys = design_keys(design_matrix("X", given, layout.variables, layout.kinds))
         known = self._answers.tests
-        if not known.keys() >= set(keys):
+
+        def unknown() -> list[int]:
+            first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
+            return sorted(first.values())  # the same design twice is evaluated once
+
+        if unknown():
             self._read()
-        if not known.keys() >= set(keys):
+        if unknown():
             # The lock is within, so that it is given back.
             with stored_at_termination(self._store), self._store.writing():
                 self._read()  # what another process stored before we got the lock
-                # the same design twice is evaluated once
-                first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
-                if rows := sorted(first.values()):
+                if rows := unknown():
                     self._evaluate(given[rows], [keys[row] for row in rows])
         numbers, values = zip(*(known[key] for key in keys), strict=True)
         out = columns_of_values(self._model, values)
@@ -192,9 +195,9 @@ class Recorded(WrappedProblem):
         numbers = np.array(self._answers.numbers_for(keys))
         order = np.argsort(numbers)
         self._engine.points = Points(numbers[order], 0, designs=designs[order])
-        tests, n_evaluated = self._engine.block(0, len(numbers))
+        tests, n_called = self._engine.block(0, len(numbers))
         self._answers.add(tests)
-        self.n_evaluated += n_evaluated
+        self.n_evaluated += n_called
 
 
 class _Answers:

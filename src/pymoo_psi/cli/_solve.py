@@ -251,7 +251,6 @@ def _by_nsga3(
 ) -> Found:
     # A design that fails must neither end the run nor give NSGA-III a NaN to sort.
     problem = required(problem)
-    rules = getattr(problem, "required", ())
     searched: Any = FailureTolerant(problem)
     if run.study is not None:
         searched = Recorded(searched, study=run.study, study_key=run.study_key, retry=run.retry)
@@ -262,9 +261,12 @@ def _by_nsga3(
 
         result = nsga3(searched, n_evaluations=points, seed=run.seed, callback=callback)
     reasons = tuple(failure.reason for failure in searched.failures)
-    # of designs that violate a requirement it is unknown how many there were
-    stored = 0 if run.study is None or rules else points - searched.n_evaluated
-    counts = f"{points} evaluated" + (f", {stored} of them from the study" if stored else "")
+    unmet: int = result.n_not_run
+    stored = 0 if run.study is None else points - searched.n_evaluated - unmet
+    counts = f"{points - unmet} evaluated" + (
+        f", {stored} of them from the study" if stored else ""
+    )
+    counts += f", {unmet} not run by requirements" if unmet else ""
     counts += f", {len(reasons)} failed" if reasons else ""
     # pymoo has no F where no design is feasible.
     last = result.pop if result.F is None else result.opt

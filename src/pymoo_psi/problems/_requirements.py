@@ -120,6 +120,7 @@ class Required(WrappedProblem):
 
     Attributes:
         required: The requirements.
+        n_not_run: How many designs violated one when they were to be evaluated.
 
     Raises:
         ArgumentValueError: A rule cannot be read, or uses what is no variable.
@@ -143,6 +144,7 @@ class Required(WrappedProblem):
         self._variables = [*own_names(problem, self._space).values()]
         self.required = requirements_of(requirements, self._variables)
         self.given = requirements
+        self.n_not_run = 0
         n = problem.n_ieq_constr
         super().__init__(problem, n_ieq_constr=n + len(self.required))
         self.requirements = None  # they are constraints here
@@ -184,6 +186,7 @@ class Required(WrappedProblem):
         above = self.amounts(self._space.to_matrix(X))
         out: dict[str, Any] = self.values_without_run(above)
         met = np.flatnonzero((above <= 0).all(axis=1))
+        self.n_not_run += len(X) - len(met)
         for name, values in evaluate(X[met]).items() if len(met) else ():
             if name not in out:  # what else the model gives, nothing where it did not run
                 out[name] = np.full(len(X), None, dtype=object)
