@@ -112,6 +112,16 @@ def identity_text(identity: Mapping[str, Any], **layout: Any) -> str:
         ) from None
 
 
+def flat(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
+    """Return plain values by name as JSON, in which NaN is equal to NaN; of inner ones by path."""
+    texts: dict[str, str] = {}
+    for name, value in values.items():
+        inner = isinstance(value, Mapping)
+        text = json.dumps(None if inner else value, ensure_ascii=False)
+        texts |= flat(value, f"{of}{name}.") if inner else {f"{of}{name}": text}
+    return texts
+
+
 def boolean(name: str, value: object) -> bool:
     """Return ``value`` as a ``bool``; numbers and strings are not accepted."""
     if not isinstance(value, (bool, np.bool_)):

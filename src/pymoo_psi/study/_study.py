@@ -26,7 +26,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from os import PathLike
@@ -38,7 +38,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Received, identity_text, integer, invalid, wrong_type
+from pymoo_psi._validation import (
+    Received,
+    flat,
+    identity_text,
+    integer,
+    invalid,
+    wrong_type,
+)
 from pymoo_psi.errors import (
     StudyAccessError,
     StudyCorruptError,
@@ -63,23 +70,14 @@ LAST = 2**63 - 1  # the largest number of a test point
 _APPLICATION = 0x50534931  # "PSI1", in the header of the file
 _VERSION = 4  # of the tables, also in the header; 1 to 3 are those of pymoo-psi 0.1 and 0.2
 _FIXED = {
-    "test_point": "INTEGER PRIMARY KEY",
-    "status": "TEXT",
-    "reason": "TEXT",
-    "origin": "TEXT",
+    "test_point": "INTEGER PRIMARY KEY", "status": "TEXT", "reason": "TEXT", "origin": "TEXT",
     "seconds": "REAL",
-}
+}  # fmt: skip
 _TABLES = {
     "proposals": "(test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)",
     "study": "(name TEXT PRIMARY KEY, value TEXT)",
 }
-_TYPES = {
-    Kind.REAL: "",
-    Kind.LOG: "",
-    Kind.INTEGER: "INTEGER",
-    Kind.BINARY: "INTEGER",
-    Kind.CHOICE: "TEXT",
-}
+_TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
 _PATIENCE = 60.0  # seconds for readers to end their query before a commit, and for that commit
@@ -103,9 +101,7 @@ class Study:
             raise wrong_type("study path", "the name of a file", path)
         self.path: str = os.path.realpath(path)
         self.wait = wait
-        # Its id and number of commits when it was seen last: a file with another id or with fewer
-        # commits is not the one that was there.
-        self._seen: tuple[str, int] | None = None
+        self._seen: str | None = None  # its id, by which another file in its place is noticed
 
     def begin(
         self, head: Head, share: tuple[int, int] | None = None, points: tuple[int, int] = (1, 1)
@@ -149,9 +145,12 @@ class Study:
             raise StudyMismatchError(
                 f"study {self.path} must be share {own['share']}, and is none; move it away"
             )
-        if own and facts["points"] != (points_of_both := _span([facts, own])):
-            with self._writing() as (db, _):
-                _put(db, points=points_of_both)
+        if own:
+            (first, last), (begun, end) = points, facts["points"]
+            both = [min(first, begun), max(last, end)]
+            if both != facts["points"]:
+                with self._transaction(write=True) as (db, _):
+                    _put(db, points=both)
 
     @contextmanager
     def writing(self) -> Iterator[None]:
@@ -201,13 +200,13 @@ class Study:
             How many tests were new or replaced.
 
         Raises:
-            StudyMismatchError: Another study, or an older copy of this one, has taken its place.
+            StudyMismatchError: Another study has taken its place.
             ArgumentValueError: A test is stored with other values.
             StudyLockedError: Another process is writing.
             StudyAccessError: The disk is full, or file or folder cannot be written.
             StudyCorruptError: The file is damaged.
         """
-        with self._writing() as (db, facts):
+        with self._transaction(write=True) as (db, facts):
             head = facts["head"]
             new = _unknown(db, self.path, head, columns)
             if new.any():
@@ -224,10 +223,10 @@ class Study:
         """Return the stored tests among the ``count`` test points from number ``first``.
 
         Raises:
-            StudyMismatchError: Another study, or an older copy of this one, has taken its place.
+            StudyMismatchError: Another study has taken its place.
             StudyError: The file is damaged or cannot be read.
         """
-        with self._transaction("BEGIN") as (db, facts):
+        with self._transaction() as (db, facts):
             return _selected(db, self.path, facts["head"], first, first + count - 1)
 
     def facts(self) -> dict[str, Any]:
@@ -236,7 +235,7 @@ class Study:
         Raises:
             StudyError: As :meth:`columns`.
         """
-        with self._transaction("BEGIN") as (_, facts):
+        with self._transaction() as (_, facts):
             return facts
 
     def contents(self) -> tuple[dict[str, Any], Columns]:
@@ -245,7 +244,7 @@ class Study:
         Raises:
             StudyError: As :meth:`columns`.
         """
-        with self._transaction("BEGIN") as (db, facts):
+        with self._transaction() as (db, facts):
             return facts, _selected(db, self.path, facts["head"], 1, LAST)
 
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
@@ -261,7 +260,7 @@ class Study:
         Raises:
             StudyError: As :meth:`append`.
         """
-        with self._writing() as (db, _):
+        with self._transaction(write=True) as (db, _):
             if stored := _proposals(db, proposals[0][0], proposals[-1][0]):
                 return stored
             rows = [(*row, json.dumps(content, ensure_ascii=False)) for *row, content in proposals]
@@ -274,36 +273,27 @@ class Study:
         Raises:
             StudyError: As :meth:`columns`.
         """
-        with self._transaction("BEGIN") as (db, _):
+        with self._transaction() as (db, _):
             return _proposals(db, first, first + count - 1)
 
     @contextmanager
-    def _writing(self) -> Iterator[tuple[sqlite3.Connection, dict[str, Any]]]:
-        """Give a connection and the facts, and commit the body's changes."""
-        # A plain BEGIN would take SQLite's write lock at the first change only, after reading.
-        with self.writing(), self._transaction("BEGIN IMMEDIATE") as (db, facts):
-            yield db, facts
-            if db.total_changes:
-                facts["commits"] += 1
-                _put(db, commits=facts["commits"])
-
-    @contextmanager
-    def _transaction(self, begin: str) -> Iterator[tuple[sqlite3.Connection, dict[str, Any]]]:
+    def _transaction(
+        self, *, write: bool = False
+    ) -> Iterator[tuple[sqlite3.Connection, dict[str, Any]]]:
         """Give a connection in a transaction, and the facts of what is still the same study."""
-        with _connected(self.path) as db:
-            db.execute(begin)
+        with self.writing() if write else nullcontext(), _connected(self.path) as db:
+            # A plain BEGIN would take SQLite's write lock at the first change only, after reading.
+            db.execute("BEGIN IMMEDIATE" if write else "BEGIN")
             facts = _facts(db, self.path)
-            if self._seen is not None:
-                name, commits = self._seen
-                if facts["id"] != name or facts["commits"] < commits:
-                    raise StudyMismatchError(
-                        f"study {self.path} is not the one that this run began or continued: "
-                        "another study, or an older copy, has taken its place, and was left as it "
-                        "is; put the right file back, or run again to continue this one"
-                    )
+            if self._seen not in (None, facts["id"]):
+                raise StudyMismatchError(
+                    f"study {self.path} is not the one that this run began or continued: another "
+                    "has taken its place, and was left as it is; put the right file back, or run "
+                    "again to continue this one"
+                )
             yield db, facts
             db.execute("COMMIT")
-        self._seen = facts["id"], facts["commits"]
+        self._seen = facts["id"]
 
 
 def read_study(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns]:
@@ -368,15 +358,13 @@ def _reported(path: str) -> Iterator[None]:
             ) from error
         if "not a database" in text:
             raise _foreign(path) from error
-        known = any(
-            known in text for known in ("disk I/O", "readonly", "unable to open", "too many")
-        )
-        if not known and not isinstance(error, OSError):
-            raise _corrupt(path, text) from error
-        raise StudyAccessError(
-            f"study {path} cannot be used: {text}; check that its folder exists and that you may "
-            "write it; what was committed is still there"
-        ) from error
+        system = ("disk I/O", "readonly", "unable to open", "too many")
+        if isinstance(error, OSError) or any(words in text for words in system):
+            raise StudyAccessError(
+                f"study {path} cannot be used: {text}; check that its folder exists and that you "
+                "may write it; what was committed is still there"
+            ) from error
+        raise _corrupt(path, text) from error
 
 
 def _corrupt(path: str, what: str) -> StudyCorruptError:
@@ -423,9 +411,11 @@ def _create(path: str, facts: Mapping[str, Any], columns: Columns | None = None)
         db.execute("BEGIN")
         db.execute(f"PRAGMA application_id = {_APPLICATION}")
         db.execute(f"PRAGMA user_version = {_VERSION}")
-        for name, columns_sql in {**_TABLES, "tests": _tests_sql(facts["head"])}.items():
-            db.execute(f"CREATE TABLE {name} {columns_sql}")
-        _put(db, id=secrets.token_hex(16), begun=now, commits=0, **facts)
+        tests = {**_FIXED, **_sql_columns(facts["head"])}
+        listed = ", ".join(f"{_quoted(name)} {type_}" for name, type_ in tests.items())
+        for name, made in {**_TABLES, "tests": f"({listed})"}.items():
+            db.execute(f"CREATE TABLE {name} {made}")
+        _put(db, id=secrets.token_hex(16), begun=now, **facts)
         if columns is not None:
             _insert(db, facts["head"], columns, None, np.nan)
         db.execute("COMMIT")
@@ -444,28 +434,17 @@ def _facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
             f"study {path} has format {marks[1]}, but this version of pymoo-psi reads format "
             f"{_VERSION}; {older if marks[1] < _VERSION else 'install a later one'}"
         )
-    # A view in place of a table may take for ever to read, a trigger or a computed column changes
-    # what is written: every object is as it was made here, or it is refused before it is used.
-    made = "SELECT name, type, sql FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
-    found = {name: (type_, sql) for name, type_, sql in db.execute(made)}
-
-    def require(name: str, columns: str) -> None:
-        if found.pop(name, None) != ("table", f"CREATE TABLE {name} {columns}"):
-            raise _corrupt(path, f"its table {name} is not as pymoo-psi makes it")
-
-    for name, columns in _TABLES.items():
-        require(name, columns)
+    # What SQLite would run by itself, such as a trigger, is not used.
+    own = {"tests", *_TABLES}
+    made = "SELECT type, name FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
+    for kind, name in db.execute(made):
+        if kind != "table" or name not in own:
+            raise _corrupt(path, f"it holds the {kind} {name!r:.40}, which is none of its own")
     try:
         facts = {n: json.loads(v) for n, v in db.execute("SELECT name, value FROM study")}
-        facts |= {"id": str(facts["id"]), "commits": int(facts["commits"])}
-        require("tests", _tests_sql(facts["head"]))
+        facts["id"], _ = str(facts["id"]), _sql_columns(facts["head"])
     except (TypeError, ValueError, KeyError) as error:
         raise _corrupt(path, f"its head cannot be read ({error!r})") from error
-    for name, (type_, _) in found.items():
-        raise StudyCorruptError(
-            f"study {path} holds the {type_} {name!r:.60}, which is none of its own, and is not "
-            f"used with it; DROP {type_.upper()} removes it, or move the file away"
-        )
     return facts
 
 
@@ -491,21 +470,14 @@ def _kinds(head: Head) -> dict[str, Kind]:
 
 def _sql_columns(head: Head) -> dict[str, str]:
     """Return SQL's columns of what a head names, and their types."""
-    kinds = _kinds(head)
     columns: dict[str, str] = {}
     taken = {*_FIXED}
-    for name, kind in kinds.items():
+    for name, kind in _kinds(head).items():
         while name.lower() in taken:  # SQL takes "a" and "A" for one name
             name += "_"
         taken.add(name.lower())
-        columns[name] = _TYPES[kind]
+        columns[name] = _TYPES.get(kind, "")
     return columns
-
-
-def _tests_sql(head: Head) -> str:
-    """Return the columns of the table of tests as SQLite keeps them, also where some came later."""
-    columns = {**_FIXED, **_sql_columns(head)}
-    return f"({', '.join(f'{_quoted(name)} {type_}'.rstrip() for name, type_ in columns.items())})"
 
 
 def _quoted(name: str) -> str:
@@ -658,7 +630,7 @@ def _require_alike(
 ) -> None:
     """Refuse a study of another problem, or of another number of shares than ``of``."""
     # NaN is NaN, and 2 is not 2.0.
-    a, b = _flat(_by_variable(facts["head"])), _flat(_by_variable(head))
+    a, b = flat(_by_variable(facts["head"])), flat(_by_variable(head))
     differing = [
         f"{name} is {a.get(name, 'absent'):.120} in the study, {b.get(name, 'absent'):.120} {there}"
         for name in {**a, **b}
@@ -682,14 +654,6 @@ def _by_variable(head: Head) -> dict[str, Any]:
     # The name of the problem says most. A prototype is carried along, and outputs are those that
     # tests have brought so far.
     return {"problem": None, **head, **named, "prototype": None, "outputs": None}
-
-
-def _flat(value: Any, name: str = "") -> dict[str, str]:
-    """Return the values of nested dicts as JSON, by names with dots."""
-    if not isinstance(value, dict):
-        return {name: json.dumps(value, ensure_ascii=False)}
-    inner = (_flat(v, f"{name}.{key}" if name else key) for key, v in value.items())
-    return {key: text for part in inner for key, text in part.items()}
 
 
 # Shares: the points of one investigation divided among machines, and their files as one study
@@ -726,8 +690,7 @@ class Share(NamedTuple):
         """
         if not isinstance(value, (tuple, list)) or len(value) != 2:
             raise wrong_type("share", "a pair (k, n), the k-th of n parts", value)
-        of = integer("n of share=(k, n)", value[1], minimum=1)
-        part = integer("k of share=(k, n)", value[0], minimum=1)
+        part, of = (integer("k and n of share=(k, n)", v, minimum=1) for v in value)
         if part > of:
             raise invalid("share", "(k, n) with k from 1 to n", Received(f"({part}, {of})"))
         return cls(part, of)
@@ -812,7 +775,8 @@ def _missing(studies: Sequence[Mapping[str, Any]], numbers: NDArray[np.int64]) -
     known = [facts for facts in studies if "share" in facts]
     if not known:
         return ""
-    (first, last), of = _span(known), known[0]["share"][1]
+    firsts, lasts = zip(*(facts["points"] for facts in known), strict=True)
+    first, last, of = min(firsts), max(lasts), known[0]["share"][1]
     absent = np.setdiff1d(np.arange(first, last + 1), numbers, assume_unique=True)
     if len(absent) == 0:
         return ""
@@ -822,9 +786,3 @@ def _missing(studies: Sequence[Mapping[str, Any]], numbers: NDArray[np.int64]) -
         f"{len(absent)} of {last - first + 1} test points are missing, the first is {absent[0]}; "
         f"of {of} shares these lack points: {', '.join(map(str, parts))}"
     )
-
-
-def _span(shares: Sequence[Mapping[str, Any]]) -> list[int]:
-    """Return the first and the last point of the investigations that shares are of."""
-    firsts, lasts = zip(*(facts["points"] for facts in shares), strict=True)
-    return [min(firsts), max(lasts)]

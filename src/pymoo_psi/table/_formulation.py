@@ -4,10 +4,10 @@ In Parameter Space Investigation the problem is formulated after the tests, and 
 (Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995, Chapter 1): a limit was
 too tight, an objective was forgotten, a constraint turns out to be negotiable.
 
-A computed column may be a text such as ``mass / (width * height)``. Python's parser reads it and
-nothing evaluates it as Python: all names and numbers are replaced by placeholders first, and only
-sums, products, powers and calls of known functions are accepted, so that a text from an untrusted
-file runs nothing. All numbers are float64, whose powers take no time.
+A computed column may be a text such as ``mass / (width * height)``. All names and numbers of it are
+replaced by placeholders, what remains may hold sums, products, powers and calls of known functions
+only, and Python computes that with these placeholders as the only names: a text from an untrusted
+file runs nothing else. All numbers are float64, whose powers take no time.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import reduce
+from functools import lru_cache, reduce
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -53,25 +53,28 @@ Computation: TypeAlias = str | Callable[[Columns], Any]
 """An expression, or a function of the ``(n,)`` columns by name, in the original direction."""
 
 Array = NDArray[np.float64]
-Step = float | str | tuple[Callable[..., Any], int]
 
-_ONE: dict[str, Callable[[Any], Any]] = {
+
+def _least(*values: Any) -> Any:
+    return reduce(np.minimum, values)
+
+
+def _greatest(*values: Any) -> Any:
+    return reduce(np.maximum, values)
+
+
+# Not fmin and fmax, which would pass over a NaN and make a number of what is not known.
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp,
     "log": np.log, "log2": np.log2, "log10": np.log10,
     "sin": np.sin, "cos": np.cos, "tan": np.tan,
     "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
-    "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
+    "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "min": _least, "max": _greatest,
 }  # fmt: skip
-# Not fmin and fmax, which would pass over a NaN and make a number of what is not known.
-_MANY: dict[str, Callable[[Any, Any], Any]] = {"min": np.minimum, "max": np.maximum}
-_OPERATIONS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide,
-    ast.Pow: np.power,
-}  # fmt: skip
-_SIGNS: dict[type[ast.unaryop], Callable[[Any], Any]] = {
-    ast.UAdd: np.positive,
-    ast.USub: np.negative,
-}
+_ARITHMETIC = (
+    ast.Expression, ast.BinOp, ast.UnaryOp, ast.Call, ast.Name, ast.Load,
+    ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Pow, ast.UAdd, ast.USub,
+)  # fmt: skip
 _CONSTANTS = {"pi": np.pi}
 _OPERAND = re.compile(
     r"(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
@@ -368,13 +371,13 @@ class Expression:
 
     Attributes:
         text: As it was written.
-        steps: What is done, one after the other, with a stack of values: a number is put on it; a
-            text is a column, put on it, or a constant; a function takes as many values as stand
-            beside it from the stack, and puts its own there.
+        plain: The same with placeholders ``_0``, ``_1``, … for numbers and names.
+        operands: What these stand for: numbers, names of columns or constants, and functions.
     """
 
     text: str
-    steps: tuple[Step, ...]
+    plain: str
+    operands: tuple[float | str | Callable[..., Any], ...]
 
     @classmethod
     def of(cls, text: str) -> Expression:
@@ -392,7 +395,7 @@ class Expression:
         """
         if not isinstance(text, str):
             raise wrong_type("an expression", "text", text)
-        operands: list[float | str] = []
+        operands: list[Any] = []
 
         def placeholder(found: re.Match[str]) -> str:
             quoted = (found["quoted"] or "").replace("``", "`")
@@ -401,18 +404,30 @@ class Expression:
 
         plain = " ".join(_OPERAND.sub(placeholder, text).split())
         try:
-            if not _MARKS.fullmatch(plain):
+            tree = ast.parse(plain if _MARKS.fullmatch(plain) else "", mode="eval")
+            nodes = [*ast.walk(tree)]
+            if not all(isinstance(node, _ARITHMETIC) for node in nodes):
                 raise SyntaxError
-            return cls(text, tuple(_steps(ast.parse(plain, mode="eval").body, operands)))
-        except (SyntaxError, RecursionError, MemoryError):  # the parser's, of deep nesting
+            for call in (node for node in nodes if isinstance(node, ast.Call)):
+                k, count = int(ast.unparse(call.func)[1:]), len(call.args)
+                name = known_name("a function of an expression", operands[k], _FUNCTIONS)
+                if (count > 1) != (name in ("min", "max")) or not count:
+                    rule = "of two values or more" if name in ("min", "max") else "of one value"
+                    raise invalid(f"{name}() of an expression", rule, Received(count))
+                operands[k] = _FUNCTIONS[name]
+            _code(plain)
+        except ArgumentValueError:
+            raise
+        except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two: nested deep
             rule = "arithmetic of columns, such as 'mass / (width * height)'"
             remedy = "powers are width**2, names of other than letters, digits and _ in backquotes"
             raise invalid("an expression", rule, text, remedy) from None
+        return cls(text, plain, tuple(operands))
 
     @property
     def columns(self) -> list[str]:
         """The names in it, but for those of constants."""
-        return [step for step in self.steps if isinstance(step, str) and step not in _CONSTANTS]
+        return [name for name in self.operands if isinstance(name, str) and name not in _CONSTANTS]
 
     def values(self, columns: Mapping[str, NDArray[Any]]) -> Array:
         """Return the ``(n,)`` values; NaN or infinite where there is no finite one.
@@ -424,53 +439,23 @@ class Expression:
             ArgumentValueError: There is no such column.
             ArgumentTypeError: A column holds no numbers.
         """
-        stack: list[Any] = []
+        names: dict[str, Any] = {"__builtins__": {}}
+        for k, operand in enumerate(self.operands):
+            value: Any = operand
+            if isinstance(operand, float):
+                value = np.float64(operand)
+            elif isinstance(operand, str) and operand in _CONSTANTS and operand not in columns:
+                value = np.float64(_CONSTANTS[operand])
+            elif isinstance(operand, str):
+                known_name(f"a column of {self.text!r:.60}", operand, columns)
+                value = real_column(operand, columns[operand])
+            names[f"_{k}"] = value
         # Division by zero, logarithms below zero and overflow show in the values.
         with np.errstate(all="ignore"):
-            for step in self.steps:
-                if isinstance(step, float):
-                    stack.append(np.float64(step))
-                elif isinstance(step, str):
-                    stack.append(self._operand(step, columns))
-                else:
-                    function, count = step
-                    operands = stack[-count:]
-                    del stack[-count:]
-                    # min and max of more than two are those of the first two, and so on
-                    stack.append(reduce(function, operands) if count > 1 else function(*operands))
-        n = len(next(iter(columns.values()), ()))
-        return np.array(np.broadcast_to(stack.pop(), (n,)), dtype=np.float64)
-
-    def _operand(self, name: str, columns: Mapping[str, NDArray[Any]]) -> Any:
-        if name not in columns and name in _CONSTANTS:
-            return np.float64(_CONSTANTS[name])
-        known_name(f"a column of {self.text!r:.60}", name, columns)
-        return real_column(name, columns[name])
+            result = eval(_code(self.plain), names)  # arithmetic alone, see `of`
+        return np.array(np.broadcast_to(result, len(next(iter(columns.values()), ()))), np.float64)
 
 
-def _steps(tree: ast.expr, operands: list[float | str]) -> list[Step]:
-    """Return a tree as steps, operands first; without recursion, as sums are nested deep."""
-    pending: list[ast.expr] = [tree]
-    steps: list[Step] = []
-    while pending:  # each node before its operands, the last of these first: steps backwards
-        node = pending.pop()
-        if isinstance(node, ast.Name):
-            steps.append(operands[int(node.id[1:])])
-        elif isinstance(node, ast.BinOp) and type(node.op) in _OPERATIONS:
-            steps.append((_OPERATIONS[type(node.op)], 2))
-            pending += [node.left, node.right]
-        elif isinstance(node, ast.UnaryOp) and type(node.op) in _SIGNS:
-            steps.append((_SIGNS[type(node.op)], 1))
-            pending.append(node.operand)
-        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
-            name, count = operands[int(node.func.id[1:])], len(node.args)
-            known_name("a function of an expression", name, [*_ONE, *_MANY])
-            functions = _ONE if count == 1 else _MANY
-            if name not in functions or not count:
-                rule = "of one value" if name in _ONE else "of two values or more"
-                raise invalid(f"{name}() of an expression", rule, Received(count))
-            steps.append((functions[str(name)], count))
-            pending += node.args
-        else:
-            raise SyntaxError
-    return steps[::-1]
+@lru_cache(maxsize=256)
+def _code(plain: str) -> Any:
+    return compile(plain, "an expression", "eval")

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Received, flat, invalid
 from pymoo_psi.table._designs import design_matrix, first_rows, joined_designs
 from pymoo_psi.table._layout import ORIGIN, Layout, joined_layout
 
@@ -140,7 +139,7 @@ def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) 
         return ""
     one, other = _facts(a), _facts(b)
     keys = [key for key in one if key in other]
-    mine, theirs = (_flat(table.problem or {}) for table in (a, b))
+    mine, theirs = (flat(table.problem or {}) for table in (a, b))
     if "problem" in mine and "problem" in theirs:
         keys += sorted({*mine, *theirs})
         one, other = one | mine, other | theirs
@@ -164,12 +163,3 @@ def _facts(table: TestTable) -> dict[str, str]:
     if former is not None:
         facts["prototype"] = (former.names, *(getattr(former, n).tolist() for n in "XFGH"))
     return {key: str(value) for key, value in facts.items()}
-
-
-def _flat(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
-    """Return plain values by name as texts, in which NaN is equal to NaN; names of inner ones."""
-    texts: dict[str, str] = {}
-    for name, value in values.items():
-        inner = isinstance(value, Mapping)
-        texts |= _flat(value, f"{of}{name}.") if inner else {f"{of}{name}": json.dumps(value)}
-    return texts
