@@ -68,7 +68,7 @@ def evaluate_designs(
         if isinstance(problem, Transformed):
             return within(problem.original(X))
         values = problem.spread(X, within)
-        reasons = values.get("failure", np.full(len(X), None))
+        reasons = values.get("failure", [None] * len(X))
         return values | {"failure": np.array([reason or "" for reason in reasons], dtype=object)}
     model = _Model(problem, args, kwargs, stop)
     # A problem with a `do` of its own transforms designs or values on the way, as pymoo's
@@ -155,9 +155,7 @@ class _Model:
             for outer in self.transformed:
                 design = outer.original(design)
             raw = self.function(copy.copy(design))
-            row: Values = {"failure": ""}
-            for name, size in self.sizes.items():
-                row[name] = _floats(name, raw.get(name), (size,))
+            row = {name: _floats(name, raw.get(name), (size,)) for name, size in self.sizes.items()}
             if flaw := _flaw(row):
                 raise _BadValues(flaw)
         except KeyboardInterrupt:
@@ -168,7 +166,7 @@ class _Model:
             if name not in row and value is not None:
                 mutable = isinstance(value, (np.ndarray, list, dict))
                 row[name] = copy.copy(value) if mutable else value
-        return row
+        return row | {"failure": ""}
 
     def lost(self, x: Any, reason: str) -> Values:
         """Return what stands for the values of a design whose evaluation a runner has lost."""
@@ -198,9 +196,9 @@ class _Model:
             size = _PART if n > _PART else 1
             parts = [self.together(X[i : i + size]) for i in range(0, n, size)]
             rows = [
-                {name: column[i] for name, column in part.items()}
+                dict(zip(part, row, strict=True))
                 for part in parts
-                for i in range(len(part["F"]))
+                for row in zip(*part.values(), strict=True)
             ]
             return columns_of_values(self.problem, rows)
         feasible = meets_constraints(out["G"], out["H"])
@@ -214,17 +212,14 @@ class _Model:
         out["failure"] = reasons
         for name, value in raw.items():
             if name not in out and value is not None:
-                array = isinstance(value, np.ndarray) and value.ndim > 0
-                many = (array or isinstance(value, list)) and len(value) == n
+                many = isinstance(value, list) or getattr(value, "ndim", 0) > 0
+                many = many and len(value) == n
                 out[name] = value_column(value if many else [value] * n)
         return out
 
     def _raw(self, X: Any) -> dict[str, Any]:
         """Return what a vectorised model gives for designs, as it gives it."""
-        designs = copy.copy(X)
-        if len(X) and isinstance(X[0], dict):
-            for i, x in enumerate(X):
-                designs[i] = copy.copy(x)
+        designs = copy.deepcopy(X)  # also where these are dictionaries
         out: dict[str, Any] = dict.fromkeys(self.sizes)
         if type(self.problem).do is Problem.do:
             # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
@@ -264,13 +259,13 @@ def _floats(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64
 
 def _flaw(values: Values) -> str:
     """Return why values of a design cannot be used, empty if they can."""
-    F, G, H = values["F"], values["G"], values["H"]
-    for name, numbers in (("F", F), ("G", G), ("H", H)):
+    for name in ("F", "G", "H"):
+        numbers = values[name]
         # The greatest of some numbers is NaN if one of them is, and sooner found than all.
         if numbers.size and np.isnan(np.maximum.reduce(numbers)):
             return f"{name} is {numbers.tolist()}"
-    if not np.isfinite(F).all() and meets_constraints(G, H):
-        return f"F is {F.tolist()} though the design is feasible"
+    if not np.isfinite(values["F"]).all() and meets_constraints(values["G"], values["H"]):
+        return f"F is {values['F'].tolist()} though the design is feasible"
     return ""
 
 

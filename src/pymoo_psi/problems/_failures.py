@@ -129,18 +129,16 @@ class FailureTolerant(WrappedProblem):
     def _penalise(self, X: Any, out: dict[str, Any], failed: Mask) -> None:
         """Give failed designs objectives that are worse than any that did not fail so far."""
         F = out["F"]
-        seen = np.where(np.isfinite(F), np.abs(F), -np.inf)
-        self._largest = np.maximum(self._largest, seen.max(axis=0, initial=-np.inf))
+        seen = np.where(np.isfinite(F), np.abs(F), -np.inf).max(axis=0, initial=-np.inf)
+        self._largest = np.maximum(self._largest, seen)
         known = np.where(np.isfinite(self._largest), self._largest, _VIOLATION)
         # Of the size of the values, since algorithms scale by the range of a population; and the
         # same design has the same ones again until that doubles: dynamic algorithms evaluate
         # designs twice and take another value for a change of the problem.
         level = np.exp2(np.minimum(np.ceil(np.log2(known + 1)), 1022))
         for i in np.flatnonzero(failed):
-            x = X[i]
-            key = (
-                x.tobytes() if isinstance(x, np.ndarray) and x.dtype != object else repr(x).encode()
-            )
+            vector = isinstance(X[i], np.ndarray) and X[i].dtype != object
+            key = X[i].tobytes() if vector else repr(X[i]).encode()
             # no two designs alike, which some algorithms cannot bear
             F[i] = level * (1.0 + (1 + zlib.crc32(key)) / 2**33)
         # pymoo takes a violation from here even where a problem has no constraints, and then
