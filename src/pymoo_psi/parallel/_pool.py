@@ -111,7 +111,7 @@ class ProcessPool:
 def _end_all(idle: list[_Worker], owner: int) -> None:
     if os.getpid() == owner:
         for worker in idle:
-            worker.send("leave", None)
+            worker.send(None)
         patient = monotonic() + _PATIENCE
         while idle:
             idle.pop().end(patient - monotonic())
@@ -126,15 +126,15 @@ class _Worker:
     Attributes:
         process: What Popen started: the guard of the process that evaluates.
         channel: The connection to it.
+        function: The pickled function that it has, or is loading.
         started: Whether it has loaded a function.
-        loaded: The pickled function that it has, or is loading.
-        loading: How many functions it is still to load.
+        loading: Whether it is loading another one.
         at: The designs it has, with their indices, the one it evaluates first.
         deadline: When it must have done what it is at.
     """
 
     def __init__(self, threads: int) -> None:
-        self.started, self.loaded, self.loading = False, b"", 0
+        self.function, self.started, self.loading = b"", False, False
         self.at: Waiting = deque()
         self.deadline = math.inf
         ours, theirs = socket.socketpair()
@@ -152,23 +152,22 @@ class _Worker:
             )
         # The worker imports from where this process does, but not its main module: what that
         # defines travels by value, so that a script needs no guard and a notebook works.
-        self.send(sys.path, sys.argv)
+        self.send((sys.path, sys.argv))
 
-    def load(self, function: bytes, timeout: float) -> None:
-        """Let it load a pickled function, unless it has it.
+    def evaluate(self, function: bytes, designs: Waiting, timeout: float) -> None:
+        """Let it evaluate designs, each in the time given, by a function that it may have to load.
 
-        No designs are sent before it has: while this process waits for space in a channel that
-        nobody empties, it cannot watch the time.
+        While it loads, it has read all that was sent: this process never waits for it.
         """
-        if self.loaded != function:
-            self.loaded, self.loading = function, self.loading + 1
-            self.deadline = monotonic() + max(timeout, _START)
-            self.send("function", function)
+        self.loading, self.function = self.function != function, function
+        self.at = designs
+        self.deadline = monotonic() + (max(timeout, _START) if self.loading else timeout)
+        self.send((function if self.loading else None, designs))
 
-    def send(self, kind: Any, content: Any) -> None:
+    def send(self, content: Any) -> None:
         """Send a message; a process that is gone is noticed when it is waited for."""
         # by value from __main__, which is another module there
-        data = cloudpickle.dumps((kind, content))
+        data = cloudpickle.dumps(content)
         with suppress(OSError):
             self.channel.send(data)
 
@@ -225,7 +224,7 @@ class _Run:
             while len(self.workers) < min(self.n_workers, busy):
                 self._hire()
             for worker in self.workers:
-                if not worker.loading and not worker.at and self.waiting:
+                if not worker.at and self.waiting:
                     self._feed(worker)
             now = monotonic()
             due = min(worker.deadline for worker in self.workers)
@@ -247,21 +246,18 @@ class _Run:
             worker = self.idle.pop(0)
         except IndexError:  # other threads take them, too
             worker = _Worker(threads=max(1, (os.cpu_count() or 1) // self.n_workers))
-        worker.load(self.pickled, self.timeout)
         self.workers.append(worker)
 
     def _feed(self, worker: _Worker) -> None:
         size = self.cost.chunk(len(self.waiting), self.n_workers)
-        worker.at.extend(self.waiting.popleft() for _ in range(size))
-        worker.deadline = monotonic() + self.timeout
-        worker.send("designs", worker.at)
+        chunk = deque(self.waiting.popleft() for _ in range(size))
+        worker.evaluate(self.pickled, chunk, self.timeout)
 
     def _handle(self, worker: _Worker, kind: str, content: Any) -> Iterator[Result]:
         """Process a message of a worker, or its end."""
         if kind == "ready":
-            worker.loading -= 1
-            worker.started = True
-            worker.deadline = worker.deadline if worker.loading else math.inf
+            worker.started, worker.loading = True, False
+            worker.deadline = monotonic() + self.timeout
         elif kind == "left":
             self._give_back(worker)
         elif kind == "raised":
@@ -283,16 +279,17 @@ class _Run:
 
     def _replace(self, worker: _Worker, overdue: bool) -> Iterator[Result]:
         """End a worker that has died or is overdue, which costs one design; another is hired."""
-        at = worker.at.popleft() if worker.at else None
-        self._give_back(worker)
         self.workers.remove(worker)
         how = worker.end(0.0 if overdue else _PATIENCE)
+        if overdue and worker.loading:
+            raise _cannot_load(f"it takes longer than {max(self.timeout, _START):g} s")
+        if not worker.started:
+            raise _cannot_load(f"the process ends before ({how})")
+        at = worker.at.popleft() if worker.at and not worker.loading else None
+        self._give_back(worker)
         if at is None:
-            if overdue:
-                raise _cannot_load(f"it takes longer than {max(self.timeout, _START):g} s")
-            if not worker.started:
-                raise _cannot_load(f"the process ends before ({how})")
-        elif overdue:
+            return
+        if overdue:
             yield self._lost(*at, f"timed out after {self.timeout:g} s")
         elif at[0] in self.tried:
             yield self._lost(*at, f"its worker process died ({how}, 2 times)")

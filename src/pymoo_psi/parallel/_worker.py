@@ -6,11 +6,11 @@ worker would do but for a model that holds the interpreter's lock in C code; a s
 of the parent (Linux) would come at the end of the thread that started the worker, and not reach
 what the model started. On Linux the guard finds these also where they left the worker's group.
 
-Messages to the worker: ``("function", pickled)``; ``("designs", Waiting)``; ``("leave", None)``.
-Messages from it: ``("ready", None)``, or ``("unusable", text)`` for a function that cannot be
-loaded; for each design, in turn and as soon as it is done, ``("done", Result)``,
-``("raised", error)`` or ``("lost", reason)``; ``("left", None)`` where the designs that are left of
-a chunk are for others.
+Messages to the worker: the path and the arguments of the program; then pairs of a pickled function,
+or None for the one that it has, and designs; None at the end. Messages from it: ``("ready", None)``
+when it has loaded a function, or ``("unusable", text)`` if it cannot; for each design, in turn and
+as soon as it is done, ``("done", Result)``, ``("raised", error)`` or ``("lost", reason)``;
+``("left", None)`` where the designs that are left of a chunk are for others.
 """
 
 from __future__ import annotations
@@ -168,20 +168,19 @@ def _serve(channel: Channel) -> None:
 
     function: Any = None
     for message in messages:
-        kind, content = cloudpickle.loads(message)
-        if kind == "leave":
+        if (content := cloudpickle.loads(message)) is None:
             return
-        if kind == "function":
+        pickled, designs = content
+        if pickled is not None:
             try:
-                function = cloudpickle.loads(content)
+                function = cloudpickle.loads(pickled)
             except BaseException as error:  # a module may exit when it is imported
                 send("unusable", one_line(error))
-            else:
-                send("ready")
-            continue
+                continue
+            send("ready")
         try:
             late = partial(_is_past, perf_counter() + 2 * CHUNK)  # what is left is for others
-            for result in evaluate_here(function, content, enough=late, moment=0.0):
+            for result in evaluate_here(function, designs, enough=late, moment=0.0):
                 try:
                     send("done", result)
                 except OSError:  # the pool is gone
@@ -192,7 +191,7 @@ def _serve(channel: Channel) -> None:
             send("raised", sendable(error))
         except (KeyboardInterrupt, SystemExit) as error:  # the model's, as the pool sends none
             send("lost", one_line(error))
-        if content:
+        if designs:
             send("left")
 
 
