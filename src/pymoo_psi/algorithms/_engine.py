@@ -141,8 +141,8 @@ class Engine:
         further: int = 0,
         method: str = "",
     ) -> None:
-        model, self._stop = untolerant(problem, options.on_failure == "raise")
-        self.problem = required(model, options.requirements)
+        self._stop = options.on_failure == "raise"
+        self.problem = required(untolerant(problem), options.requirements)
         self._model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
         default = {own: name for name, own in (options.names or {}).items()}
         log = options.log and [default.get(name, name) for name in options.log]

@@ -130,10 +130,7 @@ class PSI(Algorithm):
         if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
             shown = Received(f"one that has tested {self.n_tested} points")
             raise invalid("the algorithm", "set up before it runs", shown, "make another")
-        problem, stop = untolerant(problem)
-        problem = required(problem, self.options.requirements)
-        if stop:
-            self.options = replace(self.options, on_failure="raise")
+        problem = required(untolerant(problem), self.options.requirements)
         self._lines = progress_lines(kwargs.get("progress", False))
         if self._lines is not None:  # pymoo's bar would fill a file with what it rewrites
             kwargs["progress"] = False
@@ -330,8 +327,7 @@ class _Evaluator(Evaluator):
         self.stop = stop
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        wrapped, stop = untolerant(problem, self.stop)
-        out = evaluate_designs(wrapped, pop.get("X"), stop=stop)
+        out = evaluate_designs(untolerant(problem), pop.get("X"), stop=self.stop)
         for name, values in out.items():
             pop.set(name, values)
         outputs = tuple(name for name in out if name not in NO_OUTPUTS)

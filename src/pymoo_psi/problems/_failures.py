@@ -63,8 +63,6 @@ class FailureTolerant(WrappedProblem):
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables.
         failed_as: ``"constraint"`` or ``"penalty"``.
-        on_failure: ``"record"``, or ``"raise"`` to stop at the first failure with the design in
-            the message.
 
     Attributes:
         wrapped: The problem.
@@ -72,8 +70,7 @@ class FailureTolerant(WrappedProblem):
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem.
-        ArgumentValueError: ``failed_as`` or ``on_failure`` is unknown.
-        EvaluationError: In use: a design failed and ``on_failure="raise"``.
+        ArgumentValueError: ``failed_as`` is unknown.
 
     Example:
         >>> import numpy as np
@@ -90,13 +87,10 @@ class FailureTolerant(WrappedProblem):
         [array([-0.25])]
     """
 
-    def __init__(
-        self, problem: Any, *, failed_as: str = "constraint", on_failure: str = "record"
-    ) -> None:
+    def __init__(self, problem: Any, *, failed_as: str = "constraint") -> None:
         require_problem(problem)
-        problem = required(untolerant(problem)[0])
+        problem = required(untolerant(problem))
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
-        self.on_failure = known_name("on_failure", on_failure, ("record", "raise"))
         self.failures: list[Failure] = []
         self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
         n_ieq_constr = problem.n_ieq_constr + (self.failed_as == "constraint")
@@ -111,8 +105,7 @@ class FailureTolerant(WrappedProblem):
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs and note the failures; pymoo calls this from ``evaluate``."""
-        stop = self.on_failure == "raise"
-        out = evaluate_designs(self.wrapped, X, *args, stop=stop, **kwargs)
+        out = evaluate_designs(self.wrapped, X, *args, **kwargs)
         return self.tolerated(X, out, return_values_of)
 
     def tolerated(self, X: Any, out: dict[str, Any], return_values_of: Any) -> dict[str, Any]:
@@ -167,14 +160,13 @@ def _set_optimum(algorithm: Any, **kwargs: Any) -> None:
             algorithm.opt = algorithm.opt[~failed]
 
 
-def untolerant(problem: Any, stop: bool = False) -> tuple[Any, bool]:
-    """Return the problem within a ``FailureTolerant``, and whether a failure stops the run.
+def untolerant(problem: Any) -> Any:
+    """Return the problem within a ``FailureTolerant``, also within a part of one.
 
     PSI records failures itself, in its table: there no constraint is to be added for them.
     """
     if isinstance(problem, FailureTolerant):
-        return problem.wrapped, stop or problem.on_failure == "raise"
+        return problem.wrapped
     if isinstance(problem, Restricted) and isinstance(problem.wrapped, FailureTolerant):
-        inner, stop = untolerant(problem.wrapped, stop)
-        return Restricted(inner, problem.box), stop
-    return problem, stop
+        return Restricted(problem.wrapped.wrapped, problem.box)
+    return problem
