@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +22,17 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from benchmarks.comparison_problems import PROBLEMS, known_front
+from benchmarks.comparison_problems import (
+    PROBLEMS,
+    keep_reference,
+    kept_reference,
+    known_front,
+)
 from benchmarks.machine import describe_machine
-from pymoo_psi.comparison import INDICATORS, SIGNIFICANCE, Comparison, Reference, compare
+from pymoo_psi.comparison import INDICATORS, SIGNIFICANCE, Comparison, compare
 from pymoo_psi.plots import plot_indicator
 
 HERE = Path(__file__).parent
-REFERENCES = HERE / "references"
 PICTURES = HERE / "pictures"
 README = HERE / "README.md"
 BUDGETS = (256, 1024, 4096, 16384)
@@ -44,8 +49,7 @@ def whole_benchmark(folder: Path, jobs: int) -> None:
             problem, n_evaluations=BUDGETS, seeds=SEEDS, algorithms=ALGORITHMS,
             reference_front=known_front(name, problem), folder=folder / name, n_jobs=jobs,
         )  # fmt: skip
-        REFERENCES.mkdir(exist_ok=True)
-        comparisons[name].reference.save(REFERENCES / f"{name}.npz")
+        keep_reference(name, comparisons[name].reference)
         print(f"{name}: {len(comparisons[name].runs)} runs measured", flush=True)
     every = _joined(comparisons, lambda c: c.summary())
     every.to_csv(HERE / "comparison.csv", index=False)
@@ -62,10 +66,14 @@ def whole_benchmark(folder: Path, jobs: int) -> None:
 def some_rows(names: list[str], algorithms: list[str], budgets: list[int], jobs: int) -> None:
     """Run rows of the benchmark again and print their measures."""
     for name in names:
-        result = compare(
-            PROBLEMS[name](), n_evaluations=budgets, seeds=SEEDS, algorithms=algorithms,
-            reference=Reference.load(REFERENCES / f"{name}.npz"), n_jobs=jobs,
-        )  # fmt: skip
+        found = compare(
+            PROBLEMS[name](), n_evaluations=budgets, seeds=SEEDS, algorithms=algorithms, n_jobs=jobs
+        )
+        reference, measures = kept_reference(name), found.to_frame()
+        for k, run in enumerate(found.runs):
+            for indicator, value in reference.measure(run.F).items():
+                measures.loc[k, indicator] = value
+        result = replace(found, reference=reference, measures=measures)
         columns = ["evaluations", "algorithm", "runs"]
         for indicator in INDICATORS:
             columns += [indicator, f"{indicator}_q1", f"{indicator}_q3"]

@@ -42,7 +42,12 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from benchmarks.comparison_problems import PROBLEMS as COMPARED
-from benchmarks.comparison_problems import known_front
+from benchmarks.comparison_problems import (
+    REFERENCES,
+    keep_reference,
+    kept_reference,
+    known_front,
+)
 from benchmarks.engineering import SteppedCantilever, TenBarTruss
 from benchmarks.machine import describe_machine
 from pymoo_psi import QMCSampling, SurrogatePSI, compare, investigate, nsga3
@@ -286,8 +291,7 @@ PLAN: tuple[tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], int], ...] 
 
 def reference_of(name: str) -> Reference:
     """Return the reference of a problem, kept, or made by long runs of NSGA-III."""
-    path = HERE / "references" / f"{name}.npz"
-    if not path.exists():
+    if not (REFERENCES / f"{name}.npz").exists():
         problem = PROBLEMS[name]()
         front = known_front(name, problem) if name in COMPARED else None
         if name == "mw1":
@@ -295,8 +299,8 @@ def reference_of(name: str) -> Reference:
         made = compare(
             problem, n_evaluations=20_000, seeds=3, algorithms=["nsga3"], reference_front=front
         )
-        made.reference.save(path)
-    return Reference.load(path)
+        keep_reference(name, made.reference)
+    return kept_reference(name)
 
 
 def run(name: str, algorithm: str, seed: int, budgets: tuple[int, ...]) -> list[dict[str, Any]]:

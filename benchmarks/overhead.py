@@ -7,7 +7,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from pymoo.optimize import minimize
@@ -41,7 +43,9 @@ def main() -> None:
     spent: dict[str, list[tuple[float, float]]] = {name: [] for name in algorithms}
     for seed in range(ROUNDS):
         for name, algorithm in algorithms.items():
-            run = perform(problem, algorithm, Task(algorithm.name, BUDGET, seed))
+            with TemporaryDirectory() as folder:
+                task = Task(algorithm.name, BUDGET, seed)
+                run = perform(problem, algorithm, task, Path(folder))
             assert run.n_evaluated == BUDGET, name
             spent[name].append((run.seconds - run.evaluation_seconds, run.evaluation_seconds))
     outside = {name: np.array(times)[:, 0] for name, times in spent.items()}

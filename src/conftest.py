@@ -32,7 +32,7 @@ def case() -> Any:
 # What the examples of a file go on with; to compute it for each would take most of their time.
 SHARED = {
     "comparison/_comparison.py": ["bnh", "result"],
-    "comparison/_reference.py": ["bnh", "result"],
+    "comparison/_quality.py": ["bnh", "result"],
     "comparison/_runs.py": ["result"],
     "paper/_reproduction.py": ["case"],
 }

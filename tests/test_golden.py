@@ -153,9 +153,9 @@ def transcript(lines, folder):
     return normalized("".join(parts), folder)
 
 
-# Their numbers are of other libraries, too: resampling, polishing and random numbers of recent
-# releases of SciPy and pymoo.
-RECENT = {"analyze", "reproduce", "solve_nsga3"}
+# Their numbers are of other libraries, too: resampling and random numbers of recent releases of
+# SciPy and pymoo.
+RECENT = {"analyze", "solve_nsga3"}
 
 
 @pytest.mark.parametrize("name", SESSIONS)

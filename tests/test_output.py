@@ -33,7 +33,7 @@ def table():
 @pytest.fixture(scope="module")
 def comparison():
     algorithms = {EVIL: "psi", "psi": "psi"}
-    return compare(get_problem("bnh"), n_evaluations=16, algorithms=algorithms, polish=False)
+    return compare(get_problem("bnh"), n_evaluations=16, algorithms=algorithms)
 
 
 def shown(thing):

@@ -5,7 +5,6 @@ import re
 import shlex
 import subprocess
 import sys
-from functools import partial
 from inspect import signature
 
 import pytest
@@ -31,14 +30,12 @@ def shown(capsys, *words):
 @pytest.mark.parametrize("command", ["", *COMMANDS])
 def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, undrawn):
     monkeypatch.chdir(tmp_path)
-    # Drawing is tested with the plots, and takes most of the time; so do the paper's points and
-    # the continuous optimum of ten variables.
+    # Drawing is tested with the plots, and takes most of the time; so do the paper's points.
     for module, draws in DRAWING.items():
         for name in draws:
             monkeypatch.setattr(module, name, lambda *args, **options: Figure())
-    reproduce, compare = _experiments.reproduce, _experiments.compare
+    reproduce = _experiments.reproduce
     monkeypatch.setattr(_experiments, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))
-    monkeypatch.setattr(_experiments, "compare", partial(compare, polish=False))
     text = shown(capsys, *command.split())
     examples = re.findall(r"^ +(pymoo-psi .*)$", text.partition("Examples:")[2], re.MULTILINE)
     assert examples

@@ -16,7 +16,7 @@ from pymoo.problems.functional import FunctionalProblem
 
 import pymoo_psi
 from pymoo_psi import PSI, PsiError, SurrogatePSI, VectorizedSphereChute, investigate, nsga3
-from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, Reference, conclusions
+from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, conclusions
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.processes import until
@@ -43,7 +43,7 @@ EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2", "unsga3", "spea2",
 @pytest.mark.parametrize("budget", [2, 257])
 def test_every_algorithm_spends_exactly_its_budget_inside_the_same_bounds(algorithm, budget):
     problem = Counted()
-    result = compare(problem, n_evaluations=budget, seeds=[3], algorithms=[algorithm], polish=False)
+    result = compare(problem, n_evaluations=budget, seeds=[3], algorithms=[algorithm])
     X = np.vstack(problem.calls)
     assert len(X) == budget == result.to_frame()["evaluated"].item()
     assert (problem.xl <= X).all()
@@ -67,7 +67,7 @@ def test_psi_is_what_investigate_finds_and_nsga3_what_nsga3_finds():
 def test_the_budget_ends_a_run_and_not_the_criteria_that_pymoo_sets():
     """NSGA-II gives itself criteria, by which this one would end after some 300 evaluations."""
     result = compare(
-        get_problem("bnh"), n_evaluations=400, seeds=1, polish=False,
+        get_problem("bnh"), n_evaluations=400, seeds=1,
         algorithms={"small": lambda n: NSGA2(pop_size=2)},
     )  # fmt: skip
     assert result.to_frame()["evaluated"].item() == 400
@@ -78,15 +78,15 @@ def test_the_budget_ends_a_run_and_not_the_criteria_that_pymoo_sets():
 def test_a_run_is_the_same_whatever_ran_before_it(algorithm):
     """All instances of pymoo's SPEA2 share one survival, which remembers the best values."""
     bnh, arguments = get_problem("bnh"), {"n_evaluations": 60, "algorithms": [algorithm]}
-    compare(get_problem("dtlz2"), **arguments, seeds=[1], polish=False)  # of three objectives
-    both = compare(bnh, **arguments, seeds=[1, 2], polish=False).runs
-    alone = compare(bnh, **arguments, seeds=[2], polish=False).runs
+    compare(get_problem("dtlz2"), **arguments, seeds=[1])  # of three objectives
+    both = compare(bnh, **arguments, seeds=[1, 2]).runs
+    alone = compare(bnh, **arguments, seeds=[2]).runs
     assert np.array_equal(both[1].X, alone[0].X)
 
 
 def test_of_an_algorithm_without_chance_one_run_counts():
     result = compare(
-        get_problem("bnh"), n_evaluations=[16, 32], seeds=8, polish=False,
+        get_problem("bnh"), n_evaluations=[16, 32], seeds=8,
         algorithms={"mine": lambda n: PSI(n), "nsga2": "nsga2"},
     )  # fmt: skip
     assert result.summary().set_index("algorithm").loc["mine", "runs"].tolist() == [1, 1]
@@ -104,8 +104,7 @@ def test_an_algorithm_that_asks_for_more_than_its_budget_is_stopped_there():
     result = compare(
         problem, n_evaluations=50, seeds=1, algorithms={"greedy": lambda n: Greedy(pop_size=20)}
     )
-    polishing = result.reference.optimum_evaluations
-    assert sum(map(len, problem.calls)) - polishing <= 50
+    assert sum(map(len, problem.calls)) <= 50
     assert result.to_frame()["evaluated"].item() <= 50
     assert result.to_frame()["hypervolume"].item() > 0
 
@@ -117,9 +116,7 @@ def test_an_algorithm_that_finds_nothing_has_hypervolume_0_and_the_rest_goes_on(
     rare = FunctionalProblem(
         2, [first, lambda x: 1 - x[0]], constr_ieq=[lambda x: 0.999 - x[1]], xl=0, xu=1
     )
-    result = compare(
-        rare, n_evaluations=[16, 2048], seeds=2, algorithms=["psi", "psi-scrambled"], polish=False
-    )
+    result = compare(rare, n_evaluations=[16, 2048], seeds=2, algorithms=["psi", "psi-scrambled"])
     frame = result.to_frame().query("algorithm == 'psi'").set_index("evaluations")
     assert frame.loc[16, ["hypervolume", "n_nondominated"]].tolist() == [0, 0]
     assert np.isinf(frame.loc[16, ["igd_plus", "epsilon", "optimum_distance"]].astype(float)).all()
@@ -143,15 +140,15 @@ def test_all_runs_share_one_reference_and_it_holds_what_all_of_them_found():
     assert everything["igd_plus"] <= result.to_frame()["igd_plus"].min()
 
 
-def test_a_known_front_joins_the_reference_and_no_optimum_is_nearer_than_the_continuous_one():
+def test_a_known_front_joins_the_reference():
     zdt1 = get_problem("zdt1", n_var=2)
-    front = zdt1.pareto_front()
+    front = zdt1.pareto_front(n_pareto_points=2000)
     result = compare(zdt1, n_evaluations=256, seeds=2, algorithms=["nsga3"], reference_front=front)
     np.testing.assert_allclose(result.reference.frame.ideal, [0, 0], atol=1e-12)
     np.testing.assert_allclose(result.reference.frame.nadir, [1, 1], atol=1e-2)
     # min |(f1, 1 - sqrt f1)|: the derivative 2 f1 - (1 - sqrt f1) / sqrt f1 vanishes.
     f1 = next(r.real**2 for r in np.roots([2, 0, 1, -1]) if abs(r.imag) < 1e-12)
-    np.testing.assert_allclose(result.reference.optimum, [f1, 1 - np.sqrt(f1)], atol=1e-5)
+    np.testing.assert_allclose(result.reference.optimum, [f1, 1 - np.sqrt(f1)], atol=1e-3)
 
 
 def test_designs_that_a_model_changes_are_kept_as_they_were():
@@ -161,12 +158,12 @@ def test_designs_that_a_model_changes_are_kept_as_they_were():
             X[:] = 7.0
 
     algorithms = ["psi", "nsga2", "psi+nsga3", "surrogate"]
-    result = compare(Spoiling(), n_evaluations=64, seeds=1, algorithms=algorithms, polish=False)
+    result = compare(Spoiling(), n_evaluations=64, seeds=1, algorithms=algorithms)
     for run in result.runs:
         np.testing.assert_array_equal((run.X**2).sum(axis=1), run.F[:, 0])
 
 
-def test_mixed_variables_are_compared_without_polishing_and_kept_with_their_types(tmp_path):
+def test_mixed_variables_are_compared_and_kept_with_their_types(tmp_path):
     class Beam(ElementwiseProblem):
         def __init__(self):
             variables = {
@@ -186,7 +183,6 @@ def test_mixed_variables_are_compared_without_polishing_and_kept_with_their_type
     for run, stored in zip(result.runs, again.runs, strict=True):
         assert stored.X.tolist() == run.X.tolist()
         assert [*map(type, stored.X[0])] == [float, int, str]
-    assert result.reference.optimum_evaluations == 0
     assert (result.to_frame()["hypervolume"] > 0).all()
 
 
@@ -196,7 +192,6 @@ def test_mixed_variables_are_compared_without_polishing_and_kept_with_their_type
 def test_the_better_algorithm_is_named_for_both_senses_of_indicators():
     result = compare(
         get_problem("osy"), n_evaluations=1024, seeds=6, algorithms=["psi-scrambled", "nsga3"],
-        polish=False,
     )  # fmt: skip
     for indicator, sense in INDICATORS.items():
         row = result.tests(indicator).iloc[0]
@@ -213,40 +208,41 @@ def test_the_better_algorithm_is_named_for_both_senses_of_indicators():
 # Keeping and continuing
 
 
+def interrupted_after(runs):
+    """A problem in whose evaluations Ctrl-C is pressed once so many have begun."""
+
+    class Interrupted(Counted):
+        def _evaluate(self, X, out, *args, **kwargs):
+            if self.stops and sum(map(len, self.calls)) >= runs:
+                raise KeyboardInterrupt
+            super()._evaluate(X, out)
+
+    problem = Interrupted()
+    problem.stops = True
+    return problem
+
+
 def test_a_comparison_continues_where_it_was_interrupted(tmp_path):
-    problem = Counted()
-
-    class StoppedError(Exception):
-        pass
-
-    def stop(run, ready, total):
-        if ready == 3:
-            raise StoppedError
-
+    problem = interrupted_after(2 * 64)
     arguments = {"n_evaluations": [32, 64], "seeds": 2, "algorithms": ["psi", "nsga2"]}
-    with pytest.raises(StoppedError):
-        compare(problem, **arguments, folder=tmp_path, on_run=stop)
-    stored = len(list(tmp_path.glob("*.db")))
-    assert 3 <= stored < 6
-    before = len(problem.calls)
-    ready = []
-    result = compare(
-        problem, **arguments, folder=tmp_path, polish=False,
-        on_run=lambda run, done, total: ready.append((done, total)),
-    )  # fmt: skip
-    assert ready == [(i, 6) for i in range(1, 7)]
-    again = compare(Counted(), **arguments, polish=False)
+    with pytest.raises(KeyboardInterrupt, match="2 runs kept"):  # the longest are the first
+        compare(problem, **arguments, folder=tmp_path)
+    assert len(list(tmp_path.glob("*.db"))) == 2
+    problem.stops, problem.calls = False, []
+    result = compare(problem, **arguments, folder=tmp_path)
+    assert sum(map(len, problem.calls)) == 64 + 3 * 32
+    again = compare(Counted(), **arguments)
     columns = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated"]
     assert result.to_frame()[columns].equals(again.to_frame()[columns])
-    calls = len(problem.calls)
-    compare(problem, **arguments, folder=tmp_path, polish=False)
-    assert len(problem.calls) == calls > before  # the third time nothing was evaluated
+    problem.calls = []
+    compare(problem, **arguments, folder=tmp_path)
+    assert problem.calls == []  # the third time nothing was evaluated
 
 
 def test_processes_and_the_order_of_work_change_no_number(tmp_path):
     problem = get_problem("bnh")
     arguments = {
-        "n_evaluations": [64, 32], "seeds": [4, 2], "algorithms": ["psi", "nsga3"], "polish": False
+        "n_evaluations": [64, 32], "seeds": [4, 2], "algorithms": ["psi", "nsga3"],
     }  # fmt: skip
     one = compare(problem, **arguments).to_frame().drop(columns=["seconds", "evaluation_seconds"])
     two = compare(problem, **arguments, n_jobs=2, folder=tmp_path)
@@ -255,7 +251,6 @@ def test_processes_and_the_order_of_work_change_no_number(tmp_path):
 
 def test_runs_on_another_problem_are_refused(tmp_path):
     arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"], "folder": tmp_path}
-    arguments["polish"] = False
     compare(VectorizedSphereChute(0.4), **arguments)
     for other in (VectorizedSphereChute(0.4, c=0.3), VectorizedSphereChute(0.4, upper=(1, 6))):
         with pytest.raises(StudyMismatchError, match="another problem.*give another folder"):
@@ -264,24 +259,6 @@ def test_runs_on_another_problem_are_refused(tmp_path):
     stored.write_bytes(stored.read_bytes()[:40])
     with pytest.raises(StudyCorruptError, match=r"psi_16\.db is damaged|study file"):
         compare(VectorizedSphereChute(0.4), **arguments)
-
-
-def test_a_row_of_a_study_comes_out_the_same_against_its_reference(tmp_path):
-    problem = VectorizedSphereChute(0.6)
-    whole = compare(problem, n_evaluations=[64, 128], seeds=2, polish=False)
-    whole.reference.save(tmp_path / "reference.npz")
-    row = compare(
-        problem,
-        n_evaluations=64,
-        seeds=[2],
-        algorithms=["psi", "nsga3"],
-        reference=Reference.load(tmp_path / "reference.npz"),
-    ).to_frame()
-    frame = whole.to_frame()
-    same = frame[(frame["evaluations"] == 64) & (frame["seed"].isna() | (frame["seed"] == 2))]
-    same = same[same["algorithm"].isin(["psi", "nsga3"])]
-    for name in [*INDICATORS, "n_nondominated"]:
-        assert row[name].tolist() == same[name].tolist()
 
 
 # Wrong arguments
@@ -312,7 +289,7 @@ def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():
         def _evaluate(self, x, out, *args, **kwargs):
             out["F"] = np.abs(x - 1.0) * [1.0, 1000.0]
 
-    result = compare(Bowl(), n_evaluations=[2, 1024], seeds=1, algorithms=["psi"], polish=False)
+    result = compare(Bowl(), n_evaluations=[2, 1024], seeds=1, algorithms=["psi"])
     frame = result.to_frame().set_index("evaluations")
     assert result.reference.n_union == 1
     assert frame.loc[1024, ["igd_plus", "epsilon", "optimum_distance"]].tolist() == [0, 0, 0]
@@ -367,36 +344,27 @@ def test_what_needs_its_whole_budget_is_not_refused():
 
 
 def test_the_costs_are_said_before_the_first_run_and_no_run_pays_for_that(capsys):
-    problem, said = Counted(), []
-    result = pymoo_psi.compare(
-        problem, n_evaluations=[8, 16], seeds=2, algorithms=["psi", "nsga2"], polish=False,
-        on_run=lambda *_: said.append(capsys.readouterr().err),
-    )  # fmt: skip
-    assert said[0].startswith("Counted: 6 runs of 72 evaluations in all, less than a minute")
+    arguments = {"n_evaluations": [8, 16], "seeds": 2, "algorithms": ["psi", "nsga2"]}
+    result = pymoo_psi.compare(Counted(), **arguments)
+    said = "Counted: 6 runs of 72 evaluations in all, less than a minute"
+    assert capsys.readouterr().err.startswith(said)
     assert (result.to_frame()["evaluated"] == result.to_frame()["evaluations"]).all()
 
 
-def test_surrogates_take_fewer_evaluations_by_default():
-    class EnoughError(Exception):
-        pass
-
-    def stop(run, ready, total):
-        raise EnoughError(run.task.n_evaluations)
-
-    for algorithms, largest in ((["psi", "surrogate"], 256), (["psi"], 4096)):
-        with pytest.raises(EnoughError, match=f"^{largest}$"):
-            compare(Counted(), algorithms=algorithms, on_run=stop)
+@pytest.mark.parametrize(("algorithms", "largest"), [(["psi", "surrogate"], 256), (["psi"], 4096)])
+def test_surrogates_take_fewer_evaluations_by_default(algorithms, largest, tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        compare(interrupted_after(largest), algorithms=algorithms, folder=tmp_path, seeds=1)
+    assert [path.name for path in tmp_path.glob("*.db")] == [f"psi_{largest}.db"]
 
 
 def test_an_interruption_says_where_the_runs_are_and_the_same_call_goes_on():
-    def interrupt(run, ready, total):
-        raise KeyboardInterrupt
-
+    problem = interrupted_after(16)
     arguments = {"n_evaluations": 16, "seeds": 2, "algorithms": ["psi", "nsga2"]}
     with pytest.raises(KeyboardInterrupt, match="1 run kept; the same call with folder=") as caught:
-        compare(Counted(), **arguments, on_run=interrupt)
+        compare(problem, **arguments)
     (folder,) = re.findall(r"folder='(.*)'", str(caught.value))
-    problem = Counted()
-    compare(problem, **arguments, folder=folder, polish=False)
+    problem.stops, problem.calls = False, []
+    compare(problem, **arguments, folder=folder)
     assert sum(map(len, problem.calls)) == 32  # of the two runs that were left
     shutil.rmtree(folder)

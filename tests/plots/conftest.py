@@ -38,5 +38,5 @@ def mixed():
 def bnh():
     return compare(
         get_problem("bnh"), n_evaluations=(32, 64), seeds=4,
-        algorithms=["psi", "psi-scrambled", "nsga3"], polish=False,
+        algorithms=["psi", "psi-scrambled", "nsga3"],
     )  # fmt: skip

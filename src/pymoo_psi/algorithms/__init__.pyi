@@ -10,8 +10,6 @@ from ._nsga3 import run_within_budget as run_within_budget
 from ._psi import PSI as PSI
 from ._psi import investigate as investigate
 from ._recorded import Recorded as Recorded
-from ._refinement import Refinement as Refinement
-from ._refinement import refine as refine
 from ._run import RunOptions as RunOptions
 from ._run import stored_at_termination as stored_at_termination
 from ._sampling import LPTauSampling as LPTauSampling

@@ -394,9 +394,6 @@ class Compare(Command):
         str,
         _option("A,B,…", "Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, moead, …."),
     ] = "psi,psi-scrambled,nsga3,psi+nsga3"
-    reference: Annotated[
-        File, _path("FILE.npz", "Measure against the reference of another comparison.")
-    ] = None
     jobs: Annotated[int, _option("N", "Runs at a time; -1: one per core.")] = 1
     out: Annotated[
         File,

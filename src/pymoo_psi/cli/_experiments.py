@@ -10,7 +10,6 @@ from tempfile import mkdtemp
 
 import pandas as pd
 
-from pymoo_psi._output import whole_file
 from pymoo_psi._validation import counted, integer, job_count
 from pymoo_psi.cli._app import Compare, ModelName, Reproduce
 from pymoo_psi.cli._output import (
@@ -24,7 +23,7 @@ from pymoo_psi.cli._output import (
 )
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.cli._source import counts_in
-from pymoo_psi.comparison import INDICATORS, Reference, compare, conclusions, report
+from pymoo_psi.comparison import INDICATORS, compare, conclusions
 from pymoo_psi.paper import PAPER_MU, Case, reproduce
 from pymoo_psi.parallel import in_parallel
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures, shown_case
@@ -46,10 +45,9 @@ def run_compare(options: Compare) -> int:
     job_count("--jobs", options.jobs)
     folder = None
     if out is not None:
-        files = ["reference.npz", "runs.csv", "summary.csv", "tests.csv", "report.md"]
-        folder = require_results(out, files, force=options.force)
-    # Before the runs, so that a wrong file is refused at once.
-    known = None if options.reference is None else Reference.load(options.reference)
+        folder = require_results(
+            out, ["runs.csv", "summary.csv", "tests.csv", "indicators.*"], force=options.force
+        )
     # Runs without a folder for results are kept, too, until all are done.
     place = folder or Path(mkdtemp(prefix="comparison_"))
 
@@ -59,17 +57,14 @@ def run_compare(options: Compare) -> int:
         return f"{runs} kept; the same command{where} continues"
 
     try:
-        # The bar is the library's; in a log there are lines of progress.
-        with keeping(kept), progress(f"runs on {problem_name(problem)}", None, bar=False) as show:
+        with keeping(kept):
             result = compare(
                 problem,
                 n_evaluations=budgets,
                 seeds=options.seeds,
                 algorithms=list(dict.fromkeys(map(str.strip, options.algorithms.split(",")))),
-                reference=known,
                 folder=place / "runs",
                 n_jobs=options.jobs,
-                on_run=lambda run, ready, total: show(ready, str(run.task), total=total),
             )
     finally:
         if folder is None and not isinstance(sys.exc_info()[1], KeyboardInterrupt):
@@ -80,9 +75,6 @@ def run_compare(options: Compare) -> int:
         write_csv(summary, folder / "summary.csv")
         tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
         write_csv(pd.concat(tests, ignore_index=True), folder / "tests.csv")
-        with whole_file(folder / "report.md") as written:
-            written.write_text(report(result), encoding="utf-8")
-        result.reference.save(folder / "reference.npz")
         save_figures([("indicators", plot_indicators(result))], folder, 200, ".png")
     columns = [*INDICATORS, "n_nondominated", "seconds"]
     medians = summary[["evaluations", "algorithm", "runs", *columns]].copy()
@@ -97,7 +89,7 @@ def run_compare(options: Compare) -> int:
     for sentence in conclusions(result):
         say(sentence)
     if out is not None:
-        say(f"Tables, figures, report.md, the reference and the runs written to {out}")
+        say(f"Tables, the figure and the runs written to {out}")
     return 0
 
 

@@ -2,15 +2,14 @@
 
 When does an even investigation of the bounds beat an evolutionary search, and when not?
 :func:`compare` runs both at equal cost, counted by the problem, and measures all runs against one
-reference: hypervolume, IGD+, additive epsilon and the distance to the continuous Salukvadze
+reference: hypervolume, IGD+, additive epsilon and the distance to the best known Salukvadze
 optimum, with medians, quartiles, tests and effect sizes.
 
 Example:
     >>> from pymoo.problems import get_problem
     >>> from pymoo_psi import compare
     >>> result = compare(
-    ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"],
-    ...     polish=False,                                   # no distance to the optimum is asked
+    ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"]
     ... )
     >>> summary = result.summary().set_index("algorithm")
     >>> bool(summary.loc["nsga3", "hypervolume"] > summary.loc["psi", "hypervolume"])
@@ -22,8 +21,8 @@ Example:
 Other algorithms of pymoo take part, too (``algorithms={"mine": lambda n: NSGA2(pop_size=50)}``),
 ``n_jobs`` runs seeds in parallel, and with ``folder=`` a comparison goes on after an interruption:
 each finished run is a study there, with all that it tested, which any command opens.
-``pymoo-psi compare bnh --out comparison`` writes tables, a report in words and figures
-(:func:`pymoo_psi.plots.save_comparison`).
+``pymoo-psi compare bnh --out comparison`` prints :func:`conclusions` and writes tables and a figure
+(:func:`pymoo_psi.plots.plot_indicators`).
 
 Tests are corrected over all pairs and budgets: of the four algorithms and three budgets that are
 taken by default, fewer than six seeds cannot tell any two apart, and fewer than nine nothing from
@@ -31,10 +30,9 @@ taken by default, fewer than six seeds cannot tell any two apart, and fewer than
 """
 
 from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS
-from pymoo_psi.comparison._comparison import SIGNIFICANCE, Comparison, compare, conclusions, report
-from pymoo_psi.comparison._reference import Reference
+from pymoo_psi.comparison._comparison import SIGNIFICANCE, Comparison, compare, conclusions
+from pymoo_psi.comparison._quality import INDICATORS, Reference, effect_size, holm, p_value
 from pymoo_psi.comparison._runs import Run
-from pymoo_psi.comparison._statistics import INDICATORS, effect_size, holm, p_value
 
 __all__ = [
     "DEFAULT_ALGORITHMS",
@@ -48,5 +46,4 @@ __all__ = [
     "effect_size",
     "holm",
     "p_value",
-    "report",
 ]

@@ -1,12 +1,11 @@
-"""Algorithms side by side on one problem, at equal cost: the runs, their measures, a report."""
+"""Algorithms side by side on one problem, at equal cost: the runs and their measures."""
 
 from __future__ import annotations
 
 import itertools
-import json
 import shutil
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from numbers import Integral
@@ -21,30 +20,27 @@ from numpy.typing import ArrayLike
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Received,
-    boolean,
     counted,
     instance,
     integer,
     invalid,
     job_count,
     known_name,
+    objective_matrix,
 )
 from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS, named_algorithms
-from pymoo_psi.comparison._reference import REFERENCE_POINT, Reference
+from pymoo_psi.comparison._quality import INDICATORS, Reference, pairwise_tests
 from pymoo_psi.comparison._runs import (
     Run,
     Task,
+    costs,
     perform,
-    problem_text,
     seconds_of_algorithms,
-    seconds_of_evaluation,
     stored_runs,
 )
-from pymoo_psi.comparison._statistics import INDICATORS, pairwise_tests
-from pymoo_psi.parallel import active_workers, in_order, in_parallel, progress_bar
+from pymoo_psi.parallel import in_order, in_parallel, progress_bar
 from pymoo_psi.pareto import listed
 from pymoo_psi.problems import design_space, problem_layout, problem_name, require_problem, required
-from pymoo_psi.table import Layout
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,8 +60,6 @@ _NAMES = {
 }
 _MEASURES = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated",
              "seconds", "evaluation_seconds"]  # fmt: skip
-_HEADINGS = {"igd_plus": "IGD+", "optimum_distance": "optimum distance",
-             "n_nondominated": "designs", "seconds": "time [s]"}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +68,9 @@ class Comparison(Shown):
 
     Attributes:
         problem: Name of the problem.
-        objectives: Number of objectives.
         runs: Every run, by algorithm, budget and seed.
         reference: What it is measured against.
         measures: One row per run, see :meth:`to_frame`.
-        layout: Names, directions and units of the objectives.
 
     Example:
         >>> from pymoo.problems import get_problem
@@ -90,11 +82,9 @@ class Comparison(Shown):
     """
 
     problem: str
-    objectives: int
     runs: tuple[Run, ...]
     reference: Reference
     measures: pd.DataFrame
-    layout: Layout
 
     def __repr__(self) -> str:
         """Return problem, algorithms and the number of runs."""
@@ -198,22 +188,10 @@ class Comparison(Shown):
         """
         return pairwise_tests(self.measures, known_name("indicator", indicator, INDICATORS))
 
-    def _for_readers(self) -> pd.DataFrame:
-        """Return the summary as texts: each median with its quartiles in brackets."""
-        summary = self.summary()
-        frame = summary[["evaluations", "algorithm", "runs"]].copy()
-        for name in (*INDICATORS, "n_nondominated", "seconds"):
-            digits = 10 if name == "n_nondominated" else 4  # 12345 designs, not 1.234e+04
-            columns = summary[["runs", name, f"{name}_q1", f"{name}_q3"]].to_numpy(float)
-            frame[_HEADINGS.get(name, name)] = [
-                f"{median:.{digits}g}" + f" ({low:.{digits}g} to {high:.{digits}g})" * (runs > 1)
-                for runs, median, low, high in columns.tolist()
-            ]
-        return frame
-
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        frame = self._for_readers()
-        return frame.head(n), len(frame)
+        medians = self.summary()
+        shown = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
+        return medians[shown].head(n), len(medians)
 
 
 def compare(
@@ -223,12 +201,9 @@ def compare(
     seeds: int | Sequence[int] = 11,
     algorithms: Collection[str] | Mapping[str, Any] = DEFAULT_ALGORITHMS,
     reference_front: ArrayLike | None = None,
-    polish: bool = True,
-    reference: Reference | None = None,
     folder: str | PathLike[str] | None = None,
     n_jobs: int = 1,
     progress: bool = True,
-    on_run: Callable[[Run, int, int], object] | None = None,
 ) -> Comparison:
     """Run algorithms on a problem at equal numbers of evaluations and measure what they find.
 
@@ -264,11 +239,6 @@ def compare(
             ``"moead"``, ``"sms"`` and ``"spea2"``.
         reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
             they join the union.
-        polish: Search the continuous Salukvadze optimum by :func:`pymoo_psi.algorithms.refine`,
-            which takes some hundred evaluations per variable; without, the best design of all
-            runs stands for it.
-        reference: Measure against this one, such as ``Reference.load(path)``, and not against the
-            union of these runs; so some rows of a larger comparison can be repeated.
         folder: A folder in which every finished run is kept, as a study of all that it tested; the
             same call continues after an interruption, and further budgets, seeds or algorithms add
             to it. Without one, the runs are kept where an interruption by Ctrl-C says.
@@ -279,7 +249,6 @@ def compare(
             no more than idle cores.
         progress: Show before the first run what there is to do, and about how long it takes, for
             which a few designs are evaluated; then a progress bar.
-        on_run: Called with each run as it is ready, the number of runs ready and of all.
 
     Returns:
         The comparison.
@@ -303,60 +272,50 @@ def compare(
         [64, 64, 64]
     """
     require_problem(problem)
-    problem = required(problem)
-    if problem.n_obj < 2:
-        raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
-    # What the problem lacks, and what a reference cannot hold, is reported before any run.
-    layout, _ = problem_layout(problem, design_space(problem)), problem_text(problem)
+    problem, m = required(problem), problem.n_obj
+    if m < 2:
+        raise invalid("the number of objectives of problem", "at least 2", m)
+    problem_layout(problem, design_space(problem))  # what it lacks is reported before any run
+    known = np.zeros((0, m))
+    if reference_front is not None:
+        known = objective_matrix("reference_front", reference_front)
+    if known.shape[1] != m:
+        raise invalid("reference_front", f"of {m} objectives", Received(f"{known.shape[1]}"))
     if isinstance(seeds, Integral):
         seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
-    seeds = _integers("seeds", seeds, minimum=0)
-    polish, n_jobs, progress = (
-        boolean("polish", polish), job_count("n_jobs", n_jobs), boolean("progress", progress)
-    )  # fmt: skip
-    if reference is not None:
-        instance("reference", reference, Reference, "Reference.load(path) reads one")
-        if reference.problem != problem_text(problem):
-            rule = f"one for {problem_name(problem)} with the same bounds and constants"
-            raise invalid("reference", rule, Received(json.loads(reference.problem)["problem"]))
+    seeds, n_jobs = _integers("seeds", seeds, minimum=0), job_count("n_jobs", n_jobs)
     by_name = {algorithm.name: algorithm for algorithm in named_algorithms(algorithms)}
     if n_evaluations is None:
         learns = any(algorithm.learns for algorithm in by_name.values())
         n_evaluations = FEW_EVALUATIONS if learns else DEFAULT_EVALUATIONS
-    budgets = _integers("n_evaluations", n_evaluations, minimum=1)
     tasks = [
         Task(algorithm.name, budget, seed)
         for algorithm in by_name.values()
-        for budget in budgets
+        for budget in _integers("n_evaluations", n_evaluations, minimum=1)
         # A deterministic algorithm has one value a budget, and the tests know it by that.
         for seed in (seeds if algorithm.seeded else [None])
     ]
     with _folder_of_runs(folder) as place:
         runs = {run.task: run for run in stored_runs(place, problem) if run.task in tasks}
-        missing = [task for task in tasks if task not in runs]
-        needed = {task.algorithm: by_name[task.algorithm] for task in missing}
-        took = seconds_of_algorithms(problem, [*needed.values()], missing)
-        if progress and missing:
-            print(_costs(problem, missing, took, n_jobs), file=sys.stderr, flush=True)
         # The longest first, so that no process begins one when the others have done their last.
+        missing = [task for task in tasks if task not in runs]
         missing.sort(key=lambda task: -task.n_evaluations)
+        seconds = seconds_of_algorithms(problem, by_name, missing)
+        if progress and missing:
+            print(costs(problem, missing, seconds, n_jobs), file=sys.stderr, flush=True)
 
         def performed(task: Task) -> Run:
             # Kept by the process that does it, whatever becomes of the one that waits for it.
             return perform(problem, by_name[task.algorithm], task, place)
 
         with progress_bar(progress) as bar:
-            new = (run for _, run in in_parallel(performed, missing, n_jobs))
-            for ready, run in enumerate(itertools.chain([*runs.values()], new), start=1):
+            bar(len(runs) / len(tasks))
+            for _, run in in_parallel(performed, missing, n_jobs):
                 runs[run.task] = run
-                bar(ready / len(tasks))
-                if on_run is not None:
-                    on_run(run, ready, len(tasks))
+                bar(len(runs) / len(tasks))
     done = tuple(_counted_once([runs[task] for task in tasks]))
-    if reference is None:
-        reference = Reference.of(problem, done, reference_front, polish=polish)
-    measures = _measures(done, reference, n_jobs)
-    return Comparison(problem_name(problem), problem.n_obj, done, reference, measures, layout)
+    reference = Reference.of([*(run.F for run in done), known])
+    return Comparison(problem_name(problem), done, reference, _measures(done, reference, n_jobs))
 
 
 @contextmanager
@@ -373,36 +332,6 @@ def _folder_of_runs(folder: str | PathLike[str] | None) -> Iterator[Path]:
     finally:
         if not stays:
             shutil.rmtree(place, ignore_errors=True)
-
-
-def _costs(problem: Any, tasks: Sequence[Task], took: Mapping[str, float], n_jobs: int) -> str:
-    """Return how much there is to do and how long it will take, in words.
-
-    Args:
-        problem: The problem, of which a few designs are evaluated.
-        tasks: The runs to be done.
-        took: The seconds that their algorithms take for themselves.
-        n_jobs: Number of workers.
-    """
-    each, workers = seconds_of_evaluation(problem), active_workers(n_jobs).count
-    needs = {
-        name: own + each * sum(task.n_evaluations for task in tasks if task.algorithm == name)
-        for name, own in took.items()
-    }
-    whole = sum(needs.values()) / workers
-    n = sum(task.n_evaluations for task in tasks)
-    text = f"{problem_name(problem)}: {counted(len(tasks), 'run')} of "
-    text += f"{counted(n, 'evaluation')} in all, "
-    if whole < 60:
-        return f"{text}less than a minute"
-    parts = ", ".join(f"{name} {_duration(own / workers)}" for name, own in needs.items())
-    return f"{text}about {_duration(whole)} ({parts}; {each:.2g} s an evaluation)"
-
-
-def _duration(seconds: float) -> str:
-    units = ((172_800, 86_400, "days"), (7_200, 3_600, "hours"), (120, 60, "minutes"))
-    size, name = next(((size, name) for most, size, name in units if seconds >= most), (1, "s"))
-    return f"{seconds / size:.0f} {name}"
 
 
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
@@ -443,9 +372,6 @@ def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.Data
     return pd.DataFrame(rows, columns=_MEASURES).astype({"seed": "Int64"})
 
 
-# The comparison in words
-
-
 def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple[str, ...]:
     """Return one sentence or two for every budget.
 
@@ -466,8 +392,7 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import compare
         >>> result = compare(
-        ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"],
-        ...     polish=False,
+        ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"]
         ... )
         >>> print(conclusions(result)[0])
         512 evaluations: nsga3 has the largest hypervolume (median 0...). It is better than psi
@@ -499,62 +424,21 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame) -> str:
     best, value = ordered.index[0], ordered.iloc[0]
     if value == (0.0 if indicator == "hypervolume" else np.inf):
         return f"every algorithm has the worst possible median, {value:g}."
-    groups: dict[str, list[str]] = {
-        "It is better than": [],
-        "But more often than not a run is beaten by one of": [],
-        "No difference can be claimed from": [],
-    }
-    better, worse, none = groups.values()
-    for name in ordered.index[1:]:
-        pair = tests[tests["better"].isin([best, name]) & tests["worse"].isin([best, name])].iloc[0]
+    groups: tuple[list[str], list[str], list[str]] = ([], [], [])
+    better, worse, none = groups
+    for pair in tests[(tests["better"] == best) | (tests["worse"] == best)].itertuples():
         # The best median may lose more often than not: then the test names the other one.
-        effect = pair["effect"] if pair["better"] == best else 1 - pair["effect"]
-        p = pair["p_holm"]  # NaN of two deterministic algorithms
+        won = pair.better == best
+        name, effect = (pair.worse, pair.effect) if won else (pair.better, 1 - pair.effect)
+        p = pair.p_holm  # NaN of two deterministic algorithms
         sure = f"p = {p:.3f}" if p >= 0.001 else "p < 0.001" if p >= 0 else "one value each"
-        group = none if not p < SIGNIFICANCE else better if effect > 0.5 else worse
+        group = none if not p < SIGNIFICANCE else better if won else worse
         group.append(f"{name} (effect {effect:.2f}, {sure})")
-    found = f"{best} has {_NAMES[indicator]} (median {value:.4g})."
-    claims = [f"{lead} {listed(names, 'and' if names is better else 'or')}."
-            for lead, names in groups.items() if names]  # fmt: skip
-    return " ".join([found, *claims])
-
-
-def report(comparison: Comparison) -> str:
-    """Return a short report in Markdown: the medians, the conclusions, and how it was measured.
-
-    Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi import compare
-        >>> result = compare(get_problem("bnh"), n_evaluations=64, seeds=2, algorithms=["nsga3"])
-        >>> print(report(result).splitlines()[0])
-        # BNH: nsga3
-    """
-    instance("comparison", comparison, Comparison, "compare(...) gives one")
-    frame, reference = comparison._for_readers(), comparison.reference
-    rows = [[*frame.columns], ["---"] * len(frame.columns), *frame.to_numpy().tolist()]
-    lines = [f"# {comparison.problem}: {', '.join(comparison.algorithms)}", ""]
-    lines += [f"| {' | '.join(map(str, row))} |" for row in rows]
-    lines += ["", "Medians, with quartiles in brackets."]
-    for indicator in INDICATORS:
-        lines += ["", f"## {indicator}", ""]
-        lines += [f"- {sentence}" for sentence in conclusions(comparison, indicator)]
-    optimum = zip(
-        comparison.layout.objectives, reference.optimum * comparison.layout.sign + 0.0, strict=True
-    )
-    known = ", ".join(f"{name} = {value:.6g}" for name, value in optimum)
-    lines += [
-        "", "## How it was measured", "",
-        "- Measured are the non-dominated feasible designs among all that a run evaluated.",
-        "- Objectives are scaled by the ideal and the nadir of all non-dominated designs that any "
-        f"run found, {counted(reference.n_union, 'point')}; {len(reference.points)} of them are "
-        f"the reference set; the reference point is {REFERENCE_POINT} in every scaled objective.",
-        "- Hypervolume is the share of the box up to the reference point. `optimum_distance` is "
-        f"the scaled distance of the Salukvadze optimum of a run to the best known one, {known}, "
-        f"found with {counted(reference.optimum_evaluations, 'evaluation')} more.",
-        "- Differences are tested by Mann-Whitney's U, by the sign test where one algorithm is "
-        "deterministic, with exact p values, corrected by Holm's method over all pairs and budgets "
-        "of an indicator; the effect is the probability that a run of the first is the better one. "
-        f"A difference is claimed at p < {SIGNIFICANCE}.",
-        "",
-    ]  # fmt: skip
-    return "\n".join(lines)
+    leads = ("It is better than", "But more often than not a run is beaten by one of",
+             "No difference can be claimed from")  # fmt: skip
+    claims = [
+        f"{lead} {listed(names, 'and' if names is better else 'or')}."
+        for lead, names in zip(leads, groups, strict=True)
+        if names
+    ]
+    return " ".join([f"{best} has {_NAMES[indicator]} (median {value:.4g}).", *claims])

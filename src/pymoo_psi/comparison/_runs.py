@@ -5,7 +5,8 @@ from __future__ import annotations
 import copy
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,10 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, counted, identity_text, invalid
+from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.comparison._algorithms import NamedAlgorithm
 from pymoo_psi.errors import EvaluationError, PsiError, RunError, StudyMismatchError
+from pymoo_psi.parallel import active_workers
 from pymoo_psi.problems import (
     WrappedProblem,
     design_space,
@@ -85,14 +87,13 @@ class Run:
         return f"Run({self.task}: {len(self.F)} non-dominated designs)"
 
 
-def _run(problem: Any, task: Task, tests: TestTable, **seconds: float) -> Run:
+def _run(task: Task, tests: TestTable, **seconds: float) -> Run:
     """Return a run from all designs that it tested, and what it took."""
     best = tests.pareto()
-    free = [j for j, variable in enumerate(design_space(problem).variables) if not variable.fixed]
-    return Run(task, tests.X[best][:, free], tests.F[best], len(tests), **seconds)
+    return Run(task, tests.X[best], tests.F[best], len(tests), **seconds)
 
 
-def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | None = None) -> Run:
+def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path) -> Run:
     """Do a run, and keep it as a study in a folder.
 
     Raises:
@@ -115,10 +116,12 @@ def perform(problem: Any, algorithm: NamedAlgorithm, task: Task, folder: Path | 
     took = {"seconds": time.perf_counter() - began}
     took["evaluation_seconds"] = observed.evaluation_seconds
     tests = observed.tests()
-    if folder is not None:
-        head = {**_head(tests, problem), "run": {**asdict(task), **took}}
-        write_study(folder / _file(task), head, columns_of(tests))
-    return _run(problem, task, tests, **took)
+    head = {**_head(tests, problem), "run": {**asdict(task), **took}}
+    # a name that can be read, and that no other task has
+    seed = "" if task.seed is None else f"_seed{task.seed}"
+    file = f"{quote(task.algorithm, safe='+ ')}_{task.n_evaluations}{seed}.db"
+    write_study(folder / file, head, columns_of(tests))
+    return _run(task, tests, **took)
 
 
 class ObservedProblem(WrappedProblem):
@@ -193,31 +196,20 @@ class BudgetSpentError(PsiError):
 
 
 def seconds_of_algorithms(
-    problem: Any, algorithms: Sequence[NamedAlgorithm], tasks: Sequence[Task]
+    problem: Any, algorithms: Mapping[str, NamedAlgorithm], tasks: Sequence[Task]
 ) -> dict[str, float]:
-    """Return about how long each algorithm itself takes for its runs, without the problem.
-
-    Each runs with the smallest budget on a stand-in of the problem, which has the same variables,
-    objectives and constraints.
+    """Return about how long each algorithm itself takes for its tasks, without the problem.
 
     Raises:
         ArgumentValueError: Some of the algorithms cannot run on such a problem.
     """
     seconds, unable = {}, []
-    for algorithm in algorithms:
-        budgets = [task.n_evaluations for task in tasks if task.algorithm == algorithm.name]
-        least = min(budgets)
-        error = _tried(problem, algorithm, min(least, _TRIAL))[2]
-        if error is not None:  # it may be made for its whole budget
-            error = _tried(problem, algorithm, least)[2]
-        if error is not None:
-            unable.append(f"{algorithm.name} ({type(error).__name__}: {error})")
-            continue
-        # Again, as the first run has loaded modules.
-        took, n, _ = _tried(problem, algorithm, min(least, _TRIAL))
-        # Measured: the time of surrogates grows with the square of the budget.
-        power = 2 if algorithm.learns else 1
-        seconds[algorithm.name] = took * sum((budget / n) ** power for budget in budgets)
+    for name in dict.fromkeys(task.algorithm for task in tasks):
+        budgets = [task.n_evaluations for task in tasks if task.algorithm == name]
+        try:
+            seconds[name] = _seconds_of_algorithm(problem, algorithms[name], budgets)
+        except Exception as error:
+            unable.append(f"{name} ({type(error).__name__}: {error})")
     if unable:
         received = Received(counted(len(unable), "other"))
         rule = f"able to run on {problem_name(problem)}"
@@ -225,18 +217,44 @@ def seconds_of_algorithms(
     return seconds
 
 
-def _tried(
-    problem: Any, algorithm: NamedAlgorithm, budget: int
-) -> tuple[float, int, Exception | None]:
-    """Return seconds and evaluations of a run on the stand-in, and the error that ended it."""
-    observed, began, error = ObservedProblem(problem, budget, _invented), time.perf_counter(), None
+def costs(problem: Any, tasks: Sequence[Task], seconds: Mapping[str, float], n_jobs: int) -> str:
+    """Return in words how much there is to do, and about how long it takes.
+
+    Args:
+        problem: The problem, of which a few designs are evaluated.
+        tasks: The runs to be done.
+        seconds: The time that their algorithms take for themselves.
+        n_jobs: Number of workers.
+    """
+    each, workers = _seconds_of_evaluation(problem), active_workers(n_jobs).count
+    needs = {
+        name: own + each * sum(task.n_evaluations for task in tasks if task.algorithm == name)
+        for name, own in seconds.items()
+    }
+    n, whole = sum(task.n_evaluations for task in tasks), sum(needs.values()) / workers
+    text = f"{problem_name(problem)}: {counted(len(tasks), 'run')} of {counted(n, 'evaluation')}"
+    if whole < 60:
+        return f"{text} in all, less than a minute"
+    parts = ", ".join(f"{name} {own / workers / 60:.1f}" for name, own in needs.items())
+    return f"{text} in all, about {whole / 60:.0f} minutes ({parts}; {each:.2g} s an evaluation)"
+
+
+def _seconds_of_algorithm(problem: Any, algorithm: NamedAlgorithm, budgets: list[int]) -> float:
+    """Return about how long the algorithm itself takes for its budgets, without the problem."""
+
+    def tried(n: int) -> float:
+        began = time.perf_counter()
+        with suppress(BudgetSpentError):
+            algorithm.search(ObservedProblem(problem, n, _invented), n, 0)
+        return time.perf_counter() - began
+
+    n = min(*budgets, _TRIAL)
     try:
-        algorithm.search(observed, budget, 0)
-    except BudgetSpentError:
-        pass
-    except Exception as raised:
-        error = raised
-    return time.perf_counter() - began, max(observed.n_evaluated, 1), error
+        tried(n)  # loads modules
+    except Exception:
+        n = min(budgets)  # it may be made for its whole budget
+    # Measured: the time of surrogates grows with the square of the budget.
+    return tried(n) * sum((budget / n) ** (2 if algorithm.learns else 1) for budget in budgets)
 
 
 def _invented(problem: Any, X: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
@@ -253,7 +271,7 @@ def _invented(problem: Any, X: Any, *args: Any, **kwargs: Any) -> dict[str, Any]
     }
 
 
-def seconds_of_evaluation(problem: Any) -> float:
+def _seconds_of_evaluation(problem: Any) -> float:
     """Return what an evaluation takes, of a model that takes several designs at once its share."""
     space, seconds = design_space(problem), 0.0
     points = np.random.default_rng(0).random((64, len(space.free.variables)))
@@ -261,10 +279,10 @@ def seconds_of_evaluation(problem: Any) -> float:
     for n in (1, 8, 64):  # the first evaluation may load or start something
         began = time.perf_counter()
         evaluate_designs(problem, designs[:n])
-        seconds = (time.perf_counter() - began) / n
-        if seconds * n > _WARM:
+        seconds = time.perf_counter() - began
+        if seconds > _WARM:
             break
-    return seconds
+    return seconds / n
 
 
 # Runs as studies: each in a file of its own, written whole or not at all, so that processes side by
@@ -289,13 +307,7 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
                 "or constants; give another folder"
             )
         task = Task(*(run.pop(name) for name in ("algorithm", "n_evaluations", "seed")))
-        yield _run(problem, task, table_of(head, columns, path, TestTable), **run)
-
-
-def _file(task: Task) -> str:
-    """Return a name that can be read, and that no other task has."""
-    seed = "" if task.seed is None else f"_seed{task.seed}"
-    return f"{quote(task.algorithm, safe='+ ')}_{task.n_evaluations}{seed}.db"
+        yield _run(task, table_of(head, columns, path, TestTable), **run)
 
 
 def _layout(problem: Any) -> Layout:
@@ -304,10 +316,3 @@ def _layout(problem: Any) -> Layout:
 
 def _head(tests: TestTable, problem: Any) -> dict[str, Any]:
     return {**head_of(tests), "problem": problem_identity(problem, design_space(problem))}
-
-
-def problem_text(problem: Any) -> str:
-    """Return name, variables, bounds, sizes and own fingerprint of a problem as JSON."""
-    space = design_space(problem)
-    bounds = {"lower": space.lower.tolist(), "upper": space.upper.tolist()}
-    return identity_text(problem_identity(problem, space) | bounds, sort_keys=True, indent=1)

@@ -1,22 +1,35 @@
-"""Whether one algorithm is better than another, and how sure that is.
+"""How good the runs of a comparison are, and whether one algorithm is better than another.
 
-Of two algorithms with runs by chance, the rank-sum test of Wilcoxon, Mann and Whitney asks whether
-the runs of one tend to be better; ties share their mean rank, and the p value is exact with them,
-too. A deterministic algorithm has one value; the exact sign test then asks
-whether the median run of the other is better than it. The p values of all pairs and budgets are
-corrected together by Holm's method (Scand. J. Statist. 6, 1979), which bounds the probability of
-even one false claim. The effect size is that of Vargha and Delaney (J. Educ. Behav. Stat. 25,
-2000): the probability that a run of one is better than a run of the other, ties counted half.
+All runs are measured against one reference. Of two algorithms with runs by chance, the rank-sum
+test of Wilcoxon, Mann and Whitney asks whether the runs of one tend to be better; ties share their
+mean rank, and the p value is exact with them, too. A deterministic algorithm has one value; the
+exact sign test then asks whether the median run of the other is better than it. The p values of all
+pairs and budgets are corrected together by Holm's method (Scand. J. Statist. 6, 1979), which bounds
+the probability of even one false claim. The effect size is that of Vargha and Delaney (J. Educ.
+Behav. Stat. 25, 2000): the probability that a run of one is better than a run of the other, ties
+counted half.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import comb
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pymoo_psi.pareto import (
+    UtopianFrame,
+    epsilon_additive,
+    hypervolume,
+    igd_plus,
+    nondominated,
+    rank_of_efficiency,
+    spread_subset,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,6 +38,104 @@ Array = NDArray[np.float64]
 
 INDICATORS = {"hypervolume": 1, "igd_plus": -1, "epsilon": -1, "optimum_distance": -1}
 """The indicators of quality: 1 where more is better, -1 where less is."""
+
+_REFERENCE_POINT = 1.1
+"""Each coordinate of the reference point of the hypervolume, in units of N − U.
+
+Beyond N, where the extreme points of a front would dominate nothing and count for nothing; 1.1 is
+the customary choice (Ishibuchi et al., Evol. Comput. 26, 2018, discuss it).
+"""
+_REFERENCE_SIZE = 1000
+"""Points that the reference set is thinned to, as IGD+ takes all distances to each of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The reference of a comparison.
+
+    All designs that any run found, and the points of a known front if one is given, are put
+    together, and those that no other dominates are kept. They span the scale: U and N are their
+    best and worst values, and every objective is measured in units of N − U. An objective in
+    which they all agree is measured up to the worst value that any run found. The reference set of
+    IGD+ and of the additive epsilon indicator are 1000 of them, evenly spread; the reference point
+    of the hypervolume is U + 1.1 (N − U).
+
+    Attributes:
+        frame: U, N and the scale.
+        points: ``(k, m)`` the reference set, in the scale; none if no run found anything.
+        n_union: Points it was thinned from.
+        optimum: ``(m,)`` objectives, all minimised, of the best known Salukvadze optimum: of the
+            point nearest to U.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> bnh = get_problem("bnh")
+        >>> result = compare(bnh, n_evaluations=[32, 64], seeds=3, algorithms=["psi", "nsga3"])
+        >>> reference = result.reference
+        >>> bool((reference.points >= 0).all() and (reference.points <= 1).all())
+        True
+    """
+
+    frame: UtopianFrame
+    points: Array
+    n_union: int
+    optimum: Array
+
+    def __repr__(self) -> str:
+        """Return the sizes."""
+        k, m = self.points.shape
+        return f"Reference({k} points of {self.n_union}, {m} objectives)"
+
+    @classmethod
+    def of(cls, fronts: Sequence[Array]) -> Reference:
+        """Return the reference of sets of ``(n, m)`` objectives, all minimised.
+
+        Example:
+            Of the result in the example of :class:`Reference`:
+
+            >>> again = Reference.of([run.F for run in result.runs])
+            >>> again.n_union == result.reference.n_union
+            True
+        """
+        # Each once and sorted: the order of the runs must not decide which points are kept.
+        F = np.unique(np.vstack(fronts), axis=0)
+        if len(F) == 0:
+            nowhere = np.full(F.shape[1], np.nan)
+            return cls(UtopianFrame(nowhere, nowhere, True), F, 0, nowhere)
+        worst, F = F.max(axis=0), F[nondominated(F)]
+        U, N = F.min(axis=0), F.max(axis=0)
+        # Without a span of its own an objective would count for nothing, and runs that are worse
+        # in it would pass for equal: a single best point would make all runs alike.
+        frame = UtopianFrame(U, np.where(N > U, N, worst), normalize=True)
+        scaled = frame.scaled(F)
+        points = scaled[spread_subset(scaled, _REFERENCE_SIZE)]
+        return cls(frame, points, len(F), F[frame.distances(F)[:, 0].argmin()])
+
+    def measure(self, F: Array) -> dict[str, float]:
+        """Return the quality of the ``(n, m)`` non-dominated objectives that a run found.
+
+        ``optimum_distance`` is the distance, in the scale, from the Salukvadze optimum among them,
+        by their own U and N as a user would find it, to the best known one.
+
+        Example:
+            Of the result in the example of :class:`Reference`:
+
+            >>> result.reference.measure(np.zeros((0, 2)))["hypervolume"]
+            0.0
+        """
+        scaled, distance = self.frame.scaled(F), np.inf
+        if len(F):
+            best = self.frame.scaled(F[rank_of_efficiency(F).salukvadze[:1]])
+            distance = float(np.linalg.norm(best - self.frame.scaled(self.optimum)))
+        return {
+            "hypervolume": hypervolume(scaled, _REFERENCE_POINT)[0],
+            "igd_plus": igd_plus(scaled, self.points),
+            "epsilon": epsilon_additive(scaled, self.points),
+            "optimum_distance": distance,
+            "n_nondominated": len(F),
+        }
+
 
 _EXACT_RUNS = 40
 """Runs of an algorithm up to which p values are exact; such a test takes a twentieth of a second.
