@@ -32,12 +32,7 @@ from pymoo_psi.algorithms._run import (
     points_of_run,
     stored_at_termination,
 )
-from pymoo_psi.algorithms._sampling import (
-    UniformSampling,
-    default_sampling,
-    sampling_name,
-    uniform_sampling,
-)
+from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import EvaluationError, PsiError
 from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, in_parallel
 from pymoo_psi.problems import (
@@ -156,7 +151,7 @@ class Engine:
         self.points, first, last = Points(np.zeros(0, dtype=np.int64), n_dim), options.first, LAST
         if n_points is not None:
             integer("n_points", n_points, minimum=1)
-            sampling = uniform_sampling(options.sampling) or default_sampling(n_dim)
+            sampling = options.sampling_in(n_dim)
             if options.fill:
                 n_points = self._points_to_fill(n_points, sampling, options)
             self.points = points_of_run(options, n_points, sampling, n_dim)
@@ -166,7 +161,7 @@ class Engine:
         # needs no identity that a file can hold.
         strict = options.study is not None or options.part.of > 1
         with nullcontext() if strict else suppress(PsiError):
-            name = "" if n_points is None else sampling_name(sampling, n_points, options.seed)
+            name = "" if n_points is None else sampling.identity(n_points, options.seed)
             identity = problem_identity(self.problem, self.space)
             text = identity_text(identity | {"sampling": name + method, "key": options.study_key})
             self.table = replace(self.table, problem=json.loads(text))
@@ -181,9 +176,8 @@ class Engine:
         if self._streams and isinstance(runner, JoblibRunner):
             self.n_workers, self._ahead = workers, _FAR if whole else _NEAR * workers
         self.extend: Callable[[], None] | None = None
-        self._repeats = None
-        if self.space.finite and (elementwise or n_jobs == 1):
-            self._repeats = _Repeats(self.store.known_designs())
+        recurring = self.space.finite and (elementwise or n_jobs == 1)
+        self._repeats = _Repeats(self.store.known_designs()) if recurring else None
         self._n_jobs = 1 if n_jobs == 1 else active_workers(n_jobs).count
         # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
         # With a study there are few at first, and then as many as take a second.
@@ -280,6 +274,10 @@ class Engine:
         """Return the tests of points, given by their rows and values, of designs X if others."""
         points = self.points.at(rows)
         X = points.matrix(self.space) if X is None else X
+        if isinstance(self.problem, Required):  # its constraints are computed, whatever happened
+            none = np.zeros(n := self._model.n_ieq_constr)
+            pairs = zip(values, self.problem.amounts(X), strict=True)
+            values = [v | {"G": np.append(v.get("G", none)[:n], above)} for v, above in pairs]
         out = columns_of_values(self.problem, values)
         return table_of_values(self.table.layout, points, X, out)
 
@@ -309,15 +307,11 @@ class Engine:
             rows, again = self._repeats.new(rows, self.points.at(rows).matrix(self.space))
             self._put_again(again)
         if isinstance(self.problem, Required) and len(rows):
-            matrix = self.points.at(rows).matrix(self.space)
-            above = self.problem.amounts(matrix)
+            above = self.problem.amounts(self.points.at(rows).matrix(self.space))
             unmet = (above > 0).any(axis=1)
-            known = map(self.problem.values_without_run, above[unmet])
-            values = [each | {"failure": ""} for each in known]
-            if values:
-                tests = self.tests_of(rows[unmet], values, matrix[unmet])
-                self._put(tests, 0.0, called=False)
+            values = [{"failure": ""}] * int(unmet.sum())
             self.problem.n_not_run += len(values)
+            self._put_again(list(zip(rows[unmet].tolist(), values, strict=True)))
             rows = rows[~unmet]
         return rows
 
@@ -360,12 +354,7 @@ class Engine:
             return complete or bool(self.extend) or bool(self._stop and result[1]["failure"])
 
         def keep(rows: Rows, values: Sequence[Values], seconds: ArrayLike) -> None:
-            matrix = self.points.at(rows).matrix(self.space)
-            if isinstance(self.problem, Required):
-                above = self.problem.amounts(matrix)
-                pairs = zip(values, above, strict=True)
-                values = [v | {"G": np.append(v["G"], a)} if "G" in v else v for v, a in pairs]
-            self._put(self.tests_of(rows, values, matrix), seconds)
+            self._put(self.tests_of(rows, values), seconds)
 
         top_up(0)
         if waiting:
@@ -427,7 +416,7 @@ class Engine:
             self._put_again(self._repeats.learn(tests))
 
     def _put_again(self, again: list[tuple[int, Values]]) -> None:
-        """Store and give tests of designs whose values are known, by the rows of their points."""
+        """Store and give tests whose values are known without the model, by rows of points."""
         if again:
             rows, values = zip(*again, strict=True)
             self._put(self.tests_of(np.array(rows), values), 0.0, called=False)
@@ -504,17 +493,15 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, An
         # First, whatever the first design gives; a repeated design has the round of its own point.
         out = {PROPOSAL_ROUND: None} | dict(out) | {PROPOSAL_ROUND: points.rounds}
     reasons = {n: r for n, r in zip(numbers.tolist(), out["failure"], strict=True) if r}
-    known = np.array([not reason for reason in out["failure"]], dtype=bool)
     taken, outputs = {*layout.columns, *RESERVED}, {}
     for name, values in out.items():
         if name in NO_OUTPUTS or str(name).startswith("__"):
             continue
         column, odd = _numbers(values, len(numbers))
-        if named := isinstance(name, str) and name not in taken:
-            outputs[name] = np.where(known, column, np.nan)
-            if odd and np.isnan(column).all():
-                del outputs[name]
-        if odd or not named:
+        fits = isinstance(name, str) and name not in taken
+        if fits and not (odd and np.isnan(column).all()):
+            outputs[name] = np.where(out["failure"] == "", column, np.nan)
+        if odd or not fits:
             why = f"where it is no single number, such as {odd[0]!r:.40}" if odd else "by this name"
             warnings.warn(f"out[{name!r}] is not kept in the table {why}", stacklevel=2)
     return TestTable.of(

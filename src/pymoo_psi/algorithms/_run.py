@@ -24,11 +24,16 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._sampling import LPTauSampling, UniformSampling, uniform_sampling
+from pymoo_psi.algorithms._sampling import (
+    LPTauSampling,
+    QMCSampling,
+    UniformSampling,
+    uniform_sampling,
+)
 from pymoo_psi.errors import StudyError, StudyMismatchError
 from pymoo_psi.parallel import Result, Values
 from pymoo_psi.problems import DesignSpace, require_known_keywords
-from pymoo_psi.sequences import lp_tau, lp_tau_at
+from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau, lp_tau_at
 from pymoo_psi.study import ALL, LAST, Share, Study
 from pymoo_psi.table import Limits, TestTable, columns_of, head_of, kinds_of_columns, table_of
 
@@ -134,6 +139,12 @@ class RunOptions:
         if self.study is not None:
             Study(self.study)  # checks the name
         _ = self.part
+
+    def sampling_in(self, n_dim: int) -> UniformSampling:
+        """Return where points of so many dimensions come from."""
+        few = n_dim <= MAX_DIMENSIONS  # SciPy's Sobol' points have up to 21201
+        default = LPTauSampling() if few else QMCSampling("sobol", scramble=False)
+        return uniform_sampling(self.sampling) or default
 
     @property
     def part(self) -> Share:

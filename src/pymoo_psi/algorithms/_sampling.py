@@ -12,7 +12,7 @@ from pymoo.core.sampling import Sampling
 
 from pymoo_psi._validation import boolean, integer, invalid, known_name, wrong_type
 from pymoo_psi.problems import call_of, design_space
-from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
+from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
 
@@ -79,6 +79,19 @@ class UniformSampling(Sampling):
         """Return ``(n_points, n_dim)`` points of [0, 1), from number ``first`` on."""
         raise NotImplementedError
 
+    def identity(self, n_points: int, seed: int | None) -> str:
+        """Return what a study must know of its points, so that the same ones come again."""
+        known = {*vars(Sampling()), "log"}
+        own = {name: value for name, value in vars(self).items() if name not in known}
+        own = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in own.items()}
+        attributes = ", ".join(f"{name}={value!r}" for name, value in own.items())
+        name = getattr(self, "engine", f"{type(self).__name__}({attributes})")
+        name += "" if self.extendable else f" of {n_points} points"
+        if self.randomised and seed is None:
+            rule = "given where a study has randomised points"
+            raise invalid("seed", rule, seed, "they must come again")
+        return f"{name}, seed {seed}" if self.randomised else str(name)
+
 
 def uniform_sampling(sampling: object) -> UniformSampling | None:
     """Return a sampling that is given by name, or as one of the operators of this module."""
@@ -95,13 +108,6 @@ def uniform_sampling(sampling: object) -> UniformSampling | None:
         remedy = "give first= to PSI or investigate"
         raise invalid("first of LPTauSampling", "1 here", sampling.first, remedy)
     return sampling
-
-
-def default_sampling(n_dim: int) -> UniformSampling:
-    """Return LPτ, or beyond its dimensions SciPy's points of Sobol', of up to 21201."""
-    if n_dim <= MAX_DIMENSIONS:
-        return LPTauSampling()
-    return QMCSampling("sobol", scramble=False)
 
 
 class LPTauSampling(UniformSampling):
@@ -140,6 +146,15 @@ class LPTauSampling(UniformSampling):
             array([[0.5 , 0.5 ], [0.25, 0.75]])
         """
         return lp_tau(n_points, n_dim, first=self.first + first - 1)
+
+    def identity(self, n_points: int, seed: int | None) -> str:
+        """Return what a study must know of its points.
+
+        Example:
+            >>> LPTauSampling().identity(8, None)
+            'LP-tau from point 1'
+        """
+        return f"LP-tau from point {self.first}"
 
 
 class QMCSampling(UniformSampling):
@@ -210,21 +225,3 @@ class QMCSampling(UniformSampling):
             rule = f"at most {len(points)}, all that the engine {self.engine!r} can place"
             raise invalid("n_samples", rule, n_points, "use another engine")
         return np.asarray(points)
-
-
-def sampling_name(sampling: UniformSampling, n_points: int, seed: int | None) -> str:
-    """Return what a study must know of its points, so that the same ones come again."""
-    if isinstance(sampling, LPTauSampling):
-        return f"LP-tau from point {sampling.first}"
-    known = {*vars(Sampling()), "log"}
-    own = {name: value for name, value in vars(sampling).items() if name not in known}
-    own = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in own.items()}
-    attributes = ", ".join(f"{name}={value!r}" for name, value in own.items())
-    name = getattr(sampling, "engine", f"{type(sampling).__name__}({attributes})")
-    name += "" if sampling.extendable else f" of {n_points} points"
-    if not sampling.randomised:
-        return name
-    if seed is None:
-        rule = "given where a study has randomised points"
-        raise invalid("seed", rule, seed, "they must come again")
-    return f"{name}, seed {seed}"
