@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import rank_of_efficiency, representatives
-from pymoo_psi.errors import ArgumentValueError
 
 small_sets = st.tuples(st.integers(1, 10), st.integers(1, 4)).flatmap(
     lambda shape: arrays(float, shape, elements=st.integers(0, 9).map(float))
@@ -62,5 +61,3 @@ def test_names_labels_and_senses_are_kept():
     assert frame.index.tolist() == ["B", "C"]  # C and A are 0.822 and 0.712 from B
     assert frame["yield"].tolist() == [30, 40]
     assert frame["share"].tolist() == pytest.approx([2 / 3, 1 / 3])
-    with pytest.raises(ArgumentValueError, match="named other than share and farthest"):
-        representatives(F.rename(columns={"yield": "share"}), 2).to_frame()

@@ -143,7 +143,6 @@ def test_rows_are_those_of_all_designs():
     ("selectors", "kind", "message"),
     [
         ([SalukvadzeOptimum()], TypeError, "selectors must map names to selectors"),
-        ({"a": 3}, TypeError, r"selectors\['a'\] must be an object with .do\(F\), got 3"),
         ({"a": Fixed(3)}, ValueError, r"selectors\['a'\] must be .* indices from 0 to 2, got 3"),
     ],
 )

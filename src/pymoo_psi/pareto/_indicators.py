@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import integer, invalid
+from pymoo_psi._validation import integer
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
@@ -179,9 +179,6 @@ class Representatives(Shown):
             Index: the row in ``F``, or the label in the data frame that was given. Columns: the
             objectives, ``share``, ``farthest``.
 
-        Raises:
-            ArgumentValueError: An objective is called ``share`` or ``farthest``.
-
         Example:
             >>> print(representatives([[0, 9], [1, 8], [4, 4], [9, 0]], 3).to_frame().round(2))
                 f1   f2  share  farthest
@@ -191,14 +188,10 @@ class Representatives(Shown):
         """
         import pandas as pd
 
-        objectives = self.ranking.objectives.rows(self.rows)
-        labels = pd.Index(objectives.labels)
-        if taken := [name for name in ("share", "farthest") if name in objectives.names]:
-            rule = "named other than share and farthest"
-            raise invalid("the objectives", rule, taken[0], "rename the columns of F")
-        frame = pd.DataFrame(objectives.values, columns=list(objectives.names), index=labels)
-        frame.insert(len(objectives.names), "share", self.shares)
-        frame.insert(len(objectives.names) + 1, "farthest", self.farthest)
+        chosen = self.ranking.objectives.rows(self.rows)
+        frame = pd.DataFrame(chosen.values, pd.Index(chosen.labels), list(chosen.names))
+        frame.insert(len(chosen.names), "share", self.shares)  # refuses a name that is taken
+        frame.insert(len(chosen.names) + 1, "farthest", self.farthest)
         return frame
 
 

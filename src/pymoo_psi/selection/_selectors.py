@@ -25,7 +25,6 @@ from pymoo_psi._validation import (
     finite_array,
     invalid,
     mapping,
-    wrong_type,
 )
 from pymoo_psi.pareto import (
     LAST_PLACES,
@@ -62,12 +61,6 @@ class RankingSelector(Indicator):
     def __init__(self, *, normalize: bool = True) -> None:
         super().__init__()
         self.normalize = boolean("normalize", normalize)
-
-    def __repr__(self) -> str:
-        """Return the call that makes it."""
-        from pymoo_psi.problems import call_of  # pymoo's problems are needed for this only
-
-        return call_of(self)
 
     def do(self, F: Any, *, maximize: Collection[Any] = ()) -> Rows:
         """Return the indices of the chosen rows of ``F``.
@@ -283,7 +276,7 @@ def compare_selectors(
     Raises:
         ArgumentValueError: ``F`` or ``maximize`` does not fit, or a selector returns what is no
             index of a row.
-        ArgumentTypeError: ``selectors`` is no mapping to objects with ``.do``.
+        ArgumentTypeError: ``selectors`` is no mapping.
 
     Example:
         >>> F = [[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0], [1.0, 1.0]]
@@ -298,20 +291,16 @@ def compare_selectors(
     front = np.flatnonzero(ranking.pareto)
     objectives, chosen = ranking.objectives.rows(front), {}
     for name, selector in mapping("selectors", selectors, "names to selectors").items():
-        if isinstance(selector, type) or not hasattr(selector, "do"):
-            raise wrong_type(f"selectors[{name!r}]", "an object with .do(F)", selector)
         if isinstance(selector, RankingSelector):
-            answer = selector.chosen(objectives)
+            answer: Any = selector.chosen(objectives)
         else:
             with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all of them off
                 answer = selector.do(objectives.minimized)
-        rows = np.atleast_1d(np.array([] if answer is None else answer))
-        if len(rows) and (
-            rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= len(front)
-        ):
+        rows = np.atleast_1d(np.array([] if answer is None else answer)).astype(np.intp)
+        if len(rows) and not 0 <= rows.min() <= rows.max() < len(front):
             rule = f"a selector that returns indices from 0 to {len(front) - 1}"
             raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
-        chosen[name] = front[rows.astype(np.intp)]
+        chosen[name] = front[rows]
     return chosen
 
 
@@ -326,15 +315,6 @@ def _checked(weights: ArrayLike | None) -> Array | None:
     return np.asarray(ratios / ratios.sum())
 
 
-def _weights(m: int, weights: Array | None) -> Array:
-    """Return ``(m,)`` weights of a selector, whose number is known by its ``.do`` only."""
-    weights = np.ones(m) if weights is None else weights
-    if len(weights) != m:
-        found = Received(f"{len(weights)}")
-        raise invalid("weights", f"{m} numbers, one for each objective", found)
-    return weights
-
-
 @np.errstate(over="ignore")  # NumPy 1 warns where it divides denormal numbers
 def _least(
     rows: Rows, d: Array, sizes: Array, weights: Array | None, *measures: Callable[..., Array]
@@ -344,7 +324,11 @@ def _least(
     Of several measures the next decides among rows that are equal in those before. ``sizes`` is how
     large the values behind the terms are.
     """
-    weights, unit = _weights(d.shape[1], weights), np.abs(d).max() or 1.0  # no sum overflows
+    weights = np.ones(d.shape[1]) if weights is None else weights
+    if len(weights) != d.shape[1]:
+        rule = f"{d.shape[1]} numbers, one for each objective"
+        raise invalid("weights", rule, Received(f"{len(weights)}"))
+    unit = np.abs(d).max() or 1.0  # no sum overflows
     terms, noise = weights * (d / unit), LAST_PLACES * (weights * (sizes / unit))
     for measure in measures:
         best = levels(measure(terms), float(measure(noise[None, :])[0])) == 0
