@@ -73,16 +73,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the backgro
 """
 RUNNER = "from pymoo_psi import JoblibRunner\nJoblibRunner(2, {})(stuck, [0, 1, 2])"
 TASKS = """
-from pymoo_psi import robustness
-class Uniform:
-    ppf = staticmethod(lambda shares: shares)
-problem = __import__("pymoo.problems").problems.get_problem("zdt1")
-parent = os.getpid()
-def make(a):
-    if os.getpid() != parent:
-        stuck(a)
-    return problem
-robustness(make, [[0.0] * 30, [1.0] * 30], uncertainty={"a": Uniform}, n_scenarios=4, n_jobs=2)
+from pymoo_psi.parallel import in_parallel
+list(in_parallel(stuck, range(9), 2))
 """
 BLOCKS = """
 from pymoo.core.problem import Problem

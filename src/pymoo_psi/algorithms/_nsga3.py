@@ -223,11 +223,9 @@ def run_within_budget(
     seed_ties(algorithm)
     lines = progress_lines(progress)
     algorithm.setup(problem, verbose=verbose, progress=progress and lines is None)
-    while algorithm.has_next():
-        left = n_evaluations - algorithm.evaluator.n_eval
-        infills = algorithm.infill()
-        # an algorithm may have nothing more to ask for, and a budget be used up by its start
-        if infills is None or left == 0:
+    # a budget may be used up by its start
+    while algorithm.has_next() and (left := n_evaluations - algorithm.evaluator.n_eval) > 0:
+        if (infills := algorithm.infill()) is None:  # it has nothing more to ask for
             break
         if isinstance(infills, Population):  # a single individual is affordable, as left > 0
             new = np.array([not individual.evaluated for individual in infills])

@@ -29,9 +29,6 @@ from ._requirements import Required as Required
 from ._requirements import Requirement as Requirement
 from ._requirements import required as required
 from ._robust import Robust as Robust
-from ._robust import evaluated as evaluated
-from ._robust import scenario_problem as scenario_problem
-from ._robust import scenario_values as scenario_values
 from ._sphere_chute import SphereChute as SphereChute
 from ._sphere_chute import VectorizedSphereChute as VectorizedSphereChute
 from ._transformed import LogScaled as LogScaled

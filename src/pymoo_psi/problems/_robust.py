@@ -83,6 +83,7 @@ class Robust(WrappedProblem):
         wrapped: The problem in the first scenario.
         offsets: ``(n_scenarios, t)`` what the t tolerances add, or add relatively.
         parameters: ``(n_scenarios, k)`` the values of the k parameters.
+        problems: The problem of each scenario; of all of them if no parameter is uncertain.
 
     Raises:
         ArgumentValueError: There is no such variable or statistic, a number is out of range, or
@@ -148,11 +149,11 @@ class Robust(WrappedProblem):
             make = partial(scenario_problem, "problem", problem)
             rows = [dict(zip(uncertainty, row, strict=True)) for row in self.parameters.tolist()]
             first = make(rows[0])
-            self._problems = [first, *(make(row, (first.n_var, first.n_obj)) for row in rows[1:])]
+            self.problems = [first, *(make(row, (first.n_var, first.n_obj)) for row in rows[1:])]
         else:
             require_problem(problem)
-            self._problems = [problem]
-        nominal = self._problems[0]
+            self.problems = [problem]
+        nominal = self.problems[0]
         self.space = design_space(nominal)
         own = list(own_names(nominal, self.space).values())
         for name in tolerances:
@@ -217,24 +218,38 @@ class Robust(WrappedProblem):
         F, violated = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         out["F"], out["G"] = F, (violated - self.failure_probability)[:, None]
 
-    def _statistics(self, designs: NDArray[Any], args: Any, kwargs: Any) -> tuple[Array, Array]:
-        """Return ``(n, m)`` statistics, and in what share of scenarios constraints are violated."""
+    def in_scenarios(
+        self, designs: NDArray[Any], *args: Any, **kwargs: Any
+    ) -> tuple[Array, Mask, NDArray[Any]]:
+        """Evaluate the n rows of a test table's designs in all S scenarios.
+
+        Returns:
+            ``(S, n, m)`` their objectives; ``(S, n)`` which are feasible with finite objectives,
+            and ``(S, n)`` why others failed, empty for those that did not.
+        """
         scenarios = [self._offset(designs, k) for k in range(len(self.offsets))]
-        if len(self._problems) == 1:  # the same in all scenarios: it is called once for all
+        if len(self.problems) == 1:  # the same in all scenarios: it is called once for all
             scenarios = [np.concatenate(scenarios)]
         found = []
-        for problem, moved in zip(self._problems, scenarios, strict=True):
+        for problem, moved in zip(self.problems, scenarios, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
-            found.append(evaluated(problem, self.space.designs(moved), *args, **kwargs)[:2])
-        F, valid = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
-        F = F.reshape(len(self.offsets), len(designs), -1)
+            out = evaluate_designs(problem, self.space.designs(moved), *args, **kwargs)
+            feasible = meets_constraints(out["G"], out["H"]) & (out["failure"] == "")
+            found.append((out["F"], competes(out["F"], feasible), out["failure"]))
+        F, valid, reasons = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
+        size = len(self.offsets), len(designs)
+        return F.reshape(*size, -1), valid.reshape(size), reasons.reshape(size)
+
+    def _statistics(self, designs: NDArray[Any], args: Any, kwargs: Any) -> tuple[Array, Array]:
+        """Return ``(n, m)`` statistics, and in what share of scenarios constraints are violated."""
+        F, valid, _ = self.in_scenarios(designs, *args, **kwargs)
         finite = np.isfinite(F).all(axis=2)
         F[~finite] = np.inf  # last in order, where it is not counted
         F.sort(axis=0)
         counts = finite.sum(axis=0)
         columns = [statistic(text, F[..., j], counts) for j, text in enumerate(self.criteria)]
         # Not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated.
-        return np.column_stack(columns), (~valid).reshape(finite.shape).mean(axis=0)
+        return np.column_stack(columns), (~valid).mean(axis=0)
 
     def _offset(self, designs: NDArray[Any], k: int) -> NDArray[Any]:
         """Return the designs as they are in a scenario."""
@@ -354,15 +369,3 @@ def scenario_problem(
         rule = f"of (n_var, n_obj) = {sizes} in every scenario, as in the first"
         raise invalid(argument, rule, found)
     return problem
-
-
-def evaluated(problem: Any, designs: Any, *args: Any, **kwargs: Any) -> tuple[Array, Mask, Any]:
-    """Evaluate designs in a scenario.
-
-    Returns:
-        ``(n, m)`` their objectives; ``(n,)`` which are feasible with finite objectives, and
-        ``(n,)`` why others failed, empty for those that did not.
-    """
-    out = evaluate_designs(problem, designs, *args, **kwargs)
-    feasible = meets_constraints(out["G"], out["H"]) & (out["failure"] == "")
-    return out["F"], competes(out["F"], feasible), out["failure"]

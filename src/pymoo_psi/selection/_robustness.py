@@ -16,16 +16,9 @@ from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Received, boolean, integer, invalid, job_count, mapping
-from pymoo_psi.parallel import in_parallel
+from pymoo_psi._validation import Received, boolean, invalid
 from pymoo_psi.pareto import rank_of_efficiency
-from pymoo_psi.problems import (
-    FailureTolerant,
-    design_space,
-    evaluated,
-    scenario_problem,
-    scenario_values,
-)
+from pymoo_psi.problems import FailureTolerant, Robust, design_space
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -135,7 +128,6 @@ def robustness(
     n_scenarios: int = 256,
     normalize: bool = True,
     keep_bounds: bool = True,
-    n_jobs: int = 1,
 ) -> Robustness:
     """Rank designs in many scenarios of uncertain parameters of their problem.
 
@@ -159,7 +151,6 @@ def robustness(
             :func:`pymoo_psi.rank_of_efficiency`.
         keep_bounds: Count a design that lies outside the bounds of a scenario's problem as
             infeasible there. The chute's bound on the slope, for one, is 3.5 μ.
-        n_jobs: Processes to work in, -1 for one per core. The result does not depend on it.
 
     Returns:
         Shares, statistics of the objectives and regret for each design.
@@ -190,61 +181,44 @@ def robustness(
         0  0.20  0.1          0.000     2.589
     """
     normalize, keep_bounds = boolean("normalize", normalize), boolean("keep_bounds", keep_bounds)
-    n_jobs = job_count("n_jobs", n_jobs)
+    robust = Robust(make_problem, uncertainty=uncertainty, n_scenarios=n_scenarios)
     # By next(iter(X)), as X[0] of a data frame is a column of that name.
     named = not isinstance(X, np.ndarray) and len(X) and isinstance(next(iter(X)), Mapping)
     designs = np.fromiter(X, object) if named else np.array(X)
-    if not mapping("uncertainty", uncertainty, "names to distributions"):
-        raise invalid("uncertainty", "one parameter or more", uncertainty)
-    points = scenario_values(
-        integer("n_scenarios", n_scenarios, minimum=1),
-        {f"uncertainty[{name!r}]": given for name, given in uncertainty.items()},
-    )
-    rows = [dict(zip(uncertainty, row, strict=True)) for row in points.tolist()]
-
-    # The first scenario has the sizes that all must have, and shows mistakes before any work.
-    first = scenario_problem("make_problem", make_problem, rows[0])
-    if not len(designs) or not (named or designs.shape[1:] == (first.n_var,)):
-        rule = f"designs of {first.n_var} variables, as the problem, in an array (n, n_var), n >= 1"
+    if not len(designs) or not (named or designs.shape[1:] == (robust.n_var,)):
+        rule = f"designs of {robust.n_var} variables, in an array (n, n_var), n >= 1"
         raise invalid("X", rule, Received(f"an array of shape {designs.shape}"))
-    given, maximize = getattr(first, "names", None) or {}, getattr(first, "maximize", None) or ()
-    objectives = tuple(given.get(f"f{j + 1}", f"f{j + 1}") for j in range(first.n_obj))
-    sign = np.array([-1.0 if name in maximize else 1.0 for name in objectives])
-
-    def ranked(parameters: dict[str, float]) -> tuple[Mask, Array]:
-        sizes = first.n_var, first.n_obj
-        problem = scenario_problem("make_problem", make_problem, parameters, sizes)
-        F, feasible, reasons = evaluated(problem, designs)
-        if all(reasons) and not isinstance(problem, FailureTolerant):  # likely a mistake
+    matrix, ranked = robust.space.to_matrix(designs), []
+    F, feasible, reasons = robust.in_scenarios(matrix)
+    for k, problem in enumerate(robust.problems):
+        if all(reasons[k]) and not isinstance(problem, FailureTolerant):  # likely a mistake
             remedy = "if designs may fail, make FailureTolerant(problem)"
-            raise invalid("make_problem", "of problems that evaluate X", reasons[0], remedy)
+            raise invalid("make_problem", "of problems that evaluate X", reasons[k, 0], remedy)
         if keep_bounds:
-            space = design_space(problem)
-            for variable, column in zip(space.variables, space.to_matrix(designs).T, strict=True):
+            for variable, column in zip(design_space(problem).variables, matrix.T, strict=True):
                 if variable.kind is not Kind.CHOICE:
                     values = column.astype(np.float64)
-                    feasible = feasible & (variable.lower <= values) & (values <= variable.upper)
-        return _ranked(F, feasible, normalize)
-
-    marks = np.zeros((len(rows), 4, len(designs)), dtype=bool)
-    values = np.zeros((len(rows), len(designs), len(objectives) + 1))
-    for k, found in in_parallel(ranked, rows, n_jobs):
-        marks[k], values[k] = found
-    values[marks[:, 3]] = np.nan
+                    feasible[k] &= (variable.lower <= values) & (values <= variable.upper)
+        ranked.append(_ranked(F[k], feasible[k], normalize))
+    marks, values = (np.array(arrays) for arrays in zip(*ranked, strict=True))
+    values[~feasible] = np.nan
     with warnings.catch_warnings():  # of a design that is never feasible nothing is known
         warnings.simplefilter("ignore", RuntimeWarning)
         mean, spread = np.nanmean(values, axis=0), np.nanstd(values, axis=0)
         worst = np.nanmax(values, axis=0)
-    optimum, efficient, pareto, infeasible = marks.mean(axis=0)
+    optimum, efficient, pareto = marks.mean(axis=0)
+    objectives = tuple(robust.names[f"f{j + 1}"] for j in range(robust.n_obj))
+    maximize = getattr(robust, "maximize", None) or ()
+    sign = np.array([-1.0 if name in maximize else 1.0 for name in objectives])
     return Robustness(
         designs,
         tuple(uncertainty),
-        points,
+        robust.parameters,
         objectives,
         optimum,
         efficient,
         pareto,
-        infeasible,
+        (~feasible).mean(axis=0),
         mean=mean[:, :-1] * sign,
         spread=spread[:, :-1],
         worst=worst[:, :-1] * sign,
@@ -257,12 +231,11 @@ def _ranked(F: Array, feasible: Mask, normalize: bool) -> tuple[Mask, Array]:
     """Rank the feasible designs of a scenario.
 
     Returns:
-        ``(4, n)`` which designs are the Salukvadze optimum, of rank 5 or 6, Pareto optimal,
-        infeasible; ``(n, m + 1)`` their objectives and their regret, μ1 less the least μ1 of the
-        scenario, of no meaning where infeasible.
+        ``(3, n)`` which designs are the Salukvadze optimum, of rank 5 or 6, Pareto optimal;
+        ``(n, m + 1)`` their objectives and their regret, μ1 less the least μ1 of the scenario, of
+        no meaning where infeasible.
     """
-    rows, marks, regret = np.flatnonzero(feasible), np.zeros((4, len(F)), bool), np.zeros(len(F))
-    marks[3] = ~feasible
+    rows, marks, regret = np.flatnonzero(feasible), np.zeros((3, len(F)), bool), np.zeros(len(F))
     if len(rows):
         ranking = rank_of_efficiency(F[rows], normalize=normalize)
         marks[0, rows[ranking.salukvadze]] = True
