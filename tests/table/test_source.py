@@ -79,7 +79,6 @@ FILES = {
     "a name with a comma": ("t, s;mass\n1,5;2,5\n2;3\n", {}, {"t, s": [1.5, 2], "mass": [2.5, 3]}),
     "a name over two lines": ('"cost\nin €",mass\n1.5,30\n2,2\n', {}, {"cost in €": [1.5, 2], "mass": [30, 2]}),
     "a short row": ("a,b\n1,2\n3\n", {}, "line 3 has 1 cell, most lines 2"),
-    "thousands or two numbers": ("a b\n1 250\n2 300\n", {}, "'a b' is the only column"),
     # Points and commas
     "decimals and thousands in a column": ("a;b\n2,5;1\n1.250;2\n", {}, {"a": [2.5, 1250], "b": [1, 2]}),
     "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; settle it by --thousands '\.' or --decimal '\.'"),
@@ -109,8 +108,7 @@ FILES = {
     "a sum below a ranking": ("m,a,b,mu1,mu2,mu3,rank,pareto\nA,1,4,0,0,0,6,True\nB,2,3,1,1,1,0,False\nTotal,3,7,1,1,1,6,\n", {}, "'Total' and summarises"),
     "levels called min and max": ("a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n", {}, {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]}),
     # Titles, units, comments, headers
-    "names in a comment": ("# cost mass\n1.5e0 3e1\n2.25 2.5\n", {}, COST),
-    "a comment among designs": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with #: .* --skip-rows 3"),
+    "a comment among designs": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, {"a": [1, 3], "b": [2, 0]}),
     "a million blank lines": ("\n" * 10**6 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "ten thousand columns": (f"{','.join(WIDE)}\n{'1,' * 9999}1\n{'2,' * 9999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "designs with numbers": ("m,a,b\n#A,1,2\n#B,2,1\n", {}, {"a": [1, 2], "b": [2, 1]}),
@@ -132,8 +130,6 @@ FILES = {
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     "no workbook": (b"PK\x03\x04 and so on", {}, "it cannot be read as a workbook"),
     # What else a file may be
-    "a name twice in JSON": ('{"objectives": ["a"], "maximized": [], "designs": [{"a": 1, "a": 2}]}', {}, "it is JSON, but"),
-    "numbers in JSON": ('{"objectives": ["a", "b"], "maximized": ["b"], "designs": [{"a": 1, "b": 0.1}, {"a": 9007199254740993, "b": 1e-320}]}', {}, {"a": [1.0, 9007199254740992.0], "b": [0.1, 1e-320]}),
     "no feasible design": ("a,b,status\n1,2,failed\n", {}, "none of its 1 design"),
 }  # fmt: skip
 
@@ -368,7 +364,7 @@ def styles(draw):
         texts.append(cells)
     lines = [separator.join(columns), *(separator.join(row) for row in zip(*texts, strict=True))]
     end = draw(st.sampled_from(["\n", "\r\n"]))
-    title = draw(st.sampled_from(["", f"# made in May{end}", f"sep={separator}{end}"]))
+    title = draw(st.sampled_from(["", f"# made in May{end}"]))
     encoding = draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252"]))
     return title + end.join(lines) + end, columns, decimal, thousands, encoding
 

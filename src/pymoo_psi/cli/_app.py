@@ -90,7 +90,7 @@ SourceFile: TypeAlias = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
-        help="A study, a folder of shares, or a table: CSV, .xlsx, .parquet, JSON of 'rank'.",
+        help="A study, a folder of shares, or a table: CSV or .xlsx.",
         parser=path_in,
     ),
 ]
@@ -315,7 +315,7 @@ class Rank(Opening):
     """Rank the designs of any Pareto set by efficiency."""
 
     file: SourceFile
-    out: Annotated[File, _path("FILE", "Write all designs, .csv or .json.")] = None
+    out: Annotated[File, _path("FILE", "Write all designs, .csv, .xlsx or .json.")] = None
     figure: Annotated[File, _path("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg.")] = (
         None
     )

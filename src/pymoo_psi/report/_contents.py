@@ -51,7 +51,7 @@ from pymoo_psi.table import (
     even_part,
     feasibility_rules,
     sensitivities,
-    values_in_order,
+    value_ranks,
 )
 
 _REASONS = 12  # of failures that are listed one by one
@@ -327,7 +327,7 @@ def _range(values: NDArray[Any]) -> str:
     if len(values) == 0:
         return "—"
     if isinstance(values[0], (str, bool, np.bool_)):
-        return ", ".join(map(str, values_in_order(values)))
+        return ", ".join(map(str, value_ranks(values)[0]))
     return f"{_cell(values.min())} to {_cell(values.max())}"
 
 

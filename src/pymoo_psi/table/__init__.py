@@ -72,11 +72,7 @@ from pymoo_psi.table._analysis import (
     feasibility_rules,
     histogram,
 )
-from pymoo_psi.table._designs import (
-    design_keys,
-    design_matrix,
-    values_in_order,
-)
+from pymoo_psi.table._designs import design_keys, design_matrix, value_ranks
 from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
 from pymoo_psi.table._formulation import Expression, Formulation
 from pymoo_psi.table._joining import difference
@@ -140,6 +136,6 @@ __all__ = [
     "read_table",
     "sensitivities",
     "table_of",
-    "values_in_order",
+    "value_ranks",
     "within",
 ]

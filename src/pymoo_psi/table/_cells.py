@@ -39,10 +39,7 @@ Array: TypeAlias = NDArray[np.float64]
 _Values: TypeAlias = dict[str, list[float | None]]
 
 _SEPARATORS = ",;\t|"
-_SEPARATOR_LINE = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)  # Excel's own
-_GROUPED = re.compile(r"[1-9]\d{0,2}(?: \d{3})+(?:[.,]\d*)?")
 _EMPTY = "it is empty; it must hold a line of column names, then the designs"
-_VAST = 4_000_000  # cells of a sheet, which take 1 GB
 
 _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "-", "--", "–", "—", "?"}
 # Errors of spreadsheets in any language, #DIV/0! as #WERT!, and of columns that are too narrow.
@@ -64,19 +61,15 @@ _NUMBERLIKE = re.compile(
     re.IGNORECASE,
 )
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
-# Words by which spreadsheets and people call rows that summarise others, by what they hold.
-_SUMMARIES = {
-    word: kind
-    for kind, words in {
-        "sum": "total totals subtotal sum sums σ summe gesamt insgesamt gesamtsumme "
-        "zwischensumme teilsumme ergebnis gesamtergebnis teilergebnis somme suma totale",
-        "mean": "mean average avg ø mittel mittelwert durchschnitt moyenne media promedio",
-        "median": "median zentralwert",
-        "std": "std stdev deviation standardabweichung",
-        "extreme": "min minimum max maximum best worst ideal nadir utopia bester schlechtester",
-    }.items()
-    for word in words.split()
-}
+# Words by which spreadsheets and people call rows that summarise others: sums, means, extremes.
+_SUMMARY = re.compile(
+    r"\b(sums?|totals?|subtotal|σ|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|teilsumme|"
+    r"ergebnis|gesamtergebnis|teilergebnis|somme|suma|totale|mean|average|avg|ø|mittel|mittelwert|"
+    r"durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|deviation|"
+    r"standardabweichung|min|minimum|max|maximum|best|worst|ideal|nadir|utopia|bester|"
+    r"schlechtester)\b",
+    re.IGNORECASE,
+)
 _ROUNDED = 0.01  # relative; what is shown is often the rounded summary of unrounded numbers
 
 
@@ -178,8 +171,7 @@ def cells_of_text(text: str, skip_rows: Collection[int | str]) -> Cells:
     """Return the cells of a text.
 
     By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
-    Comments (``#``) may stand above the line that names the columns. If that line holds numbers,
-    the names are taken from the comment above it, as numpy.savetxt writes them.
+    Lines that begin with ``#`` are comments, unless all designs do: labels may be #1, #2, ….
 
     Raises:
         ArgumentValueError: It is no table of named columns with one row or more.
@@ -187,32 +179,18 @@ def cells_of_text(text: str, skip_rows: Collection[int | str]) -> Cells:
     lines = [*enumerate(StringIO(text, newline=""), start=1)]
     _require_lines(skip_rows, len(lines))
     lines = [(i, line) for i, line in lines if i not in skip_rows]
-    separator, comment = "", ""
-    for above, (_, line) in enumerate(lines):
-        if found := _SEPARATOR_LINE.fullmatch(line):
-            separator = found[1]
-        elif line.lstrip('"').startswith("#"):
-            comment = line.lstrip("# ")
-        elif line.strip():
-            lines = lines[above:]
-            break
-    else:
+    plain = (k for k, (_, line) in enumerate(lines) if not re.match(r'"*#|\s*$', line))
+    lines = lines[next(plain, len(lines)) :]
+    if not lines:
         raise UnfitError(_EMPTY)
-    separator = separator or _separator(lines)
+    separator = _separator(lines)
     try:
         rows, ends = _rows(lines, separator)
-        names, _ = _rows([(1, comment)], separator)
     except csv.Error as error:
         raise UnfitError(f"it is no text in rows and columns: {error}") from None
-    if rows and any(map(is_number, rows[0])) and names and len(names[0]) == len(rows[0]):
-        rows, ends = [*names, *rows], [ends[0], *ends]
-    pairs = zip(rows, ends, strict=True)
-    marked = [end for row, end in pairs if row[0].startswith("#") and not is_blank(row[0])]
-    # Labels may be #1, #2, …; one among others is rather a design that was commented out.
-    if 0 < len(marked) < len(rows) - 1:
-        remedy = f"leave it out by --skip-rows {_listed(marked)}, or begin its first cell otherwise"
-        what = f"line {marked[0]} begins with #: a comment or a design"
-        raise UnfitError(f"{what}; {remedy}")
+    kept = [k for k, row in enumerate(rows) if row[0][:1] != "#" or is_blank(row[0])]
+    if len(kept) > 1:
+        rows, ends = [rows[k] for k in kept], [ends[k] for k in kept]
     return cells_of_rows(rows, ends, separator)
 
 
@@ -268,19 +246,13 @@ def _rows_of_sheet(sheet: Any, *, plain: bool) -> dict[int, list[Any]]:
     """
     sheet.reset_dimensions()  # what a file declares may be more than it holds
     rows: dict[int, list[Any]] = {}
-    width = seen = 0
     for i, row in enumerate(sheet.iter_rows(), start=1):
         cells = [_typed(cell) if plain else cell.value for cell in row]
         while cells and cells[-1] in ("", None):
             cells.pop()
         if cells:
             rows[i] = cells
-        seen += 1 + len(row)
-        width = max(width, len(cells))
-        if max(seen, width * len(rows)) > _VAST:  # one stray cell at the far end is enough
-            what = f"its sheet {sheet.title!r} has over four million cells"
-            raise UnfitError(f"{what}; delete those beside the table, or save it as CSV")
-    blank = "" if plain else None
+    width, blank = max(map(len, rows.values()), default=0), "" if plain else None
     return {i: cells + [blank] * (width - len(cells)) for i, cells in rows.items()}
 
 
@@ -346,9 +318,7 @@ def _separator(lines: Sequence[tuple[int, str]]) -> str:
     if readings:
         return max(readings, key=merit)
     spaced, _ = _rows(lines, " ")
-    divided = len({len(row) for row in spaced}) == 1 and len(spaced[0]) > 1
-    # Unless all rows can be one number each, such as 1 250.
-    return " " if divided and not all(_GROUPED.fullmatch(" ".join(r)) for r in spaced[1:]) else ","
+    return " " if len({len(row) for row in spaced}) == 1 and len(spaced[0]) > 1 else ","
 
 
 def _rows(lines: Sequence[tuple[int, str]], separator: str) -> tuple[list[list[str]], list[int]]:
@@ -569,12 +539,11 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     Raises:
         ArgumentValueError: There is such a row.
     """
-    called: dict[int, tuple[str, str]] = {}
+    called: dict[int, str] = {}
     for column in columns:
         for i, cell in enumerate(column.cells if column.numbers is None else ()):
-            for word in re.findall(r"\w+", cell.lower()) if isinstance(cell, str) else ():
-                if word in _SUMMARIES:
-                    called[i] = (cell.strip(), _SUMMARIES[word])
+            if isinstance(cell, str) and _SUMMARY.search(cell):
+                called[i] = cell.strip()
     n, numbers = len(cells.rows), [c.numbers for c in columns if c.numbers is not None]
     # Words in most of many rows are values of a column, such as the levels min and max.
     if not called or not numbers or len(called) > max(10, n // 2):
@@ -586,26 +555,26 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     # Sums of groups stand below or above these, so between the rows that summarise.
     groups = np.split(others, np.searchsorted(others, order))
     for k, i in enumerate(order):
-        cell, kind = called[i]
-        # Beside sums there may be ratios of sums; but a design may be the best in many columns.
-        least = 0.5 if kind == "sum" else 1.0
-        if any(_share(F[i], F[rows], kind) >= least for rows in (others, groups[k], groups[k + 1])):
+        if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
             out = _listed([cells.line(j) for j in order])
-            what = f"{cells.where(i)} is called {cell!r:.40} and summarises other rows"
+            what = f"{cells.where(i)} is called {called[i]!r:.40} and summarises other rows"
             raise UnfitError(f"{what}; leave it out by --skip-rows {out}, or rename it")
 
 
-def _share(row: Array, F: Array, kind: str) -> float:
-    """Return in what share of the columns that can be compared a row holds a summary of others."""
+def _summarises(row: Array, F: Array) -> bool:
+    """Whether a row holds sums, means, medians, deviations or extremes of other rows."""
     # One number, or one beside zeros, is no sign of a summary, nor are equal numbers.
-    varied = np.isfinite(row) & ((np.isfinite(F) & (F != 0)).sum(axis=0) > 1)
-    if len(F) and kind != "sum":
-        varied &= np.fmin.reduce(F) < np.fmax.reduce(F)
-    F, row = F[:, varied], row[varied]
-    if F.shape[1] == 0:
-        return 0.0
+    several = np.isfinite(row) & ((np.isfinite(F) & (F != 0)).sum(axis=0) > 1)
+    if not several.any():
+        return False
+    F, row = F[:, several], row[several]
+    lowest, highest = np.nanmin(F, axis=0), np.nanmax(F, axis=0)
     with np.errstate(all="ignore"):
-        if kind == "extreme":
-            return float(np.mean((row == np.nanmin(F, axis=0)) | (row == np.nanmax(F, axis=0))))
-        values = getattr(np, f"nan{kind}")(F, axis=0)  # nansum, nanmean, nanmedian, nanstd
-        return float(np.mean(np.abs(values - row) <= _ROUNDED * np.abs(row)))
+        # Beside sums there may be ratios of sums.
+        if np.mean(np.abs(np.nansum(F, axis=0) - row) <= _ROUNDED * np.abs(row)) >= 0.5:
+            return True
+        varied = lowest < highest
+        means = [f(F, axis=0) for f in (np.nanmean, np.nanmedian, np.nanstd)]
+        close = [np.abs(v - row) <= _ROUNDED * np.abs(row) for v in means]
+    close.append((row == lowest) | (row == highest))
+    return bool(varied.any()) and any(each[varied].all() for each in close)

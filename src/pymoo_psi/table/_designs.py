@@ -73,28 +73,6 @@ def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return np.concatenate(filled)
 
 
-def design_row(
-    name: str, value: Any, variables: Sequence[str], kinds: Sequence[Kind] = ()
-) -> NDArray[Any]:
-    """Return one design as a new ``(n_var,)`` array in the normal form of :func:`design_matrix`.
-
-    Args:
-        name: Name of the argument, for messages.
-        value: ``(n_var,)`` array or values, or a mapping from variable to value.
-        variables: The names of the variables.
-        kinds: What the variables are, where that is known; a value that is equal to none of its
-            kind is taken as it is.
-    """
-    matrix = design_matrix(name, [value], variables)
-    if matrix.shape[1] != len(variables):
-        rule = f"{len(variables)} values, one for each variable"
-        raise invalid(name, rule, Received(matrix.shape[1]))
-    wanted = kinds or column_kinds(matrix)
-    cells = [_as_kind(cell, kind) for cell, kind in zip(matrix[0].tolist(), wanted, strict=True)]
-    row: NDArray[Any] = _narrowest([cells], matrix.shape)[0]
-    return row
-
-
 def column_kinds(X: NDArray[Any]) -> tuple[Kind, ...]:
     """Return the kind of each column of ``(n, n_var)`` designs, as the values tell.
 
@@ -132,11 +110,6 @@ def value_ranks(column: NDArray[Any]) -> tuple[list[Any], NDArray[np.intp]]:
     keys = [(type(cell).__name__, cell) for cell in column.tolist()]
     ranks = {key: k for k, key in enumerate(sorted({*keys}))}
     return [value for _, value in ranks], np.array([ranks[key] for key in keys], dtype=np.intp)
-
-
-def values_in_order(column: NDArray[Any]) -> list[Any]:
-    """Return the distinct values of a column, ordered as by :func:`value_ranks`."""
-    return value_ranks(column)[0]
 
 
 def common_dtype(kinds: Sequence[Kind]) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
@@ -40,7 +39,7 @@ from pymoo_psi.table._files import (
     tests_of_text,
     text_of_rows,
 )
-from pymoo_psi.table._formulation import Formulation, distinct
+from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import RESERVED, Layout
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 
@@ -121,11 +120,11 @@ def read_table(
             raise invalid("skip_rows", what, skip_rows)
         if isinstance(found, Cells):
             asked = formulation or Formulation()
-            if path is None and {*RESERVED[1:]} <= {*found.columns} and not asked.objectives:
+            if {*RESERVED[1:]} <= {*found.columns} and not (found.head or asked.objectives):
                 # Without their directions its objectives would all be minimized.
-                rule = "a test table, or its frame with the objectives named"
+                rule = "a whole test table, or its frame with the objectives named"
                 remedy = "give the table itself, or Formulation(objectives=..., maximize=...)"
-                raise invalid("source", rule, Received("the frame of a test table"), remedy)
+                raise invalid("source", rule, Received("a part of one"), remedy)
             cells, columns, remarks = _designs(found, decimal, thousands)
             table = _table(cells, columns, asked, variables, remarks, drop_incomplete)
         elif variables:
@@ -196,8 +195,8 @@ def _opened(
         text = text_of_rows(rows.values())
     else:
         text = decoded(content, encoding)
-        if text.lstrip().startswith(("{", "[")):
-            return _cells_of_json(text)
+        if text.startswith("{"):
+            raise UnfitError("it is JSON; give the designs as CSV or .xlsx")
         try:
             head, text = file_head(text)
         except ValueError as error:
@@ -216,20 +215,6 @@ def _opened(
 def _tests(path: Path) -> TestTable:
     table, missing = read_tests(path)
     return replace(table, remarks=(f"{missing}.",)) if missing else table
-
-
-def _cells_of_json(text: str) -> Cells:
-    """Return a ranking that was written as JSON, with the objectives it names."""
-    try:
-        content = json.loads(text, object_pairs_hook=distinct)
-        rows = content["designs"]
-        columns = {name: [row[name] for row in rows] for name in rows[0]}
-        # Outputs may be of those to be maximized.
-        head = {**content, "outputs": content["maximized"], "objectives": content["objectives"]}
-    except (ValueError, LookupError, TypeError, RecursionError):
-        what = "it is JSON, but none that 'pymoo-psi rank --out FILE.json' wrote"
-        raise UnfitError(f"{what}; give the designs as CSV") from None
-    return Cells(columns, head=head)
 
 
 def _cells_of(source: Any) -> TestTable | Cells:

@@ -50,7 +50,6 @@ from pymoo_psi.pareto import (
 from pymoo_psi.table._designs import (
     column_kinds,
     design_matrix,
-    design_row,
     first_rows,
 )
 from pymoo_psi.table._files import (
@@ -909,7 +908,7 @@ class TestTable(Shown):
         """
         layout, known = self.layout, self.prototype
         kinds = self.kinds if len(self) else layout.kinds
-        X = design_row("x of the prototype", x, layout.variables, kinds)[None]
+        X = design_matrix("x of the prototype", [x], layout.variables, kinds)
         F = finite_array("f of the prototype", f)[None]
         groups = ((g, layout.inequalities), (h, layout.equalities))
         G, H = (
@@ -921,7 +920,6 @@ class TestTable(Shown):
             outputs=(),
             maximize=tuple(name for name in layout.objectives if name in layout.maximize),
             units={n: unit for n, unit in layout.units.items() if n not in layout.outputs},
-            kinds=(),  # it may be of other kinds: 2.5 of what are integers here
             label="prototype",
         )
         number = 1 if known is None else len(known) + 1
