@@ -180,7 +180,7 @@ function frontOf(data, mask, rows) {
   for (let k = 0; k < rows.length; k++) {
     const i = rows[k]
     if (!optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])) {
-      data.boxes ??= boxesOf(data.F, upTo(data.n))
+      data.boxes ??= boxesOf(data.F, data.n)
       const stays = last?.front[i]
       dominator[i] = stays && !more ? -1 : dominatorOf(data, i, stays ? added : mask)
     }
@@ -190,29 +190,61 @@ function frontOf(data, mask, rows) {
   return picked(rows, (i) => front[i])
 }
 
-// The rows in boxes of few that lie near each other, each with its least values: what dominates a
-// row lies in boxes whose least values are nowhere worse.
-function boxesOf(F, rows, depth = 0) {
-  if (rows.length <= 32) return [{rows, low: F.map((column) => leastOf(column, rows))}]
-  const sorted = argsort(F[depth % F.length], rows)
-  const half = rows.length >> 1
-  return [sorted.subarray(0, half), sorted.subarray(half)].flatMap((part) => boxesOf(F, part, depth + 1))
+// The rows in a tree of boxes, of which each half has the lower or the higher values of an objective;
+// the boxes of at most 32 rows are not halved.
+//   order, points    the rows, those of a box side by side, and their objectives, row by row
+//   low, next        by box: the least value of each objective, and the first box not inside
+//   from, to         by box: its part of the order; empty where it is halved
+function boxesOf(F, n) {
+  const m = F.length
+  const order = upTo(n)
+  const [low, next, from, to] = [[], [], [], []]
+  function box(start, stop, depth) {
+    const column = F[depth % m]
+    const few = Float64Array.from({length: 15}, (_, k) => column[order[start + Math.floor(k * (stop - start) / 15)]])
+    const middle = few.sort()[7]
+    let half = start
+    if (stop - start > 32) {
+      for (let k = start; k < stop; k++) {
+        const row = order[k]
+        if (!(column[row] < middle)) continue
+        order[k] = order[half]
+        order[half++] = row
+      }
+      if (half === start && depth < 50) return box(start, stop, depth + 1) // equal in this objective
+    }
+    const here = next.push(0) - 1
+    from.push(start)
+    to.push(half === start ? stop : start)
+    for (const values of F) low.push(endOf(values, 1, order.subarray(start, stop)))
+    if (half > start) {
+      box(start, half, depth + 1)
+      box(half, stop, depth + 1)
+    }
+    next[here] = next.length
+  }
+  box(0, n, 0)
+  const points = new Float64Array(n * m)
+  for (let k = 0; k < n; k++) for (let j = 0; j < m; j++) points[k * m + j] = F[j][order[k]]
+  return {order, points, low: Float64Array.from(low), next: Int32Array.from(next), from: Int32Array.from(from), to: Int32Array.from(to)}
 }
 
-// One of the rows among a mask that dominates a row; -1 if there is none.
-function dominatorOf({F, boxes}, i, among) {
+// One of the rows among a mask that dominates a row; -1 if there is none. It lies in boxes whose least
+// values are nowhere worse.
+function dominatorOf({F, boxes: {order, points, low, next, from, to}}, i, among) {
   const m = F.length
-  const own = F.map((column) => column[i])
-  for (const {rows, low} of boxes) {
-    let j = 0
-    while (j < m && low[j] <= own[j]) j++
-    if (j < m) continue
-    for (const other of rows) {
-      if (!among[other]) continue
-      j = 0
-      while (j < m && F[j][other] <= own[j]) j++
-      if (j === m && F.some((column, j) => column[other] < own[j])) return other
+  const own = new Float64Array(m)
+  for (let j = 0; j < m; j++) own[j] = F[j][i]
+  const isWithin = (values, at) => {
+    for (let j = 0; j < m; j++) if (values[at + j] > own[j]) return false
+    return true
+  }
+  for (let box = 0; box < next.length;) {
+    if (!isWithin(low, box * m)) { box = next[box]; continue }
+    for (let k = from[box]; k < to[box]; k++) {
+      if (among[order[k]] && isWithin(points, k * m) && own.some((value, j) => points[k * m + j] < value)) return order[k]
     }
+    box++
   }
   return -1
 }
