@@ -36,7 +36,7 @@ HOSTILE = [
 TYPED = {
     "": None, " 1.5 ": 1.5, "1,5": 1.5, "\u22122e3": -2000.0, "0.125": 0.125, ".5": 0.5,
     "58.375": 58.375, "0,001": 0.001, "1.250e2": 125.0, "58,375": None, "1,234.5": None,
-    "1 000": None, "1.2.3": None, "1e999": None, "five": None, "0x10": None, "Infinity": None,
+    "1 000": 1000.0, "12 34": None, "1.2.3": None, "1e999": None, "five": None, "0x10": None, "Infinity": None,
 }  # fmt: skip
 LOGIC = Path(__file__).parents[2] / "src" / "pymoo_psi" / "page" / "logic.js"
 pytestmark = pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")

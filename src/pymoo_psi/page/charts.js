@@ -136,10 +136,9 @@ const Charts = (() => {
     const decades = scale.log && scale.high / scale.low >= 100
     const power = size > 0 && (size >= 1e5 || size < 1e-2) && !decades ? 3 * Math.floor(Math.log10(size) / 3) : 0
     const digits = values.length > 1 ? 12 : 6 // all that a tick has; a single one is any number
-    const short = (value) => {
-      if (decades && (value >= 1e5 || value < 1e-3)) return `10${raised(Math.round(Math.log10(value)))}`
-      return String(Number((value / 10 ** power).toPrecision(digits))).replace("-", "−")
-    }
+    const powers = decades && (scale.high >= 1e5 || scale.low < 1e-3)
+    const short = (value) => powers ? `10${raised(Math.round(Math.log10(value)))}`
+      : Logic.apart(String(Number((value / 10 ** power).toPrecision(digits)))).replace("-", "−")
     return {values, texts: values.map(short), factor: power ? `×10${raised(power)}` : ""}
   }
 
@@ -262,7 +261,7 @@ const Charts = (() => {
     function setAxes(columns) {
       axes = columns
       // Every axis needs room for its name and numbers; beyond that the chart scrolls.
-      parent.style.minWidth = `${76 * columns.length}px`
+      parent.style.minWidth = `${70 * columns.length}px`
       heads.replaceChildren(...columns.map((column) => {
         const head = document.createElement("span")
         head.append(...broken(column.label))
@@ -365,7 +364,8 @@ const Charts = (() => {
         ruled(g, INK.field, x, TOP, x, size.height - BOTTOM)
         const {values, texts, factor} = tickTexts(scale, column.texts ? 14 : 5, column.texts)
         values.forEach((value, k) => {
-          ruled(g, INK.field, x - 5, at(value), x, at(value)) // at the left: before a number it would be a minus
+          g.fillStyle = INK.field
+          g.fillRect(x - 2, at(value) - 2, 4, 4) // no line: before a number it would be a minus
           written(g, texts[k], x + 6, at(value), "left")
         })
         const feet = [column.role === "objective" ? "↓ better" : "", factor].filter(Boolean)

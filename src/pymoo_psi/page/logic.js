@@ -87,7 +87,11 @@ function concat(...lists) {
   return result
 }
 
-const sum = (array) => array.reduce((total, value) => total + value, 0)
+function sum(array) {
+  let total = 0
+  for (let k = 0; k < array.length; k++) total += array[k]
+  return total
+}
 // The least of numbers (sign 1) or the greatest (-1), of all or of some rows; a loop, as reduce takes
 // several times as long.
 function endOf(array, sign, rows = null) {
@@ -435,7 +439,7 @@ function left(data, state) {
 
 // An end of a limit as a text.
 const limitText = ({name, unit}, end, value) =>
-  `${name} ${end ? "at most" : "at least"} ${value}${unit ? ` ${unit}` : ""}`
+  `${name} ${end ? "at most" : "at least"} ${apart(String(value))}${unit ? ` ${unit}` : ""}`
 
 // A value with six digits, upwards (1) or downwards (0), so that a limit there lets it pass.
 function outward(value, end) {
@@ -630,7 +634,7 @@ function written(column, value) {
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "-∞"
   const [kind, digits] = column.notation
   // Values beyond the range of the column, penalties perhaps, have no place in its notation.
-  if (kind === "fixed" && Math.abs(value) < 1e7) return value.toFixed(digits)
+  if (kind === "fixed" && Math.abs(value) < 1e7) return apart(value.toFixed(digits))
   return value.toExponential(kind === "fixed" ? 3 : digits)
 }
 
@@ -850,9 +854,9 @@ function since(data, ranking, before) {
 // ------------------------------------------------------------------------------------ typed numbers
 
 // A number as a reader typed it: {value}, which is null for nothing, or {wrong}, what to type instead.
-// A point is decimal, and so is a comma but where it may separate thousands.
+// A point is decimal, and so is a comma but where it may separate thousands; spaces do.
 function typed(text) {
-  const plain = text.trim().replace(/[−–]/g, "-")
+  const plain = text.trim().replace(/[−–]/g, "-").replace(/(?<=^[+-]?\d[\d\s]*)\s(?=\d{3}(?!\d))/g, "")
   if (plain === "") return {value: null}
   if (!/^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i.test(plain)) return {wrong: "A number such as 1.5 or 2e3, please."}
   if (/^[+-]?[1-9]\d{0,2},\d{3}$/.test(plain)) {
@@ -1045,8 +1049,8 @@ function decided(data, {limits, chosen, reason, page: {values, state: view}}) {
 
 return {
   decode, initial, checked, toHash, fromHash, values, left, ranked, order, preference, verdict, explain,
-  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, short, csv, decision,
-  opened, MOST_PINS,
+  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, short, apart, percent, sum,
+  csv, decision, opened, MOST_PINS,
 }
 })()
 

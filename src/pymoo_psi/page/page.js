@@ -10,28 +10,23 @@ const page = (() => {
   const MOST_DRAWN = 500 // designs in a chart; more lines are a blur, and take longer than a frame
   const GROUPS = [["objective", "Objectives"], ["variable", "Variables"], ["output", "Further outputs"], ["geometric", "Distances"]]
   const $ = (id) => document.getElementById(id)
-  const countText = (count) => String(count).replace(/\B(?=(\d{3})+$)/g, "\u202f")
+  const countText = (count) => Logic.apart(String(count))
   // A name may be "constructor": only what a state says itself counts.
   const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
   const without = ({...object}, name) => { delete object[name]; return object }
   const show = (id, on) => { $(id).hidden = !on }
   const limitable = data.columns.filter((column) => column.role !== "geometric")
 
-  // Numbers as people read them: 70040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
+  // Numbers as people read them: 70 040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
   const readable = (text) => text.replace(/(?<=^|[\s(])(-?\d(?:\.\d+)?)e([+-]\d+)/g, (number, mantissa, power) => {
     const size = Math.abs(Number(number))
-    if (size === 0 || (size >= 1e-5 && size < 1e6)) return String(Number(number))
+    if (size === 0 || (size >= 1e-5 && size < 1e6)) return countText(Number(number))
     return `${mantissa}×10${Charts.raised(Number(power))}`
   })
   // On a scale over decades the digits follow the size of the number, not the range of the column.
   const written = (column, value) => readable(column.log && Number.isFinite(value)
-    ? String(Number(value.toPrecision(4))) : Logic.written(column, value))
-
-  // A difference, which is not 0 because its digits are finer than those of its column.
-  const apart = (column, difference) => {
-    const text = written(column, Math.abs(difference))
-    return difference !== 0 && /^[0.]*$/.test(text) ? readable(Logic.short(Math.abs(difference), 2)) : text
-  }
+    ? Logic.short(value) : Logic.written(column, value))
+  const difference = (value) => readable(Logic.short(Math.abs(value))) // as in the sentences
 
   // An element of "tag.class" with properties, attributes (those with a dash, and role) and children.
   function make(tag, properties, ...children) {
@@ -245,10 +240,7 @@ const page = (() => {
 
   // The verdict.
 
-  const percent = (share) => {
-    const value = 100 * Math.abs(share)
-    return !Number.isFinite(value) ? "–" : value === 0 ? "0 %" : value < 1 ? "< 1 %" : `${Math.round(value)} %`
-  }
+  const percent = (share) => (Number.isFinite(share) ? Logic.percent(Math.abs(share)) : "–")
 
   // The chosen design, or else the best compromise, which is proposed only.
   function showVerdict() {
@@ -297,7 +289,7 @@ const page = (() => {
       bar.style.width = `${Math.min(100, Math.max(0, 100 * share))}%`
       return make(weak ? "tr.weak" : "tr", {},
         make("th", {scope: "row"}, Charts.broken(column.label), weak && verdict.objectives.length > 1 ? make("em", {}, " weakest") : null),
-        make("td.number", {}, written(column, value)), make("td.number", {}, written(column, best)), make("td.number", {}, apart(column, away)),
+        make("td.number", {}, written(column, value)), make("td.number", {}, written(column, best)), make("td.number", {}, difference(away)),
         make("td.share", {}, make("span.bar-of-share", {"aria-hidden": "true"}, bar), make("span", {}, percent(share))))
     })
     return [make("thead", {}, make("tr", {}, heads.map(([name, text]) => make(`th${name}`, {scope: "col"}, text)))), make("tbody", {}, rows)]
@@ -357,7 +349,7 @@ const page = (() => {
       if (k === 0) return make("td.number", {}, text)
       if (better[k] === 0) return make("td.number", {}, text, make("div.hint", {}, "the same"))
       return make("td.number", {}, text,
-        make(better[k] > 0 ? "div.gain" : "div.loss", {}, `${apart(column, differences[k])} ${better[k] > 0 ? "better" : "worse"}`),
+        make(better[k] > 0 ? "div.gain" : "div.loss", {}, `${difference(differences[k])} ${better[k] > 0 ? "better" : "worse"}`),
         make("div.hint.shares", {}, percent(share[k])))
     }))
   }
@@ -460,7 +452,7 @@ const page = (() => {
 
   function noteOf(column) {
     const out = left.rejected.get(column.name)
-    return [out ? `rejects ${countText(out.reduce((sum, one) => sum + one, 0))}` : "",
+    return [out ? `rejects ${countText(Logic.sum(out))}` : "",
       column.clipped > 0 ? `${countText(column.clipped)} beyond the ends of the slider` : ""].filter(Boolean).join("; ")
   }
 
@@ -660,7 +652,7 @@ const page = (() => {
 
   // The axes of the parallel coordinates: the user's, or the objectives and the first others.
   const usual = [...data.objectives, ...limitable.filter((column) => column.role !== "objective" && !column.texts && hasValues(column))]
-    .slice(0, Math.max(data.objectives.length, 8)).map((column) => column.name)
+    .slice(0, Math.max(data.objectives.length, 6)).map((column) => column.name)
   const axesShown = () => (state.axes?.length ? state.axes : usual)
 
   function showAxes() {
@@ -1026,9 +1018,9 @@ const page = (() => {
   if (location.hash.length > 1) takeHash()
   say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks,
     ...[...$("messages").querySelectorAll("p")].map((p) => p.textContent)])
+  document.body.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
   update(true)
   dateRecord()
-  document.body.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
   document.body.dataset.ready = "yes"
 
   return {
