@@ -838,15 +838,17 @@ function verdict(data, ranking, chosen) {
   return {...found, proposed, remarks, instead: isProposed ? "" : against(data, ranking, "instead", row, proposed)}
 }
 
-// What a change of the limits has done, as a sentence; `before` has {count, best, mask} of then.
+// What a change of the limits has done, as a sentence; `before` is the ranking of then. Shares are of the
+// ranges that both designs lie in, as far as there are such.
 function since(data, ranking, before) {
   const more = ranking.count - before.count
   const best = ranking.best[0] ?? -1
   const parts = [more ? `${counted(Math.abs(more), "design")} ${more > 0 ? "more" : "fewer"}.` : ""]
-  if (best >= 0 && before.best >= 0) {
-    const fitted = before.mask[best] && ranking.mask[before.best]
-    const key = best === before.best ? "same proposed" : fitted ? "new by ends" : "new"
-    parts.push(against(data, ranking, key, best, before.best))
+  const former = before.best[0] ?? -1
+  if (best >= 0 && former >= 0) {
+    const fits = ranking.mask[former]
+    const key = best === former ? "same proposed" : fits && before.mask[best] ? "new by ends" : "new"
+    parts.push(against(data, fits ? ranking : before, key, best, former))
   }
   return parts.filter(Boolean).join(" ")
 }

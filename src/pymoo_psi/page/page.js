@@ -74,7 +74,7 @@ const page = (() => {
   let at = -1 // the present one
   let saved = "" // the state that a file has
   let left, ranking, verdict, order
-  let before = null // the ranking when the limits rested last
+  let before = null // the ranking when the limits rested last, and these
   let filtered = "" // the part of the state that left and ranking were made from
   let [selected, hovered] = [new Set(), -1]
   const step = {last: 0} // milliseconds of the last update
@@ -194,8 +194,8 @@ const page = (() => {
 
   // What the last change of the limits has done; announced, too.
   function showSince() {
-    const now = {count: ranking.count, best: proposedRow(), mask: ranking.mask, filter: filtered}
-    if (before && now.filter !== before.filter) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before)}`))
+    const now = {ranking, filter: filtered}
+    if (before && now.filter !== before.filter) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before.ranking)}`))
     before = now
   }
 
@@ -245,11 +245,11 @@ const page = (() => {
   // The chosen design, or else the best compromise, which is proposed only.
   function showVerdict() {
     const chosen = chosenRow()
-    renew($("verdict-title"), chosen >= 0 ? "Chosen" : "Proposed: best compromise within the limits")
+    renew($("verdict-title"), chosen >= 0 ? "Chosen" : verdict ? "Proposed: best compromise within the limits" : "Nothing is proposed")
     show("verdict-table", verdict)
     const clear = chosen < 0 ? null : button("Clear choice", () => change({chosen: null}))
     if (!verdict) {
-      renew($("verdict-words"), make("p.warning", {}, "No design is left: widen the limits, or reset the page."),
+      renew($("verdict-words"), make("p.warning", {}, "No design is left. What each limit costs is said below."),
         ...(clear ? [make("p", {}, `${called(chosen)} is chosen. `, clear)] : []))
       for (const id of ["verdict-more", "verdict-table", "verdict-variables"]) renew($(id))
     } else {
@@ -263,7 +263,8 @@ const page = (() => {
         ...(chosen < 0 ? [make("p.hint.screen", {}, "Nothing is chosen yet: choose here, in the table or by a click in a chart.")] : []))
       renew($("verdict-table"), ...verdictRows())
       // Long numbers need the room of the bars.
-      $("verdict-table").classList.toggle("long", verdict.objectives.some(({name, value}) => written(data.by.get(name), value).length > 10))
+      $("verdict-table").classList.toggle("long", verdict.objectives.some(({name, value, best}) =>
+        [value, best].some((number) => written(data.by.get(name), number).length > 9)))
       // Of many objectives the table says the same and is read faster.
       const words = sentences.slice(0, data.objectives.length > 6 ? 1 : 2)
       const ties = ranking.best.filter((other) => other !== proposed)
@@ -274,7 +275,7 @@ const page = (() => {
         .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
       renew($("verdict-variables"), parts.length ? `${parts.join(", ")}.` : "")
     }
-    show("cautions", data.cautions.length)
+    show("cautions", verdict && data.cautions.length)
     renew($("cautions").firstElementChild, left.count < data.n ? "Of all designs, without limits:" : "")
     if ($("reason") !== document.activeElement) $("reason").value = state.reason
     renew($("reason-printed"), state.reason || "–")
@@ -323,8 +324,9 @@ const page = (() => {
   function showCompare() {
     const parts = Logic.compared(data, ranking, state)
     const rows = parts.map(({row}) => row)
-    $("compare-table").hidden = rows.length < 2
-    renew($("compare-hint"), ...(rows.length === 0 ? ["No design is left to compare."] : rows.length === 1 ? ["One design is left, and none to compare it with."]
+    show("compare", rows.length)
+    show("compare-table", rows.length > 1)
+    renew($("compare-hint"), ...(rows.length < 2 ? ["One design is left, and none to compare it with."]
       : [`Gains and losses against ${called(rows[0])}: in units`, make("span.shares", {}, " and in per cent of the range"), "."]))
     if (rows.length < 2) return renew($("compare-table"))
     const {objectives} = Logic.compare(data, ranking, rows, rows[0])
@@ -350,7 +352,7 @@ const page = (() => {
       if (better[k] === 0) return make("td.number", {}, text, make("div.hint", {}, "the same"))
       return make("td.number", {}, text,
         make(better[k] > 0 ? "div.gain" : "div.loss", {}, `${difference(differences[k])} ${better[k] > 0 ? "better" : "worse"}`),
-        make("div.hint.shares", {}, percent(share[k])))
+        Number.isFinite(share[k]) ? make("div.hint.shares", {}, percent(share[k])) : null)
     }))
   }
 
@@ -640,6 +642,9 @@ const page = (() => {
     const level = (row) => (ranking.pareto[row] ? ranking.rank[row] : -1)
     drawn.sort((a, b) => level(a) - level(b))
     const total = dominated ? data.n : data.whole.front.length
+    const lines = [["6", "proposed", ranking.count], ["chosen", "chosen", chosenRow() >= 0],
+      ["pinned", "pinned", state.pins.length], ["prototype", "prototype", data.total > data.n]]
+    renew($("lines"), ...lines.filter(([, , has]) => has).map(([look, text]) => make("span", {}, make(`i.line-${look}`, {}), text)))
     renew($("drawn"), [
       total > context.length ? `grey: ${countText(context.length)} of ${countText(total)} designs, a fixed sample` : "",
       number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} left, every ranked one among them` : "",
