@@ -165,7 +165,7 @@ const page = (() => {
       if (element.isConnected && !element.disabled) return
       const buttons = [...place.querySelectorAll("button:enabled")]
       const next = buttons.find((button) => nameOf(button) === name) ?? buttons[0]
-      next?.focus({preventScroll: true})
+      ;(next ?? $("verdict")).focus({preventScroll: true})
     }
   }
 
@@ -182,12 +182,14 @@ const page = (() => {
   function showRelaxations() {
     const found = Logic.relaxations(data, state, ranking, left)
     show("relax", found.length)
-    $("relax-table").replaceChildren(make("tbody", {}, found.map(({name, end, value, back, text}) => make("tr", {},
+    const keepFocus = focusKept()
+    renew($("relax-table"), make("tbody", {}, found.map(({name, end, value, back, text}) => make("tr", {},
       make("td", {}, readable(text)), make("td", {}, back ? button(value === null ? "Remove limit" : "Relax", () => {
         const limit = [...state.limits[name]]
         limit[end] = value
         setLimit(data.by.get(name), limit, true)
       }, {"aria-label": `${value === null ? "Remove limit" : "Relax"}: ${name}, ${end ? "upper" : "lower"}`}) : null)))))
+    keepFocus()
     const stuck = !ranking.count && found.every(({back}) => back === 0)
     if (stuck) $("verdict-words").append(make("p", {}, readable(Logic.nearestDesign(data, state, left))))
   }
@@ -470,7 +472,7 @@ const page = (() => {
         const share = Charts.place(control.scale)
         fields.forEach((field, k) => {
           const value = limit?.[k] ?? null
-          const text = value === null ? "" : String(value)
+          const text = value === null ? "" : countText(value)
           const typed = field === document.activeElement && Logic.typed(field.value).value === value
           if (!mistakes[k] && field.value !== text && !typed) field.value = text
           field.setCustomValidity(mistakes[k])
