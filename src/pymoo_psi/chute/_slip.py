@@ -7,16 +7,17 @@ log time dλ = (1 + cos θ)(b/ρ) dt the direction is logistic,
 
     dq/dλ = −q ((τ − 1) + (τ + 1) q),                                                           (1)
 
-and with E = (1 − exp(−(τ−1) λ))/(τ − 1), z = q0 (1 + τ) E all of it is closed:
+and with D = log(q0/q), ν = (τ − 1) + (τ + 1) q0 all of it is closed:
 
-    q   = q0 exp(−(τ−1) λ)/(1 + z)                                                              (2)
-    ρ   = ρ0 (1 + q)/(1 + q0) G,  G = exp(((τ−1)/2 − 1.25) λ) (1 + z)^(1/2 − 1.25/(1+τ))        (3)
-    v_y = v_y0 exp(−2.5 s),       s = λ/2 + log(1 + z)/(2 (1 + τ)),  ds = (b/ρ) dt              (4)
-    dt  = ρ (1 + q)/(2 b) dλ                                                                    (5)
+    (exp(D) − 1)/ν = (exp((τ−1) λ) − 1)/(τ − 1)                                                 (2)
+    ρ   = ρ0 S (exp(D) + q0)/(1 + q0),  S = exp(−(2.5 λ + 1.25 D)/(1 + τ) − D/2)                (3)
+    v_y = v_y0 exp(−2.5 s),  s = (λ + D/2)/(1 + τ),  ds = (b/ρ) dt                              (4)
+    dt  = ρ0 S (exp(D) + q0)²/(1 + q0)/(2 b) exp(−D) dλ,  dλ = exp(D − (τ−1) λ) dD/ν            (5)
 
-Every term of z is positive, so nothing cancels; τ = 1 is a regular point of E. Only t and ∫ v_x dt
-are left to quadrature: the centre follows from 1.4 v_C = A + a t + 0.4 v_x, where
-A = c + 0.4 r ω_Y0 does not change (`invariant` below).
+τ = 1 and ν = 0 are regular points. Only t and ∫ v_x dt are left to quadrature: the centre follows
+from 1.4 v_C = A + a t + 0.4 v_x, where A = c + 0.4 r ω_Y0 does not change (`invariant` below).
+In D a quadrature needs a third fewer nodes than in λ; but D tends to a limit where τ < 1, and λ
+goes on to the end of slip.
 
 How far the sphere slips is found by aiming with constant accelerations, stepping along the path,
 and aiming again: two steps as a rule. While the sphere slips v_C is monotone, because cos θ − τ
@@ -53,9 +54,7 @@ NONE = 1e-14
 # θ = π the error is that of sin²θ, while what counts is sin θ to the power 1.45 and more: the
 # share of ρ that is left when the direction turns, (3.5 + τ)/(1 + τ) for τ <= 4.5.
 EXACT = 1e-18
-# Longest step, in units of 1/`_rate`. Measured over τ in [0, 4.5] and all θ: the quadratures of
-# dt and v_x dt then err by 5e-14 of their scales ρ/b and ρ²/b; at 16 it is 5e-12.
-REACH = 12.0
+FORTH, BACK = 12.0, -0.5  # longest steps, in units of 1/`_rate`
 NUMBERS = SimpleNamespace(
     minimum=min,
     maximum=max,
@@ -67,28 +66,44 @@ NUMBERS = SimpleNamespace(
     expm1=lambda x: float(np.expm1(x)),
     log1p=lambda x: float(np.log1p(x)),
 )
-BLOCK = 1024  # designs in one quadrature: its arrays, 24 nodes each at most, stay in the cache
+POOL, ROUNDS = (
+    16384,
+    3,
+)  # designs that are followed at a time, and how often before all are gathered
+EVALUATIONS = 32768  # of integrands in one quadrature: its arrays stay in the cache
 STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
+ENDLESS = "the slip of a design does not end; report it"
+# From here on glibc keeps what is freed for the next array, as the largest block ever given back is
+# its measure for that; without it a third of the time goes into faults of pages.
+np.empty(2**21)
 
 
-def _quadrature(m: int) -> tuple[Array, Array]:
-    """Gauss–Lobatto in the root of λ/step, which crowds the nodes where the step begins.
+def _quadrature(m: int, crowding: float = 0.0, fall: float = 1e-9) -> tuple[Array, Array]:
+    """Gauss–Radau in a variable x of the step that may crowd its nodes and follow a decay.
+
+    The share of the step is −log(1 − z)/fall with z = (1 − exp(−fall)) (x + crowding x²)/(1 +
+    crowding): with a fall of nearly 0 it is that quotient.
 
     Returns:
-        (m,) shares of the step, the last one 1, and their weights. Share 0 has weight 0.
+        (m,) shares of the step, the last one 1, and their weights.
     """
-    p = Legendre.basis(m)
-    roots = p.deriv().roots().real  # all are real; NumPy 2.5 gives them a complex type
-    x = np.array([*roots, 1.0])
-    root = 0.5 * (x + 1.0)
-    return root**2, 2.0 * root / (m * (m + 1) * p(x) ** 2)
+    p = Legendre.basis(m - 1) - Legendre.basis(m)
+    x = np.sort(p.roots().real)  # all are real; NumPy 2.5 gives them a complex type
+    for _ in range(3):  # the roots lack three digits
+        x -= p(x) / p.deriv()(x)
+    weights, x = (1.0 + x) / (2.0 * m * m * Legendre.basis(m - 1)(x) ** 2), 0.5 * (1.0 + x)
+    scale = np.expm1(-fall) / (1.0 + crowding)
+    z = scale * x * (1.0 + crowding * x)
+    shares = -np.log1p(z) / fall
+    return shares / shares[-1], -scale * weights * (1.0 + 2.0 * crowding * x) / (fall * (1.0 + z))
 
 
-# Of each quadrature the longest step, in units of 1/`_rate`, and its nodes. Measured as REACH, and
-# with the same error: 3e-14, 6e-14, 3e-14 and 5e-14. Half of all steps need ten nodes or fewer.
-LONGEST, QUADRATURES = (0.05, 0.5, 3.0), tuple(map(_quadrature, (6, 10, 16, 24)))
-# A step back comes nearer to the singularity: it counts so many times.
-BACK = 8.0
+# The quadratures, and for each but the last the longest step, in units of `_along`. Measured over
+# τ in [0, 10⁴] and all θ, to and fro: dt and v_x dt err by 1e-13 of their scales ρ/b and ρ²/b.
+# From LONG on they are in λ: steps as long as FORTH (2e-14), and the whole way to the end of slip,
+# where ρ falls by exp(-40), for the τ and q named in `_next` (1e-14). Half of all steps take 3.
+QUADRATURES = (*map(_quadrature, (3, 5, 7, 10)), _quadrature(24, 8.0), _quadrature(26, 4.0, 3.7))
+LONGEST, LONG = (0.0118, 0.128, 0.41, 0.78, 1e300), 4
 
 
 class Slip(NamedTuple):
@@ -163,31 +178,43 @@ def follow_slip(
             if _error(m, aim) < EXACT:
                 return _finish(m, slip, aim)
             slip = _next(m, slip, aim)
-        raise _endless(slip)
+        raise PsiError(ENDLESS)
     end, ids = np.empty((5, b.size)), np.arange(b.size)
     for _ in range(STEPS):
+        left = [
+            _follow(m, ids[i : i + POOL], _of(slip, slice(i, i + POOL)), end)
+            for i in range(0, ids.size, POOL)
+        ]
+        if not left:
+            return end[0], end[1], end[2], end[3], end[4]
+        ids = np.concatenate([each[0] for each in left])
+        slip = Slip(*np.concatenate([each[1] for each in left], axis=1))
+    raise PsiError(ENDLESS)
+
+
+def _follow(m: Any, ids: NDArray[np.intp], slip: Slip, end: Array) -> tuple[NDArray[np.intp], Slip]:
+    """Follow some designs for some steps, note the `end` of those that are there, return others.
+
+    The few designs that need more steps then go on together, those of all pools.
+    """
+    for _ in range(ROUNDS):
         aim = _aim(m, slip)
         exact = _error(m, aim) < EXACT
         if exact.any():
             j = np.flatnonzero(exact)
-            end[:, ids[j]] = _finish(m, _of(slip, j), _of(aim, j))
+            for field, values in zip(end, _finish(m, _of(slip, j), _of(aim, j)), strict=True):
+                field[ids[j]] = values
             j = np.flatnonzero(~exact)
             ids, slip, aim = ids[j], _of(slip, j), _of(aim, j)
         if not ids.size:
-            return end[0], end[1], end[2], end[3], end[4]
+            break
         slip = _next(m, slip, aim)
-    raise _endless(slip)
+    return ids, slip
 
 
-def _of(entries: Any, chosen: NDArray[np.intp]) -> Any:
+def _of(entries: Any, chosen: Any) -> Any:
     """Return the Slip or Aim of the chosen designs."""
     return type(entries)(*(entry[chosen] for entry in entries))
-
-
-def _endless(slip: Slip) -> PsiError:
-    """Return the error for a slip that does not end."""
-    n, tau = np.size(slip.t), np.ravel(slip.tau)[0]
-    return PsiError(f"the slip of {n} designs, one with tau = {tau:.17g}, does not end; report it")
 
 
 def _aim(m: Any, slip: Slip) -> Aim:
@@ -240,11 +267,11 @@ def _finish(m: Any, slip: Slip, aim: Aim) -> tuple[Any, Any, Any, Any, Any]:
 
 
 def _rate(tau: Any, q: Any) -> Any:
-    """Rate per log time λ at which the motion changes its shape: what limits a quadrature.
+    """Rate per log time λ at which the motion changes its shape: what limits a quadrature in λ.
 
     Backwards the direction reaches θ = π, a singularity, after λ = 1/((1+τ) q) or more; complex
     ones lie π/|τ−1| off the axis; and ρ decays over λ of order 1. With the factors 1.2 and 0.5 one
-    REACH serves all three.
+    FORTH serves all three.
     """
     return (1.0 + tau) * q + 1.2 * abs(tau - 1.0) + 0.5
 
@@ -257,14 +284,17 @@ def _next(m: Any, slip: Slip, aim: Aim) -> Slip:
     # λ(s), exact to second order and for θ near π, from dλ = (1 + cos θ) ds = 2 ds/(1 + q)
     bend = 2.0 * (tau - vx / aim.rho) * aim.ds + TINY
     step = m.minimum(2.0 * aim.ds / (1.0 + q * bend / m.expm1(bend)), longest)
-    step = m.minimum(step, REACH / _rate(tau, q))  # back past the exit steps are short
-    dt, slid, vx1, y1 = _along(m, vx, y, aim.rho, q, b, tau, step)
+    rate = _rate(tau, q)
+    step = m.maximum(m.minimum(step, FORTH / rate), BACK / rate)
+    whole = (aim.w <= -1.0) & (longest == np.inf) & (q > 0.2) & (q < 2.0) & (tau < 1.6)
+    step = m.where(whole, 16.0 * (1.0 + tau), step)
+    dt, slid, vx1, y1 = _along(m, vx, y, aim.rho, q, b, tau, step, whole)
     a = b * tau
     v1 = (invariant + a * (t + dt) + 0.4 * vx1) / 1.4
     left1 = left - ((invariant + a * (t + 0.5 * dt)) * dt + 0.4 * slid) / 1.4
     # Five per cent past the exit or past rest is harmless, the next step goes back; not so on the
     # way to the end of slip: from ρ = 0 there is no way back.
-    fits = (left1 >= -0.05 * abs(left) * (aim.w > -1.0)) & (v1 >= -0.05 * v)
+    fits = (left1 >= -0.05 * left * (aim.w > -1.0)) & (v1 >= -0.05 * v) | (aim.ds < 0.0)
     moved = (t + dt, vx1, y1, left1, v1, np.inf + t)
     stays = (t, vx, y, left, v, 0.5 * step)
     t, vx, y, left, v, longest = (m.where(fits, *pair) for pair in zip(moved, stays, strict=True))
@@ -272,9 +302,11 @@ def _next(m: Any, slip: Slip, aim: Aim) -> Slip:
 
 
 def _along(
-    m: Any, vx: Any, y: Any, rho: Any, q: Any, b: Any, tau: Any, step: Any
+    m: Any, vx: Any, y: Any, rho: Any, q: Any, b: Any, tau: Any, step: Any, whole: Any
 ) -> tuple[Any, Any, Any, Any]:
     """Follow the slip over a step of log time λ, Eqs. (2) to (5).
+
+    Each design takes the quadrature with the fewest nodes that its step allows.
 
     Args:
         m: NumPy for arrays, `NUMBERS` for floats.
@@ -285,54 +317,89 @@ def _along(
         b: μ cos α.
         tau: u1/μ.
         step: the step, may be negative.
+        whole: whether it goes to the end of slip.
 
     Returns:
         Time taken, integral of v_x dt, v_x and |v_y| at the step's end.
     """
-    reach = step * _rate(tau, q)
-    kind = m.searchsorted(LONGEST, m.maximum(reach, -BACK * reach))
+    slope, q1 = tau - 1.0 + TINY, q * (tau + 1.0)
+    nu = slope + q1 + TINY
+    turn = m.log1p(m.expm1(slope * step) * (nu / slope))  # D
+    share = turn / nu
+    reach = abs(share) * m.sqrt(1.0 + 0.5 * q1 * q1 + 0.05 * slope * slope)
+    kind = m.where(whole, len(LONGEST), m.searchsorted(LONGEST, reach))
+    by_step, by_turn = -2.5 / (tau + 1.0), -1.25 / (tau + 1.0) - 0.5
+    columns = (turn, slope * step, slope / nu, by_turn, by_step / slope, q)
     if m is NUMBERS:
-        nodes, weights = QUADRATURES[kind]
-        dt, slid, vx, y = _quadrature_of(nodes, weights, vx, y, rho, q, b, tau, step)
-        return float(dt), float(slid), float(vx), float(y)
-    columns, found = np.array([vx, y, rho, q, b, tau, step]), np.empty((4, step.size))
-    for k, (nodes, weights) in enumerate(QUADRATURES):
-        chosen = np.flatnonzero(kind == k)
-        for i in range(0, chosen.size, BLOCK):  # nodes along the first axis, designs the second
-            j = chosen[i : i + BLOCK]
-            found[:, j] = _quadrature_of(nodes[:, None], weights[:, None], *columns[:, j])
-    return found[0], found[1], found[2], found[3]
+        nodes, weights = QUADRATURES[int(kind)]
+        found: Any = map(float, _quadrature_of(nodes, weights, kind >= LONG, *columns))
+    else:
+        order = np.argsort(kind.astype(np.int8), kind="stable")
+        ordered, found = np.take(columns, order, axis=1), np.empty((3, step.size))
+        i = 0
+        for k, n in enumerate(np.bincount(kind).tolist()):
+            nodes, weights = QUADRATURES[k]
+            block = EVALUATIONS // nodes.size
+            for first in range(i, i + n, block):  # nodes along the first axis, designs the second
+                part = slice(first, min(first + block, i + n))
+                found[:, part] = _quadrature_of(
+                    nodes[:, None], weights[:, None], k >= LONG, *ordered[:, part]
+                )
+            i += n
+        back = np.empty_like(order)
+        back[order] = np.arange(order.size)
+        found = np.take(found, back, axis=1)
+    dt, slid, v_x = found
+    scale = rho / (1.0 + q)
+    unit = 0.5 * scale / b * m.where(kind >= LONG, step, share)
+    v_y = y * m.exp(by_step * (step + 0.5 * turn))
+    return dt * unit, slid * (unit * scale), v_x * scale, v_y
 
 
 def _quadrature_of(
-    nodes: Array, weights: Array, vx: Any, y: Any, rho: Any, q: Any, b: Any, tau: Any, step: Any
-) -> tuple[Any, Any, Any, Any]:
-    """Follow the slip as `_along`, by the nodes and weights of one quadrature."""
-    slope, tau1 = tau - 1.0 + TINY, tau + 1.0
-    u = np.expm1(nodes * (-slope * step))
-    u *= -q * tau1 / slope
-    u += 1.0  # 1 + z
-    log = np.log(u)
-    s = 0.5 * (step + log[-1] / tau1)
-    # shape = G/(1 + z)², so that ρ ~ (1+z)(1+q) shape (1+z) needs no division
-    log *= -1.5 - 1.25 / tau1
-    log += nodes * (step * (0.5 * slope - 1.25))
-    shape = np.exp(log, out=log)
-    shift = 0.5 * (q * tau1 + slope)
-    plus = u + shift  # (1 + z)(1 + q) (1 + τ)/2
-    vx1 = u * tau
-    vx1 -= shift  # (1 + z)(1 − q) (1 + τ)/2
-    vx1 *= shape
-    vx1 *= u  # v_x, apart from ρ0/(1 + q0)
-    plus *= plus
-    plus *= shape  # dt/dλ, apart from ρ0/(1 + q0)/(2 b)
-    plus *= weights
-    scale = rho / (1.0 + shift)
-    unit = scale * step / (tau1 * b)
-    dt = _sum(plus) * unit
-    plus *= vx1
-    slid = _sum(plus) * (unit * scale)
-    return dt, slid, vx1[-1] * scale, y * np.exp(-2.5 * s)
+    nodes: Array,
+    weights: Array,
+    long: bool,
+    turn: Any,
+    slide: Any,
+    ratio: Any,
+    by_turn: Any,
+    by_slide: Any,
+    q: Any,
+) -> tuple[Any, Any, Any]:
+    """Return the sums of dt and v_x dt, and the last v_x, in the units of `_along`.
+
+    Args:
+        nodes: shares of the step.
+        weights: their weights.
+        long: whether they are shares of λ, not of D.
+        turn: D of the step.
+        slide: (τ − 1) λ of the step.
+        ratio: (τ − 1)/ν.
+        by_turn: log S per D.
+        by_slide: log S per (τ − 1) λ.
+        q: tan²(θ/2) at the step's beginning.
+    """
+    if long:
+        turn, ratio, by_turn, by_slide = slide, 1.0 / ratio, by_slide, by_turn
+    first = nodes * turn
+    shape = first * by_turn
+    np.expm1(first, out=first)
+    second = first * ratio
+    shape += np.log1p(second) * by_slide
+    np.exp(shape, out=shape)
+    grown = second if long else first
+    vx = grown + (1.0 - q)
+    vx *= shape
+    dt = grown + (1.0 + q)
+    dt *= dt
+    dt *= shape
+    second += 1.0
+    dt /= second
+    dt *= weights
+    total = _sum(dt)
+    dt *= vx
+    return total, _sum(dt), vx[-1]
 
 
 def _sum(rows: Array) -> Any:
