@@ -238,13 +238,13 @@ class ProgramProblem(NamedProblem):
             OSError: The file cannot be opened.
         """
         path = Path(path)
-        required = ("variables", "program", "outputs", "objectives")
+        words = ("variables", "program", "outputs", "objectives", "limits", "requirements")
         try:
             sections = tomllib.loads(path.read_text(encoding="utf-8"))
             for word in sections:
-                known_name("a section", word, (*required, "limits", "requirements", "name", "key"))
-            if lacking := [word for word in required if word not in sections]:
-                raise invalid("the file", f"one with [{lacking[0]}]", Received("none"))
+                known_name("a section", word, (*words, "name", "key"))
+            for word in words[:4]:
+                mapping(f"[{word}]", sections.get(word), "names to settings")
             return cls(**sections, base=path.parent, **kwargs)
         except (ValueError, ArgumentTypeError) as error:  # tomllib's own is a ValueError
             remedy = "; between '…' it stays as it is" if "Unescaped" in str(error) else ""

@@ -232,17 +232,16 @@ def _part(variable: Variable, where: str, given: Any) -> Variable:
         return replace(variable, upper=len(kept) - 1.0, options=kept)
     whole = (variable.lower, variable.upper)
     if variable.kind is Kind.BINARY:
-        ends = [float(boolean(where, given))] * 2
-    else:
-        pair = given if isinstance(given, tuple) and len(given) == 2 else (given, given)
-        both = zip(pair, whole, strict=True)
-        ends = [end if value is None else finite_number(where, value) for value, end in both]
-    lower, upper = ends
-    whole_numbers = variable.kind.real or all(end.is_integer() for end in ends)
-    if not whole[0] <= lower <= upper <= whole[1] or not whole_numbers:
+        given = int(boolean(where, given))
+    pair = given if isinstance(given, tuple) and len(given) == 2 else (given, given)
+    lower, upper = (
+        end if value is None else finite_number(where, value)
+        for value, end in zip(pair, whole, strict=True)
+    )
+    fits = variable.kind.real or (lower.is_integer() and upper.is_integer())
+    if not whole[0] <= lower <= upper <= whole[1] or not fits:
         rule = f"a value, or (lower, upper) in increasing order, from {whole[0]} to {whole[1]}"
-        if variable.kind is Kind.INTEGER:
-            rule += ", of whole numbers"
+        rule += ", of whole numbers" if variable.kind is Kind.INTEGER else ""
         raise invalid(where, rule, Received(f"{given}"))
     return replace(variable, lower=lower, upper=upper)
 
@@ -265,11 +264,11 @@ def _kept(part: Variable) -> Any:
 
 def _pymoo_variable(variable: Variable) -> Any:
     """Return pymoo's variable."""
-    ends = variable.lower, variable.upper
     if variable.kind is Kind.CHOICE:
         return Choice(options=list(variable.options))
     if variable.kind is Kind.BINARY:
         return Binary()
+    ends = (variable.lower, variable.upper)
     if variable.kind is Kind.INTEGER:
-        return Integer(bounds=(int(ends[0]), int(ends[1])))
+        return Integer(bounds=tuple(map(int, ends)))
     return Real(bounds=ends)
