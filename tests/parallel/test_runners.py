@@ -17,13 +17,11 @@ from collections import deque
 import joblib
 import numpy as np
 import pytest
-from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
-from pymoo.optimize import minimize
 
-from pymoo_psi import FailureTolerant, JoblibRunner
+from pymoo_psi import FailureTolerant, JoblibRunner, VectorizedSphereChute, investigate
 from pymoo_psi.errors import ArgumentValueError, EvaluationError, WorkerError
-from tests.processes import LONG, gone, posix, until
+from tests.processes import LONG, gone, posix
 
 
 def model(**kwargs):
@@ -348,12 +346,13 @@ def test_a_problem_that_cannot_be_sent_or_loaded_is_an_error(workers):
         workers(lambda x: {"F": absent}, [1, 2])
 
 
-# A cluster
-
-
-@pytest.fixture(scope="module")
-def cluster():
+def test_a_cluster_of_dask_gives_the_same():
     distributed = pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
+
+    def both(x):
+        time.sleep(0.02)
+        return {"F": x, "pid": os.getpid()}
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the cluster, on its own behalf
         with (
@@ -361,36 +360,10 @@ def cluster():
                 n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
             ) as local,
             distributed.Client(local) as client,
+            joblib.parallel_config("dask"),
         ):
-            yield client
-
-
-class TestDask:
-    def test_a_run_uses_a_process_beside_each_worker_and_gives_the_same(self, cluster, tmp_path):
-        def both(x):
-            (tmp_path / str(os.getpid())).touch()
-            return {"pid": os.getpid(), "both": until(lambda: len(os.listdir(tmp_path)) == 2)}
-
-        problem = model(elementwise_runner=JoblibRunner())
-        with joblib.parallel_config("dask"):
-            values = JoblibRunner()(both, range(20))
-            seen = {value["pid"] for value in values}
-            assert len(seen) == 2
-            assert all(value["both"] for value in values)
-            assert not seen & {os.getpid(), *cluster.run(os.getpid).values()}
-            result = minimize(problem, NSGA2(pop_size=20), ("n_gen", 3), seed=1)
-        plain = minimize(model(), NSGA2(pop_size=20), ("n_gen", 3), seed=1)
-        np.testing.assert_array_equal(result.F, plain.F)
-
-    @posix
-    def test_time_limits_and_deaths_as_on_one_machine(self, cluster):
-        workers = set(cluster.run(os.getpid).values())
-        problem = FailureTolerant(model(elementwise_runner=JoblibRunner(timeout=SHORT)))
-        with joblib.parallel_config("dask"):
-            out = problem.evaluate(designs(5, 7), return_as_dictionary=True)
-        assert out["failure"][[4, 10]].tolist() == [
-            "timed out after 3 s",
-            "its worker process died (exit code 3, 2 times)",
-        ]
-        assert (out["failure"] != "").sum() == 2
-        assert set(cluster.run(os.getpid).values()) == workers, "the cluster noticed nothing"
+            values = JoblibRunner()(both, range(40))
+            table = investigate(VectorizedSphereChute(0.4), 3000, n_jobs=-1, block_size=100)
+            assert {value["pid"] for value in values} > {*client.run(os.getpid).values()}
+    assert [value["F"] for value in values] == list(range(40))
+    assert table.equals(investigate(VectorizedSphereChute(0.4), 3000))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import threading
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -33,15 +32,15 @@ _TASKS_AHEAD = 4
 
 @dataclass(frozen=True)
 class Workers:
-    """What joblib would use now.
+    """What evaluates now.
 
     Attributes:
         count: How many evaluations run at the same time.
-        kind: ``"processes"`` of our own, ``"threads"`` of this process, or a ``"cluster"``.
+        own: Whether these are processes of our own, not what joblib is configured for.
     """
 
     count: int
-    kind: str
+    own: bool
 
 
 def active_workers(n_jobs: int) -> Workers:
@@ -49,13 +48,10 @@ def active_workers(n_jobs: int) -> Workers:
     from joblib.parallel import get_active_backend
 
     backend, configured = get_active_backend()
-    if n_jobs == -1 and configured is not None:
-        n_jobs = configured
-    kind = "cluster"
-    if type(backend).__module__ == "joblib._parallel_backends":  # loky's processes are ours
-        n_jobs = _cores() if n_jobs == -1 else n_jobs
-        kind = "threads" if type(backend).__name__ == "ThreadingBackend" else "processes"
-    return Workers(max(1, backend.effective_n_jobs(n_jobs)), kind)
+    if n_jobs == -1:
+        n_jobs = _cores() if configured is None else configured
+    own = type(backend).__name__ in ("LokyBackend", "SequentialBackend", "MultiprocessingBackend")
+    return Workers(max(1, backend.effective_n_jobs(n_jobs)), own)
 
 
 @cache
@@ -75,23 +71,22 @@ def _evaluate(
     pool: ProcessPool,
 ) -> Generator[Result]:
     """Evaluate designs by workers of any kind; see :meth:`ProcessPool.run`."""
-    if workers.kind == "processes" and sys.platform != "win32":
+    if workers.own and sys.platform != "win32":
         yield from pool.run(f, waiting, cost, workers.count, timeout)
         return
-    from joblib.parallel import Parallel, delayed, get_active_backend
+    from joblib.parallel import Parallel, delayed
 
     def tasks() -> Iterator[Any]:
         while waiting:
             # asked each time, since the cost becomes known on the way
             size = min(len(waiting), cost.chunk(len(waiting), workers.count))
             chunk = deque(waiting.popleft() for _ in range(size))
-            yield delayed(_chunk)(f, chunk, timeout, beside=workers.kind == "cluster")
+            yield delayed(_evaluated)(f, chunk)
 
-    unordered = get_active_backend()[0].supports_return_generator
     while waiting:  # joblib asks for no more tasks once there were none
         # One at a time: joblib would send many together that have been short so far.
-        return_as = "generator_unordered" if unordered else "list"
-        answers = Parallel(workers.count, batch_size=1, return_as=return_as)(tasks())
+        parallel = Parallel(workers.count, batch_size=1, return_as="generator_unordered")
+        answers = parallel(tasks())
         try:
             for result in chain.from_iterable(answers):
                 cost.add(result[2])
@@ -99,24 +94,11 @@ def _evaluate(
         finally:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", UserWarning)  # that results are not read
-                if isinstance(answers, Generator):
-                    answers.close()
+                answers.close()
 
 
-_of_this_thread = threading.local()  # a cluster's worker may evaluate in several at a time
-
-
-def _chunk(f: Function, waiting: Waiting, timeout: float | None, beside: bool) -> list[Result]:
-    """Return the results of a chunk, in a worker of joblib.
-
-    A model that ends its process must not end a cluster's worker, for whose results joblib's Dask
-    backend would wait forever: there a process beside the worker evaluates.
-    """
-    if not beside:
-        return list(evaluate_here(f, waiting, moment=0.0))
-    if not hasattr(_of_this_thread, "pool"):
-        _of_this_thread.pool = ProcessPool()
-    return list(_of_this_thread.pool.run(f, waiting, Cost(), 1, timeout))
+def _evaluated(f: Function, waiting: Waiting) -> list[Result]:
+    return list(evaluate_here(f, waiting, moment=0.0))
 
 
 class JoblibRunner:
@@ -128,10 +110,10 @@ class JoblibRunner:
     which measure the cost. Results come in the order of the designs and do not depend on any of
     this.
 
-    Under ``joblib.parallel_config`` the runner uses the number of jobs given there, and threads
-    or a cluster if they are given: ``parallel_config("dask")``, ``"ray"`` or ``"spark"`` runs a
-    study on a cluster without a change of code; then every design is sent to the cluster, and
-    evaluated in a process beside the cluster's worker, which a crash leaves unharmed.
+    Under ``joblib.parallel_config`` the runner uses the number of jobs given there, and threads or
+    a cluster if they are given and designs may be evaluated in this process: ``"dask"`` or
+    ``"ray"`` runs a study on a cluster without a change of code. There a model must not end its
+    process; for one that may, give each machine a ``share`` of the points.
 
     A worker process that dies or runs out of time takes one design with it at most; the others are
     evaluated by the worker that replaces it. A design whose process died is tried once more; then
@@ -229,8 +211,7 @@ class JoblibRunner:
         """Give what :meth:`stream` gives; to start workers takes so many seconds."""
         workers = active_workers(self.n_jobs)
         here = self.in_process and self.timeout is None
-        if workers.kind == "threads" and not here:
-            workers = Workers(workers.count, "processes")
+        workers = Workers(workers.count, workers.own or not here)
 
         def enough(left: int) -> bool:
             overhead = _BATCH_SECONDS if self._started else starting
@@ -239,7 +220,7 @@ class JoblibRunner:
         if self._pool.owner != os.getpid():
             self._pool = ProcessPool()
         try:
-            if here and workers.kind != "cluster":
+            if here:
                 yield from evaluate_here(f, waiting, self._cost, enough)
             if waiting:
                 self._started = True
@@ -274,7 +255,7 @@ def in_parallel(
         Exception: What the function raises.
     """
     workers = active_workers(n_jobs)
-    if workers.count == 1 and workers.kind == "processes":
+    if workers == Workers(1, own=True):
         for number, task in enumerate(tasks):
             yield number, function(task)
         return
