@@ -34,7 +34,6 @@ ONLY = {
     "matplotlib": {"plots", "report"},
     "sqlite3": {"study"},
     "moocore": {"mathematics"},
-    "rich": {"cli"},
     "typer": {"cli"},
 }
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")

@@ -827,14 +827,6 @@ def foreign_files(rng, folder):
         return {"written": "refused", "code": code}
     written = shown_file(folder / "ranked.csv")
     found = {"code": code, **prefixed("written", written)}
-    code, _ = command("rank", file, *words, "--out", folder / "ranked.json")
-    content = json.loads((folder / "ranked.json").read_text("utf-8"))
-    # Rows of equal rank and distance may come in another order: by row.
-    designs = sorted(content["designs"], key=lambda design: design["row"])
-    found["json row"] = [design["row"] for design in designs]
-    for name in ("mu1", "mu2", "mu3", "rank", "pareto", *names):
-        if all(name in design for design in designs):
-            found[f"json {name}"] = as_numbers([design[name] for design in designs])
     code, _ = command("rank", folder / "ranked.csv", "--out", folder / "again.csv")
     if code == 0:
         found |= prefixed("again", shown_file(folder / "again.csv"))

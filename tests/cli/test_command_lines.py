@@ -114,15 +114,15 @@ COMMANDS = {
         "share": ["1/2", "3/2", "x", ""], "sampling": ["lhs", "sobol", "x"],
     }),
     "rank": (PATHS, TABLE | OPENING | {
-        "top": WHOLE, "decision": PATHS, "prefer": PREFER, "representatives": WHOLE, "figure": ["f.png", "f.svg", *PATHS],
+        "decision": PATHS, "prefer": PREFER,
     }),
-    "report": (PATHS, TABLE | OPENING | {"prefer": PREFER, "design": WHOLE, "title": NAMES}),
+    "report": (PATHS, TABLE | OPENING | {"prefer": PREFER, "design": ["1", "row 2", *WHOLE], "title": NAMES}),
     "page": (PATHS, TABLE | OPENING | {"prototype": PATHS, "title": NAMES}),
     "export": (PATHS, TABLE | OPENING),
-    "analyze": (PATHS, TABLE | OPENING | {"formulation": PATHS}),
+    "analyze": (PATHS, TABLE | OPENING | {"decision": PATHS}),
     "compare": (PROBLEMS, {
         "evaluations": ["2", "1,4", "0", "x", ""], "algorithms": ["psi", "psi,psi", "x", "", "moead"],
-        "reference": PATHS, "out": OUTS, "jobs": WHOLE,
+        "out": OUTS, "jobs": WHOLE,
     }),
     "reproduce": (["--points=0"], {"jobs": WHOLE, "out": OUTS}),
 }  # fmt: skip
@@ -143,7 +143,7 @@ def command_line(rng):
     )
     options = [f"--{name}={word}" for name, word in zip(given, words, strict=True)]
     few = [word for word in FEW.get(command, []) if word[2:].split("=")[0] not in given]
-    return [command, subject, *few, *options, *(["--force"] * right)]
+    return [command, subject, *few, *options]
 
 
 @pytest.mark.parametrize("seed", range(3))

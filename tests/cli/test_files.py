@@ -2,7 +2,6 @@
 
 import csv
 import os
-import shutil
 import subprocess
 import sys
 
@@ -10,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import plots
 from pymoo_psi.cli import main
 from tests.formulas import CELLS, INERT
 from tests.processes import posix
@@ -26,78 +24,31 @@ def folder(run, tmp_path, undrawn):
     return tmp_path
 
 
-WRITERS = {
-    "solve": ("solve bnh --points 32", "o.csv"),
-    "solve named": ("solve bnh --points 32 --maximize f2", "o.csv"),
-    "rank": ("rank set.csv", "o.csv"),
-    "rank maximize": ("rank set.csv --maximize b", "o.csv"),
-    "rank workbook": ("rank set.csv", "o.xlsx"),
-    "rank json": ("rank set.csv", "o.json"),
-    "export": ("export s.db", "o.csv"),
-    "export workbook": ("export s.db", "o.xlsx"),
-    "page": ("page set.csv", "o.html"),
-    "report": ("report s.db", "o.html"),
-}
+@pytest.mark.parametrize(
+    "words",
+    ["solve bnh --points 16 --out o.csv", "rank set.csv --out o.csv", "export s.db --out o.csv",
+     "page set.csv --out o.html", "report s.db --out o.html"],
+)  # fmt: skip
+def test_an_older_result_is_replaced_whole(folder, words):
+    out = folder / words.split()[-1]
+    assert main(words.split()) == 0
+    new = out.read_text("utf-8")
+    out.write_text(3 * new, "utf-8")
+    assert main(words.split()) == 0
+    assert len(out.read_text("utf-8")) == len(new)
 
 
-def written(writer, out):
-    return main([*WRITERS[writer][0].split(), "--out", str(out)])
-
-
-def test_a_command_overwrites_its_own_results_only(folder, capsys):
-    kept = {}
-    for writer, (_, name) in WRITERS.items():
-        assert written(writer, name) == 0
-        assert written(writer, name) == 0, writer
-        kept[writer] = folder / f"{writer}.kept"
-        shutil.move(name, kept[writer])
-    for writer, (words, name) in WRITERS.items():
-        command = words.split()[0]
-        others = {w: kept[w] for w in WRITERS if w.split()[0] != command and WRITERS[w][1] == name}
-        (folder / "mine").write_text(FRONT)
-        for file in ({"": folder / "mine"} | others).values():
-            shutil.copy(file, name)
-            before = (folder / name).read_bytes()
-            capsys.readouterr()
-            assert written(writer, name) == 2, (writer, file)
-            err = capsys.readouterr().err
-            assert "--out must be a new file, or one that this command wrote" in err
-            assert err.endswith("--force overwrites it\n")
-            assert (folder / name).read_bytes() == before
-    assert main(["rank", "set.csv", "--out", "o.csv", "--force"]) == 0
-
-
-def test_the_input_is_never_overwritten(folder, capsys):
-    for words in ("rank set.csv --out set.csv", "rank set.csv --figure set.csv",
-                  "export s.db --out s.db", "page set.csv --out set.html --prototype set.html",
-                  "rank set.csv --formulation a.json --out a.json"):  # fmt: skip
-        assert main([*words.split(), "--force"]) == 2
+def test_what_is_read_and_a_study_are_never_overwritten(folder, capsys):
+    before = (folder / "s.db").read_bytes()
+    for words in ("rank set.csv --out set.csv", "export s.db --out s.db",
+                  "page set.csv --out set.html --prototype set.html",
+                  "rank set.csv --decision a.csv --out a.csv"):  # fmt: skip
+        assert main(words.split()) == 2
         assert "must be another file than the one that is read" in capsys.readouterr().err
     assert (folder / "set.csv").read_text() == FRONT
-
-
-@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
-def test_a_figure_is_known_by_its_maker(folder, suffix, capsys, monkeypatch):
-    monkeypatch.setattr(plots, "plot_ranking", lambda *args, **options: plots.Drawing())
-    words = ["rank", "set.csv", "--figure", f"f.{suffix}"]
-    assert main(words) == main(words) == 0
-    (folder / f"f.{suffix}").write_bytes(b"a drawing of mine")
-    assert main(words) == 2
-    assert "--figure must be a new file" in capsys.readouterr().err
-
-
-def test_a_folder_with_results_of_others_is_left_alone(folder, capsys):
-    for words, name in (
-        ("analyze s.db", "convergence.csv"),
-        ("compare bnh --evaluations 4 --seeds 1", "tests.csv"),
-        ("reproduce --points 4", "figure_2.png"),
-    ):
-        out = folder / words.split()[0]
-        out.mkdir()
-        (out / name).write_text(FRONT)
-        assert main([*words.split(), "--out", str(out)]) == 2
-        assert name in capsys.readouterr().err
-        assert [path.name for path in out.iterdir()] == [name]
+    assert main(["export", "set.csv", "--out", "s.db"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert (folder / "s.db").read_bytes() == before
 
 
 def test_exported_texts_are_no_formulas(run, tmp_path):
@@ -164,12 +115,12 @@ def test_a_file_name_that_is_no_text_is_used_as_it_is(tmp_path, monkeypatch, cap
     name = os.fsdecode(b"\xff\xe9")
     (tmp_path / f"{name}.csv").write_text(DESIGNS, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    done = process("rank", f"{name}.csv", "--out", f"{name}.json", folder=tmp_path)
+    done = process("report", f"{name}.csv", "--out", f"{name}-r.html", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, b"")
     for command, out in (("rank", f"{name}-ranked.csv"), ("page", f"{name}.html")):
         assert main([command, f"{name}.csv", "--out", out]) == 0
         assert capsys.readouterr().err == ""
-    outs = (f"{name}.json", f"{name}-ranked.csv", f"{name}.html")
+    outs = (f"{name}-r.html", f"{name}-ranked.csv", f"{name}.html")
     assert all((tmp_path / out).exists() for out in outs)
 
 

@@ -8,7 +8,6 @@ import sys
 from inspect import signature
 
 import pytest
-from matplotlib.figure import Figure
 
 import pymoo_psi
 from pymoo_psi import Formulation, plots
@@ -33,7 +32,7 @@ def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, u
     # Drawing is tested with the plots, and takes most of the time; so do the paper's points.
     for module, draws in DRAWING.items():
         for name in draws:
-            monkeypatch.setattr(module, name, lambda *args, **options: Figure())
+            monkeypatch.setattr(module, name, lambda *args, **options: plots.Drawing())
     reproduce = _experiments.reproduce
     monkeypatch.setattr(_experiments, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))
     text = shown(capsys, *command.split())
@@ -67,10 +66,8 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, capsys, monk
         ("solve chute --objectives f1 --algorithm nsga3", "then pymoo-psi rank FILE.db --objectiv"),
         ("solve chute --share 3/2 --study r", "--share must be k/n"),
         ("rank set.csv --units c=kg", "--units must be one of"),
-        (
-            "report set.csv --design 9",
-            "--design must be a number that the column 'row' holds once, got 9",
-        ),
+        ("report set.csv --design 9", "--design must be the name or the number of one design"),
+        ("solve bnh --algorithm nsga4", "--algorithm must be one of 'nsga3'"),
         ("export a=set.csv a=set.csv --out o.csv", "of different names, as in name=path"),
     ],
 )

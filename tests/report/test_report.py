@@ -24,21 +24,32 @@ from pymoo_psi.table import Layout, constraint_costs
 
 
 class Reader(HTMLParser):
-    """What a browser finds in a document: elements, and texts without their marks."""
+    """What a browser finds in a document: elements, and the texts of its sections by heading.
 
-    def __init__(self, html):
+    A paragraph, an item of a list and a row of a table are a text each.
+    """
+
+    def __init__(self, report):
         super().__init__()
-        self.tags, self.texts, self.attributes = [], [], []
-        self.feed(html.replace("<wbr>", ""))  # where a long name may break
-        self.text = " ".join(" ".join(self.texts).split())
+        self.tags, self.attributes, self.texts, self.sections = [], [], [""], {}
+        self.feed(report if isinstance(report, str) else report.html())
+        self.text = " ".join(text for texts in self.sections.values() for text in texts)
 
     def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
         self.attributes += attrs
+        if tag in ("h1", "h2", "p", "li", "tr", "caption", "figcaption"):
+            self.texts.append("")
+
+    def handle_endtag(self, tag):
+        if tag in ("h1", "h2"):
+            title, self.texts = self.texts.pop(), []
+            self.sections[title] = self.texts
 
     def handle_data(self, data):
-        if self.tags and self.tags[-1] != "style":
-            self.texts.append(data)
+        if data.strip() and self.tags[-1] != "style":
+            row = self.tags[-1] in ("td", "th") and self.texts[-1]
+            self.texts[-1] += (" | " if row else "") + data.strip().replace("\xa0%", " %")
 
 
 def beams(n=96, **more):
@@ -60,24 +71,8 @@ def beams(n=96, **more):
 LIMITS = {"mass": 55, "stress": 70}
 
 
-def section(report, title):
-    (found,) = [part for part in report.sections if part.title == title]
-    return found
-
-
 def lines(report, title):
-    """All texts of a section: paragraphs, items, and rows of its tables."""
-    found = []
-    for part in section(report, title).parts:
-        if isinstance(part, str):
-            found.append(part)
-        elif hasattr(part, "lead"):
-            found.append(part.lead)
-        elif hasattr(part, "lines"):
-            found += part.lines
-        elif hasattr(part, "rows"):
-            found += [" | ".join(row) for row in part.rows]
-    return found
+    return Reader(report).sections[title]
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +119,7 @@ def test_another_design_is_explained_as_itself():
     report = decision_report(table, LIMITS, design=int(other))
     said = lines(report, "The choice")
     assert said[0].startswith(f"Chosen is test point {other} instead of test point {best}: ")
-    assert section(report, "The choice").parts[2].head[1:3] == ("chosen", "proposed")
+    assert "objective | chosen | proposed | best | worst | of range" in said
     told = f"Salukvadze optimum: test point {best} against test point {other}: better"
     assert any(line.startswith(told) for line in lines(report, "What else could be chosen"))
     assert str(report).startswith(f"Report on a choice: test point {other} chosen of ")
@@ -165,7 +160,7 @@ def test_cautions_say_that_they_are_about_the_optimum():
 
 
 def test_counts_add_up(beam):
-    table, (said, failures, *_) = beams(), lines(beam, "What was tested")
+    table, (said, _, _, failures, *_) = beams(), lines(beam, "What was tested")
     designs, failed, beyond, feasible, front = map(int, re.findall(r"(\d+) [a-zA-Z]", said))
     assert designs == len(table) == failed + beyond + feasible
     assert failed == len(table.reasons) > 0
@@ -201,8 +196,8 @@ def test_alternatives_are_those_of_the_selectors(beam):
         two = compare_designs(own, [optimum, chosen], maximize=["stiffness"], units={"mass": "kg"})
         assert two.difference(1) in told
     few = representatives(own, 5, maximize=["stiffness"])
-    (table,) = [p for p in section(beam, "What else could be chosen").parts if hasattr(p, "rows")]
-    assert table.head[1:] == tuple(f"test point {own.index[row]}" for row in few.rows)
+    head = " | ".join(f"test point {own.index[row]}" for row in few.rows)
+    assert head in lines(beam, "What else could be chosen")
 
 
 def test_a_formulation_and_limits_beside_it_make_the_same_choice():
@@ -225,6 +220,7 @@ def test_names_reasons_and_titles_are_text():
     table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons=reasons, layout=layout)
     html = decision_report(table, {0: 0.8}, title=EVIL, about=[EVIL]).html()
     found = Reader(html)
+    found.text += " ".join(found.sections)
     assert not {"script", "b"} & {*found.tags}
     assert found.text.count("<script>alert(1)</script> & \"'$x_{$ <b>") > 9
     assert "\x01" not in html
@@ -253,10 +249,9 @@ def test_no_feasible_design_reports_what_stands_in_the_way():
     table = beams()
     ok = table.status == "ok"
     least = table.column("mass")[ok].min()
-    rows = lines(report, "What limits cost")
+    _, *rows = lines(report, "What limits cost")
     assert rows[0].endswith(f"| {least:.5g} kg")
     assert rows[1].endswith("| kept by some")
-    assert "Feasible" in Reader(report.html()).text
 
 
 @pytest.mark.parametrize(

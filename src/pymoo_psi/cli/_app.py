@@ -1,7 +1,8 @@
 """The command ``pymoo-psi``: its commands with their options, and how it ends.
 
-A command is a class whose fields are its options, and whose bases are options that several take.
-The function that runs it is imported when it is called, and with it NumPy, pymoo and the like: so
+A command is a class whose fields are its options, and whose bases are options that several take;
+``--help`` shows what their docstrings say of each, in brackets how its value is called. The
+function that runs it is imported when it is called, and with it NumPy, pymoo and the like: so
 ``--help`` and the completion of words answer at once.
 
 Exit codes: 0 success, 1 the results are not what they must be, 2 wrong usage or input (one line
@@ -17,11 +18,11 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum
+from functools import partial
 from importlib import import_module
 from io import StringIO, TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias, TypeVar, get_type_hints
+from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_type_hints
 
 import typer
 
@@ -41,13 +42,22 @@ app = typer.Typer(
     epilog="""\b
 Examples:
   pymoo-psi solve chute --points 1024 --out front.csv
-  pymoo-psi rank front.csv --top 3
+  pymoo-psi rank front.csv
   pymoo-psi page front.csv
 
 Exit code: 0 success, 1 solve or report found no feasible design, 2 a mistake, reported in one line,
 130 interrupted. In a pipe or a file each row of a table is one line, however long, unless COLUMNS
-says how wide lines may be.""",
+says how wide lines may be. A result replaces an older file of its name, but never a file that is
+read, nor a study.""",
 )
+
+_ARGUMENTS = ("problem", "file", "sources")  # the fields that are no options
+# A line "name (HOW ITS VALUE IS CALLED): what it means", and more indented lines, of a docstring.
+_DESCRIBED = re.compile(r"^    (\w+)(?: \((.+?)\))?: (.+(?:\n {8}.+)*)", re.MULTILINE)
+
+Names: TypeAlias = list[str] | None
+Text: TypeAlias = str | None
+File: TypeAlias = Path | None
 
 
 def path_in(text: str | Path) -> Path:
@@ -57,133 +67,96 @@ def path_in(text: str | Path) -> Path:
     return Path(os.path.expanduser(text))
 
 
-def _path(metavar: str, help: str, *names: str) -> Any:
-    return typer.Option(*names, metavar=metavar, help=help, parser=path_in)
-
-
-def _option(metavar: str, help: str) -> Any:
-    """Return an option, or one that may be given several times where its type is a list."""
-    return typer.Option(metavar=metavar, help=help)
-
-
-# An option's choices are an enumeration to typer (literals only since 0.19, StrEnum is of Python
-# 3.11 on). They repeat names of the library, as its import would keep --help waiting.
-AlgorithmName = Enum(
-    "AlgorithmName", {"psi": "psi", "surrogate": "surrogate", "nsga3": "nsga3"}, type=str
-)
-SamplingName = Enum(
-    "SamplingName", {"lptau": "lptau", "sobol": "sobol", "halton": "halton", "lhs": "lhs"}, type=str
-)
-ModelName = Enum("ModelName", {"full": "full", "rolling": "rolling"}, type=str)
-FigureFormat = Enum("FigureFormat", {"png": "png", "pdf": "pdf", "svg": "svg"}, type=str)
-
-ProblemName: TypeAlias = Annotated[
-    str,
-    typer.Argument(
-        metavar="PROBLEM",
-        help="'chute', a test problem of pymoo such as bnh, or your own as module:attribute, "
-        "beam:Beam for the class Beam in beam.py. Its arguments are options behind it: "
-        "dtlz2 --n-obj 4. Or another program, by a FILE.toml.",
-    ),
-]
-SourceFile: TypeAlias = Annotated[
-    Path,
-    typer.Argument(
-        metavar="FILE",
-        help="A study, a folder of shares, or a table: CSV or .xlsx.",
-        parser=path_in,
-    ),
-]
-Names: TypeAlias = list[str] | None
-Text: TypeAlias = str | None
-File: TypeAlias = Path | None
-Jobs: TypeAlias = Annotated[int, _option("N", "Processes; -1: one per core.")]
-Title: TypeAlias = Annotated[str | None, typer.Option(help="Heading [the file's name].")]
-Preferences: TypeAlias = Annotated[
-    Names,
-    _option(
-        "P",
-        "Show what another preference chooses, too: weights:A=2,B=1, aspire:A=3,B=5, "
-        "chebyshev or knee.",
-    ),
-]
-
-
 @dataclass(frozen=True, kw_only=True)
-class Command:
-    """What every command takes that writes."""
+class Asked:
+    """What is asked of a table: objectives, directions, limits, computed columns.
 
-    force: Annotated[
-        bool, typer.Option("--force", help="Overwrite what this command has not written, too.")
-    ] = False
+    Attributes:
+        objectives (A,B,…): Columns with objectives [f1,f2,… or all numeric].
+        maximize (A,…): Objectives of which more is better.
+        limits ("A<=2.5,1<=X<=2"): Limits on any columns of numbers; in quotation marks.
+        compute ("NAME=A/B"): One more column, computed from others.
+        relax (G,…): Constraints that need not hold.
+        decision (FILE.json): All this from a file: a decision of the page, or Formulation.to_json;
+            further options add to it.
+        no_normalize: Plain distances, not in units of the ranges.
+    """
 
-
-@dataclass(frozen=True, kw_only=True)
-class Asked(Command):
-    """What is asked of a table: objectives, directions, limits, computed columns."""
-
-    objectives: Annotated[
-        Names, _option("A,B,…", "Columns with objectives [f1,f2,… or all numeric].")
-    ] = None
-    maximize: Annotated[Names, _option("A,…", "Objectives of which more is better.")] = None
-    limits: Annotated[
-        Names, _option('"A<=2.5,1<=X<=2"', "Limits on any columns of numbers; in quotation marks.")
-    ] = None
-    compute: Annotated[Names, _option('"NAME=A/B"', "One more column, computed from others.")] = (
-        None
-    )
-    relax: Annotated[Names, _option("G,…", "Constraints that need not hold.")] = None
-    formulation: Annotated[
-        File,
-        _path(
-            "FILE.json",
-            "All this from a file: a decision of the page, or Formulation.to_json; further "
-            "options add to it.",
-            "--formulation",
-            "--decision",
-        ),
-    ] = None
-    no_normalize: Annotated[
-        bool, typer.Option("--no-normalize", help="Plain distances, not in units of the ranges.")
-    ] = False
+    objectives: Names = None
+    maximize: Names = None
+    limits: Names = None
+    compute: Names = None
+    relax: Names = None
+    decision: File = None
+    no_normalize: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
 class Opening(Asked):
-    """How a source is opened: what its columns are, and how its numbers are written."""
+    """How a source is opened: what its columns are, and how its numbers are written.
 
-    variables: Annotated[Names, _option("X,Y,…", "Columns with design variables [x1,x2,…].")] = None
-    units: Annotated[Names, _option("A=KG,B=S", "Units of columns.")] = None
-    decimal: Annotated[
-        Text, _option('"."|","', "Decimal mark of the file [found from its numbers].")
-    ] = None
-    thousands: Annotated[Text, _option("MARK", "Mark between thousands [as for --decimal].")] = None
-    encoding: Annotated[Text, _option("NAME", "Of a text, such as cp1252 [UTF-8].")] = None
-    skip_rows: Annotated[
-        Text, _option("1,3,…", "Lines to leave out: titles, units; or 'hidden' ones.")
-    ] = None
-    sheet: Annotated[Text, _option("NAME", "Sheet of a workbook [the only one].")] = None
-    drop_incomplete: Annotated[
-        bool, typer.Option("--drop-incomplete", help="Leave out designs that lack an objective.")
-    ] = False
+    Attributes:
+        variables (X,Y,…): Columns with design variables [x1,x2,…].
+        units (A=KG,B=S): Units of columns.
+        decimal ("."|","): Decimal mark of the file [found from its numbers].
+        thousands (MARK): Mark between thousands [as for --decimal].
+        encoding (NAME): Of a text, such as cp1252 [UTF-8].
+        skip_rows (1,3,…): Lines to leave out: titles, units; or 'hidden' ones.
+        sheet (NAME): Sheet of a workbook [the only one].
+        drop_incomplete: Leave out designs that lack an objective.
+    """
+
+    variables: Names = None
+    units: Names = None
+    decimal: Text = None
+    thousands: Text = None
+    encoding: Text = None
+    skip_rows: Text = None
+    sheet: Text = None
+    drop_incomplete: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfFile(Opening):
+    """A source that is opened.
+
+    Attributes:
+        file (FILE): A study, a folder of shares, or a table: CSV or .xlsx.
+    """
+
+    file: Path
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfProblem:
+    """A problem.
+
+    Attributes:
+        problem (PROBLEM): 'chute', a test problem of pymoo such as bnh, or your own as
+            module:attribute, beam:Beam for the class Beam in beam.py. Its arguments are options
+            behind it: dtlz2 --n-obj 4. Or another program, by a FILE.toml.
+        jobs (N): Processes; -1: one per core.
+    """
+
+    context: typer.Context
+    problem: str
+    jobs: int = 1
 
 
 Kind = TypeVar("Kind")
 
 
-def _command(
-    module: str, *examples: str, more: str = "", of_problem: bool = False
-) -> Callable[[type[Kind]], type[Kind]]:
+def _command(module: str, *examples: str, more: str = "") -> Callable[[type[Kind]], type[Kind]]:
     """Make a class of options a command, run by the function ``run_…`` of a module.
 
     Its help ends with examples, which can be pasted.
     """
     epilog = "\n  ".join(["\b\nExamples:", *examples]) + (f"\n\n{more}" if more else "")
-    # Options that a command of a problem does not know are the problem's.
-    settings = {"ignore_unknown_options": True, "allow_extra_args": True} if of_problem else None
 
     def registered(kind: type[Kind]) -> type[Kind]:
-        name, hints = kind.__name__.lower(), get_type_hints(kind, include_extras=True)
+        name, hints = kind.__name__.lower(), get_type_hints(kind)
+        # Options that a command of a problem does not know are the problem's.
+        settings = {"ignore_unknown_options": True, "allow_extra_args": True}
 
         def command(**given: Any) -> int:
             try:
@@ -195,22 +168,46 @@ def _command(
                 return _INTERRUPTED
 
         # Its own options come first in the help, those of its bases behind them.
-        fields = [field for each in kind.__mro__ for field in inspect.get_annotations(each)]
+        bases = kind.__mro__[:-1]
+        fields = [field for each in bases for field in inspect.get_annotations(each)]
+        described = {}
+        for each in reversed(bases):
+            for field, metavar, text in _DESCRIBED.findall(inspect.cleandoc(each.__doc__ or "")):
+                described[field] = metavar or None, " ".join(text.split())
+        command.__annotations__ = {
+            field: _declared(field, hints[field], *described.get(field, ("", "")))
+            for field in fields
+        }
         parameters = [
             inspect.Parameter(
                 field,
                 inspect.Parameter.KEYWORD_ONLY,
                 default=getattr(kind, field, inspect.Parameter.empty),
-                annotation=hints[field],
+                annotation=annotation,
             )
-            for field in fields
+            for field, annotation in command.__annotations__.items()
         ]
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-        command.__annotations__ = {field: hints[field] for field in fields}
-        app.command(name, help=kind.__doc__, epilog=epilog, context_settings=settings)(command)
+        app.command(
+            name,
+            help=(kind.__doc__ or "").partition("\n")[0],
+            epilog=epilog,
+            context_settings=settings if issubclass(kind, OfProblem) else None,
+        )(command)
         return kind
 
     return registered
+
+
+def _declared(field: str, hint: Any, metavar: str | None, text: str) -> Any:
+    """Return the type of a field as typer reads it, with how it is called and what it means."""
+    if field == "context":
+        return hint
+    name = f"--{'try' if field == 'trial' else field.replace('_', '-')}"
+    # Named, an option has no second name such as --no-fill.
+    declared = partial(typer.Argument) if field in _ARGUMENTS else partial(typer.Option, name)
+    parser = path_in if Path in (hint, *get_args(hint)) else None
+    return Annotated[hint, declared(metavar=metavar, help=text, parser=parser)]
 
 
 @app.callback()
@@ -235,12 +232,9 @@ def _print_version() -> None:
     raise typer.Exit
 
 
-_CHUTE = (
-    "Of the chute x1 is the slope tan α, x2 the speed of the floor; f1 the time, f2 the energy "
-    "balance, f3 = x1, f4 = x2. "
-    "Its arguments: --mu 0.2, --c 0.3193 (speed over √(gL)), --r 0.1 (over L), "
-    "--model full or rolling."
-)
+_CHUTE = """Of the chute x1 is the slope tan α, x2 the speed of the floor; f1 the time,
+f2 the energy balance, f3 = x1, f4 = x2. Its arguments: --mu 0.2, --c 0.3193 (speed over √(gL)),
+--r 0.1 (over L), --model full or rolling."""
 
 
 @_command(
@@ -251,79 +245,66 @@ _CHUTE = (
     'pymoo-psi solve chute --mu 0.4 --model rolling --box "x1=0.2:0.8, x2=0.1"',
     "pymoo-psi solve --new bracket.toml",
     more=_CHUTE,
-    of_problem=True,
 )
 @dataclass(frozen=True, kw_only=True)
-class Solve(Asked):
-    """Find the Pareto set of a problem and rank it by efficiency."""
+class Solve(Asked, OfProblem):
+    """Find the Pareto set of a problem and rank it by efficiency.
 
-    context: typer.Context
-    problem: ProblemName
-    algorithm: Annotated[AlgorithmName, typer.Option(help="How to search.")] = AlgorithmName.psi
-    points: Annotated[
-        int | None,
-        _option("N", "Designs to evaluate [4096, of surrogate 256, of a FILE.toml 128]."),
-    ] = None
-    sampling: Annotated[
-        SamplingName, typer.Option(help="Where psi and surrogate take their test points from.")
-    ] = SamplingName.lptau
-    seed: Annotated[int, _option("S", "Seed; psi by lptau needs none.")] = 1
-    jobs: Jobs = 1
-    box: Annotated[
-        Names, _option('"X=1:2,Y=3"', "Narrower bounds of variables, or a fixed value.")
-    ] = None
-    log: Annotated[Names, _option("X,…", "Variables of logarithmic scale.")] = None
-    fill: Annotated[
-        bool, typer.Option("--fill", help="Count only points that meet the requirements.")
-    ] = False
-    timeout: Annotated[
-        float | None,
-        _option("S", "Seconds a design may take; then it has failed."),
-    ] = None
-    study: Annotated[File, _path("FILE.db", "Keep every test here; a run continues it.")] = None
-    share: Annotated[
-        Text,
-        _option("K/N", "Test the K-th of N parts; --study is their folder."),
-    ] = None
-    study_key: Annotated[
-        Text,
-        _option("K", "What else the study depends on: the model's version."),
-    ] = None
-    retry: Annotated[
-        Text,
-        _option("failed|1,2", "Test failed designs of the study once more."),
-    ] = None
-    out: Annotated[File, _path("FILE.csv", "Write the Pareto set here.")] = None
-    new: Annotated[
-        bool, typer.Option("--new", help="Write an example of a FILE.toml, to be edited.")
-    ] = False
-    trial: Annotated[
-        bool, typer.Option("--try", help="Run the program of a FILE.toml once, and show all of it.")
-    ] = False
+    Attributes:
+        algorithm (psi|surrogate|nsga3): How to search.
+        points (N): Designs to evaluate [4096, of surrogate 256, of a FILE.toml 128].
+        sampling (lptau|sobol|halton|lhs): Where psi and surrogate take their test points from.
+        seed (S): Seed; psi by lptau needs none.
+        box ("X=1:2,Y=3"): Narrower bounds of variables, or a fixed value.
+        log (X,…): Variables of logarithmic scale.
+        fill: Count only points that meet the requirements.
+        timeout (S): Seconds a design may take; then it has failed.
+        study (FILE.db): Keep every test here; a run continues it.
+        share (K/N): Test the K-th of N parts; --study is their folder.
+        study_key (K): What else the study depends on: the model's version.
+        retry (failed|1,2): Test failed designs of the study once more.
+        out (FILE): Write the Pareto set here, .csv or .xlsx.
+        new: Write an example of a FILE.toml, to be edited.
+        trial: Run the program of a FILE.toml once, and show all of it.
+    """
+
+    algorithm: str = "psi"
+    points: int | None = None
+    sampling: str = "lptau"
+    seed: int = 1
+    box: Names = None
+    log: Names = None
+    fill: bool = False
+    timeout: float | None = None
+    study: File = None
+    share: Text = None
+    study_key: Text = None
+    retry: Text = None
+    out: File = None
+    new: bool = False
+    trial: bool = False
 
 
 @_command(
     "_rank",
     "pymoo-psi solve bnh --points 256 --out front.csv",
     'pymoo-psi rank front.csv --limits "f1<=60" --prefer knee --out ranked.csv',
-    "pymoo-psi rank front.csv --objectives f1,f2 --maximize f2 --top 3",
+    "pymoo-psi rank front.csv --objectives f1,f2 --maximize f2",
     more="""In a list, a name with a comma stands in quotation marks: --objectives
 '"time, s",mass'.""",
 )
 @dataclass(frozen=True, kw_only=True)
-class Rank(Opening):
-    """Rank the designs of any Pareto set by efficiency."""
+class Rank(OfFile):
+    """Rank the designs of any Pareto set by efficiency.
 
-    file: SourceFile
-    out: Annotated[File, _path("FILE", "Write all designs, .csv, .xlsx or .json.")] = None
-    figure: Annotated[File, _path("FILE", "Draw the Pareto set by rank, .png, .pdf or .svg.")] = (
-        None
-    )
-    top: Annotated[int, _option("N", "Designs to print.")] = 12
-    prefer: Preferences = None
-    representatives: Annotated[int | None, _option("K", "Print K designs that stand for all.")] = (
-        None
-    )
+    Attributes:
+        out (FILE): Write all designs here, .csv or .xlsx.
+        prefer (P): Show what another preference chooses, too: weights:A=2,B=1, aspire:A=3,B=5,
+            chebyshev or knee.
+    """
+
+    out: File = None
+    prefer: Names = None
 
 
 @_command(
@@ -332,13 +313,18 @@ class Rank(Opening):
     'pymoo-psi page front.csv --units f1=kg --limits "f1<=60"',
 )
 @dataclass(frozen=True, kw_only=True)
-class Page(Opening):
-    """Make a page to decide on a Pareto set: one file, works offline."""
+class Page(OfFile):
+    """Make a page to decide on a Pareto set: one file, works offline.
 
-    file: SourceFile
-    title: Title = None
-    prototype: Annotated[File, _path("FILE", "Existing designs to compare with.")] = None
-    out: Annotated[Path, _path("FILE.html", "Write the page here.")] = Path("page.html")
+    Attributes:
+        title: Heading [the file's name].
+        prototype (FILE): Existing designs to compare with.
+        out (FILE.html): Write the page here.
+    """
+
+    title: Text = None
+    prototype: File = None
+    out: Path = Path("page.html")
 
 
 @_command(
@@ -347,17 +333,20 @@ class Page(Opening):
     'pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg --prefer knee',
 )
 @dataclass(frozen=True, kw_only=True)
-class Report(Opening):
-    """Report on tests and the choice: one file to read and print."""
+class Report(OfFile):
+    """Report on tests and the choice: one file to read and print.
 
-    file: SourceFile
-    title: Title = None
-    prefer: Preferences = None
-    design: Annotated[
-        int | None,
-        _option("N", "Test point, or row, that is chosen [the optimum]."),
-    ] = None
-    out: Annotated[Path, _path("FILE.html", "Write the report here.")] = Path("report.html")
+    Attributes:
+        title: Heading [the file's name].
+        prefer (P): What else could choose, as for rank [knee, chebyshev and other distances].
+        design (NAME): Name or number of the design that is chosen [the decision's, or none].
+        out (FILE.html): Write the report here.
+    """
+
+    title: Text = None
+    prefer: Names = None
+    design: Text = None
+    out: Path = Path("report.html")
 
 
 @_command(
@@ -366,11 +355,14 @@ class Report(Opening):
     'pymoo-psi analyze bnh.db --limits "f1<=60" --out analysis',
 )
 @dataclass(frozen=True, kw_only=True)
-class Analyze(Opening):
-    """Say which variables matter, what is feasible, if tests suffice."""
+class Analyze(OfFile):
+    """Say which variables matter, what is feasible, if tests suffice.
 
-    file: SourceFile
-    out: Annotated[File, _path("DIR", "Folder for tables (CSV) and pictures (PNG).")] = None
+    Attributes:
+        out (DIR): Folder for tables (CSV) and pictures (PNG).
+    """
+
+    out: File = None
 
 
 @_command(
@@ -378,27 +370,24 @@ class Analyze(Opening):
     "pymoo-psi compare bnh --evaluations 64,128 --seeds 2",
     "pymoo-psi compare dtlz2 --n-obj 4 --evaluations 64 --seeds 2 --out four",
     more=_CHUTE,
-    of_problem=True,
 )
 @dataclass(frozen=True, kw_only=True)
-class Compare(Command):
-    """Compare PSI with NSGA-III and others at equal cost."""
+class Compare(OfProblem):
+    """Compare PSI with NSGA-III and others at equal cost.
 
-    context: typer.Context
-    problem: ProblemName
-    evaluations: Annotated[
-        Text, _option("N,N,…", "Numbers of evaluations [256,1024,4096, of surrogate 64,128,256].")
-    ] = None
-    seeds: Annotated[int, _option("N", "Runs of each that draws at random.")] = 11
-    algorithms: Annotated[
-        str,
-        _option("A,B,…", "Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, moead, …."),
-    ] = "psi,psi-scrambled,nsga3,psi+nsga3"
-    jobs: Annotated[int, _option("N", "Runs at a time; -1: one per core.")] = 1
-    out: Annotated[
-        File,
-        _path("DIR", "Write tables, figures, runs here; a later call goes on from them."),
-    ] = None
+    Attributes:
+        evaluations (N,N,…): Numbers of evaluations [256,1024,4096, of surrogate 64,128,256].
+        seeds (N): Runs of each that draws at random.
+        algorithms (A,B,…): Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, moead, ….
+        jobs (N): Runs at a time; -1: one per core.
+        out (DIR): Write tables, a figure and runs here; a later call goes on from them
+            [comparison_ and the problem's name].
+    """
+
+    evaluations: Text = None
+    seeds: int = 11
+    algorithms: str = "psi,psi-scrambled,nsga3,psi+nsga3"
+    out: File = None
 
 
 @_command(
@@ -411,17 +400,16 @@ class Compare(Command):
 )
 @dataclass(frozen=True, kw_only=True)
 class Export(Opening):
-    """Write tests as one table for other programs, or as one study."""
+    """Write tests as one table for other programs, or as one study.
 
-    sources: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="[NAME=]SOURCE…",
-            help="Tests of one problem: studies, folders of shares, tables. With a name they are "
-            "experiments of other bounds or samplings.",
-        ),
-    ]
-    out: Annotated[Path, _path("FILE", "Write here, .csv, .xlsx, or .db, a study to continue.")]
+    Attributes:
+        sources ([NAME=]SOURCE…): Tests of one problem: studies, folders of shares, tables. With a
+            name they are experiments of other bounds or samplings.
+        out (FILE): Write here, .csv, .xlsx, or .db, a new study to continue.
+    """
+
+    sources: list[str]
+    out: Path
 
 
 @_command(
@@ -430,20 +418,22 @@ class Export(Opening):
     "pymoo-psi reproduce --mu 0.3 --model full --points 1024 --out mu03",
 )
 @dataclass(frozen=True, kw_only=True)
-class Reproduce(Command):
-    """Compute the tables of the chute's paper, and compare with them."""
+class Reproduce:
+    """Compute the tables of the chute's paper, and compare with them.
 
-    out: Annotated[Path, _path("DIR", "Folder for tables (CSV) and figures.")] = Path(
-        "reproduction"
-    )
-    points: Annotated[int, _option("Q", "Test points per case.")] = 4096
-    mu: Annotated[
-        list[float] | None,
-        _option("MU", "Friction coefficient, may be repeated [0.2, 0.4, 0.6]."),
-    ] = None
-    model: Annotated[ModelName | None, typer.Option(help="The motion [both].")] = None
-    jobs: Jobs = 1
-    figures: Annotated[FigureFormat, typer.Option(help="Format of the figures.")] = FigureFormat.png
+    Attributes:
+        out (DIR): Folder for tables (CSV) and figures.
+        points (Q): Test points per case.
+        mu (MU): Friction coefficient, may be repeated [0.2, 0.4, 0.6].
+        model (full|rolling): The motion [both].
+        jobs (N): Processes; -1: one per core.
+    """
+
+    out: Path = Path("reproduction")
+    points: int = 4096
+    mu: list[float] | None = None
+    model: Text = None
+    jobs: int = 1
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

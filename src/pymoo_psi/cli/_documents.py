@@ -14,14 +14,8 @@ import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.cli._app import Analyze, Export, Page, Report
-from pymoo_psi.cli._output import print_frame, require_output, require_results, say, write_csv
-from pymoo_psi.cli._rank import (
-    decision_remarks,
-    limits_of,
-    preferences_in,
-    require_free_names,
-    say_source,
-)
+from pymoo_psi.cli._output import print_frame, require_output, results_folder, say, write_frame
+from pymoo_psi.cli._rank import decision_remarks, preferences_in, say_source
 from pymoo_psi.cli._source import formulation_of, opened
 from pymoo_psi.errors import ArgumentValueError, PsiError, StudyError
 from pymoo_psi.table import STATUSES, Formulation, TestTable
@@ -35,12 +29,10 @@ def run_page(options: Page) -> int:
     from pymoo_psi.page import decision_page
 
     path, out, prototype = options.file, options.out, options.prototype
-    inputs = (path, prototype, options.formulation)
-    require_output(out, _HTML, *inputs, by="page", force=options.force)
-    formulation = formulation_of(options)
-    question = replace(formulation, limits={}, page={})
+    require_output(out, _HTML, path, prototype, options.decision)
+    asked = formulation_of(options)
+    question = replace(asked, limits={}, page={})
     table = opened(path, options, question)
-    require_free_names(table.layout.columns)
     former = None
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
@@ -52,14 +44,13 @@ def run_page(options: Page) -> int:
             former = opened(prototype, written, same)
         except PsiError as error:
             raise ArgumentValueError(f"--prototype {prototype}: {error}") from None
-    opens = replace(formulation, objectives=(), maximize=(), minimize=(), relaxed=(), computed={})
+    opens = replace(asked, objectives=(), maximize=(), minimize=(), relaxed=(), computed={})
     page = decision_page(table, opens, prototype=former, title=options.title or path.stem)
     # What the table was asked is repeated in the decisions that the page saves.
-    limits = page.formulation.limits
-    asked = replace(formulation, limits=limits)
-    replace(page, formulation=asked, origin=path.name).save(out)
-    remarks = table.under(Formulation(limits=formulation.limits)).remarks
-    say_source(path, replace(table, remarks=remarks), formulation)
+    repeated = replace(asked, limits=page.formulation.limits)
+    replace(page, formulation=repeated, origin=path.name).save(out)
+    remarks = table.under(Formulation(limits=asked.limits)).remarks
+    say_source(path, replace(table, remarks=remarks), asked)
     size, objectives = counted(len(page.table), "design"), ", ".join(table.layout.objectives)
     say(f"{size} by {objectives}: open {out} in a browser")
     return 0
@@ -74,20 +65,14 @@ def run_report(options: Report) -> int:
     from pymoo_psi.report import decision_report
     from pymoo_psi.study import Study
 
-    path, out, design = options.file, options.out, options.design
-    require_output(out, _HTML, path, options.formulation, by="report", force=options.force)
-    formulation = formulation_of(options)
+    path, out = options.file, options.out
+    require_output(out, _HTML, path, options.decision)
+    asked = formulation_of(options)
     # What each limit costs is reported, so that they are not among the constraints.
-    table = opened(path, options, replace(formulation, limits={}))
-    require_free_names(table.layout.columns)
-    normalize = formulation.normalize
-    selectors = preferences_in(options.prefer, table.layout.objectives, normalize=normalize)
-    limited = table.under(Formulation(limits=formulation.limits))
-    decided = decision_remarks(path, limited, formulation)
-    if design is not None:
-        design = _numbered(table, design)
-    elif formulation.chosen in table.names:
-        design = int(table.numbers[table.names.index(formulation.chosen)])
+    table = opened(path, options, replace(asked, limits={}))
+    selectors = preferences_in(options.prefer, table.layout.objectives, normalize=asked.normalize)
+    limited = table.under(Formulation(limits=asked.limits))
+    decided = decision_remarks(path, limited, asked)
     about = [
         f"{path.name}, {datetime.now(timezone.utc):%Y-%m-%d}, pymoo-psi {version('pymoo-psi')}"
     ]
@@ -96,31 +81,32 @@ def run_report(options: Report) -> int:
             about.append(f"Study begun {Study(path).facts()['begun']}")
     report = decision_report(
         table,
-        formulation.limits,
-        normalize=normalize,
-        design=design,
-        reason=formulation.reason,
+        asked.limits,
+        normalize=asked.normalize,
+        design=_chosen(table, options.design, asked.chosen),
+        reason=asked.reason,
         selectors=selectors or None,
         title=options.title or path.stem,
         about=[*about, *limited.remarks, *(line for line in decided if "Reason: " not in line[:8])],
     )
     report.save(out)
-    say_source(path, limited, formulation)
+    say_source(path, limited, asked)
     for line in report.cautions:
         say(line)
     say(f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
 
 
-def _numbered(table: TestTable, design: int) -> int:
-    """Return the number of the design that the column which names designs calls so."""
-    label = table.layout.label or ""
-    found = [*table.extra.get(label, ())]
-    if not found or not all(isinstance(cell, int) for cell in found):
-        return design
-    if found.count(design) != 1:
-        raise invalid("--design", f"a number that the column {label!r} holds once", design)
-    return int(table.numbers[found.index(design)])
+def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | None:
+    """Return the number of the design that an option names, or else a decision, if any does."""
+    # "7" is enough of "test point 7", and of "number 7" where a column "number" names designs.
+    names = [{name, name.rpartition(" ")[2]} for name in table.names]
+    found = [number for number, name in zip(table.numbers.tolist(), names, strict=True)
+             if (decided if design is None else design) in name]  # fmt: skip
+    if design is not None and len(found) != 1:
+        rule = f"the name or the number of one design, such as {table.names[0]}"
+        raise invalid("--design", rule, Received(f"{design}, of {counted(len(found), 'design')}"))
+    return found[0] if found else None
 
 
 def run_analyze(options: Analyze) -> int:
@@ -133,17 +119,16 @@ def run_analyze(options: Analyze) -> int:
     )
     from pymoo_psi.table import convergence, even_part, feasibility_rules, sensitivities
 
-    path, out, formulation = options.file, options.out, formulation_of(options)
-    table = opened(path, options, formulation)
+    path, out, asked = options.file, options.out, formulation_of(options)
+    table = opened(path, options, asked)
     layout = table.layout
     if not layout.variables:
         raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
-    if out is not None:
-        files = ["sensitivities.csv", "convergence.*", "sensitivities.*", "feasibility.*"]
-        require_results(out, files, force=options.force)
+    out = None if out is None else results_folder(out)
     # The distance to a limit says nothing that the column does not.
-    columns, made = layout.columns[len(layout.variables) :], limits_of(table, formulation)
-    names = [name for name in columns if name not in made]
+    made = tuple(f"{name}{sign}" for name in asked.limits for sign in ("<=", ">="))
+    names = [n for n in layout.columns[len(layout.variables) :] if not n.startswith(made)]
+    rules = feasibility_rules(table)
     found, steps, remarks = None, None, list[str]()
     try:
         remarks += even_part(table)[1]
@@ -154,20 +139,19 @@ def run_analyze(options: Analyze) -> int:
         steps = convergence(table)
     except PsiError as error:
         remarks.append(f"Convergence not available: {error}.")
-    rules = feasibility_rules(table)
     if out is not None:
         title, figures = path.name, dict[str, Any]()
         if found is not None:
-            write_csv(found.reset_index(), out / "sensitivities.csv")
+            write_frame(found.reset_index(), out / "sensitivities.csv")
             figures["sensitivities"] = plot_sensitivities(found, title=title)
         if steps is not None:
-            write_csv(steps.to_frame().reset_index(), out / "convergence.csv")
+            write_frame(steps.to_frame().reset_index(), out / "convergence.csv")
             figures["convergence"] = plot_convergence(steps, title=title)
         if len(layout.variables) > 1:
             figures["feasibility"] = plot_feasibility(table, title=title)
         save_figures(figures.items(), out, 200, ".png")
 
-    say_source(path, table, formulation, ranked=False)
+    say_source(path, table, asked, ranked=False)
     for remark in remarks:
         say(remark)
     if found is not None:
@@ -180,18 +164,15 @@ def run_analyze(options: Analyze) -> int:
         print_frame(decided, "What the first tests would have decided")
         say(steps.verdict())
     if out is not None:
-        say(f"Tables and pictures written to {out}")
+        say(f"Tables and pictures written to {options.out}")
     return 0
 
 
 def _say_sensitivities(found: pd.DataFrame) -> None:
+    cells = [f"{s:.2f} ± {upper - s:.2f}" for s, _, upper in found.to_numpy().tolist()]
+    wide = pd.Series(cells, index=found.index).unstack("column")[found.index.unique("column")]
     largest = found["first_order"].groupby(level="variable", sort=False).max()
     shown = largest.sort_values(ascending=False).index[:_SHOWN]
-    cells = [
-        f"{index:.2f} ± {(upper - index):.2f}"
-        for index, upper in zip(found["first_order"], found["upper"], strict=True)
-    ]
-    wide = pd.Series(cells, index=found.index).unstack("column")[found.index.unique("column")]
     title = "First-order sensitivities: the share of the variance that a variable explains alone"
     print_frame(wide.loc[shown].rename_axis("variable").reset_index(), title)
     if left_out := len(largest) - len(shown):
@@ -205,31 +186,27 @@ def run_export(options: Export) -> int:
     ``name=path``, they are experiments of other bounds or samplings, each under its name or that
     of its file.
     """
-    files: dict[str, Path] = {}
-    named = False
-    for source in options.sources:
-        name, equals, file = source.partition("=")
-        # A file may have a sign in its name, and is meant where it is there.
-        if not equals or Path(source).exists():
-            name, file = Path(source).stem, source
-        else:
-            named = True
-        key = name if named or name not in files else source
-        if not name or not file or key in files:
+    # A file may have a sign in its name, and is meant where it is there.
+    pairs = [(source, "=" in source and not Path(source).exists()) for source in options.sources]
+    joined, files = any(named for _, named in pairs), dict[str, Path]()
+    for source, named in pairs:
+        name, _, file = source.partition("=") if named else (Path(source).stem, "", source)
+        name = name if joined or name not in files else source
+        if not name or not file or name in files:
             raise invalid("SOURCE", "of different names, as in name=path", Received(source))
-        files[key] = Path(file).expanduser()
-    out, suffix = options.out, options.out.suffix.lower()
-    suffixes = (".csv", ".xlsx", ".db")
-    require_output(out, suffixes, *files.values(), by="export", force=options.force)
-    formulation = formulation_of(options)
-    tables = {name: opened(path, options, formulation) for name, path in files.items()}
-    table = TestTable.combined(tables) if named else TestTable.empty()
-    for name, each in () if named else tables.items():
+        files[name] = Path(file).expanduser()
+    out = options.out
+    require_output(out, (".csv", ".xlsx", ".db"), *files.values())
+    asked = formulation_of(options)
+    tables = {name: opened(path, options, asked) for name, path in files.items()}
+    table = TestTable.combined(tables) if joined else TestTable.empty()
+    for name, each in () if joined else tables.items():
         try:
             table = table.merge(each) if len(tables) > 1 else each
         except PsiError as error:
             remedy = "NAME=SOURCE joins tests of other bounds and samplings of a problem"
             raise ArgumentValueError(f"{files[name]}: {error}; {remedy}") from error
+    suffix = out.suffix.lower()
     {".csv": table.to_csv, ".xlsx": table.to_xlsx, ".db": table.to_study}[suffix](out)
     for name, each in tables.items():
         for remark in each.remarks:

@@ -3,30 +3,30 @@
 from __future__ import annotations
 
 import errno
-import json
 import math
 import os
-import re
 import shutil
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
+from datetime import timedelta
 from pathlib import Path
 from tempfile import TemporaryFile
 from time import monotonic
 from typing import Any
+from unicodedata import east_asian_width
 
 import pandas as pd
-from rich.cells import cell_len
 
-from pymoo_psi._output import whole_file, write_table
+from pymoo_psi._output import write_table
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import REPORTED, print_error, printable
 from pymoo_psi.pareto import number, wrapped
 from pymoo_psi.table import Layout, designs_head
 
 _FIRST, _EVERY = 10.0, 60.0  # seconds until the first line of a log, and between later ones
+_REDRAWN = 0.2  # seconds between two states of the line of a terminal
 
 
 def width() -> int | None:
@@ -56,16 +56,14 @@ def print_frame(frame: pd.DataFrame, title: str, *, lead: int = 1) -> None:
     A table that is wider than the terminal is continued below, its first ``lead`` columns repeated.
     """
     say(title if len(frame) else f"{title.rstrip(':')}: none")
-    if not len(frame):
-        return
     columns = [_cells(str(name), column.tolist()) for name, column in frame.items()]
-    first, rest = columns[:lead], deque(columns[lead:])
+    first, rest = columns[:lead], deque(columns[lead:] if len(frame) else [])
     room = (width() or math.inf) + 2
-    leading = sum(cell_len(cells[0]) + 2 for cells in first)
+    leading = sum(_size(cells[0]) + 2 for cells in first)
     while rest:
         part, used = list(first), leading
-        while rest and (len(part) == len(first) or used + cell_len(rest[0][0]) + 2 <= room):
-            used += cell_len(rest[0][0]) + 2
+        while rest and (len(part) == len(first) or used + _size(rest[0][0]) + 2 <= room):
+            used += _size(rest[0][0]) + 2
             part.append(rest.popleft())
         lines = ["  ".join(row).rstrip() for row in zip(*part, strict=True)]
         _print("\n".join([*lines, ""] if rest else lines))
@@ -73,47 +71,52 @@ def print_frame(frame: pd.DataFrame, title: str, *, lead: int = 1) -> None:
 
 def _cells(name: str, column: Sequence[Any]) -> list[str]:
     """Return the name, a line and the cells of a column, all of one width; numbers to the right."""
-    texts = [name, *map(_text, column)]
-    size = max(map(cell_len, texts))  # of Chinese, a letter takes two
+    texts = [name]
+    for cell in column:
+        shown = number(cell, 6) if isinstance(cell, float) else printable(str(cell))
+        texts.append("" if cell is None or cell != cell else shown)
+    size = max(map(_size, texts))
     texts.insert(1, "-" * size)
-    gaps = [" " * (size - cell_len(text)) for text in texts]
+    gaps = [" " * (size - _size(text)) for text in texts]
     left = any(isinstance(cell, str) for cell in column)
     return [text + gap if left else gap + text for text, gap in zip(texts, gaps, strict=True)]
 
 
-def _text(cell: Any) -> str:
-    if cell is None or cell != cell:
-        return ""
-    return number(cell, 6) if isinstance(cell, float) else printable(str(cell))
+def _size(text: str) -> int:
+    """Return the places that a text takes in a terminal: of Chinese, a letter takes two."""
+    return len(text) + sum(east_asian_width(letter) in "WF" for letter in text)
 
 
 @contextmanager
-def progress(
-    description: str, total: int | None, *, bar: bool = True
-) -> Iterator[Callable[..., None]]:
-    """Give a function ``show(done, note="", total=...)`` of the progress of the body.
+def progress(what: str, total: int) -> Iterator[Callable[..., None]]:
+    """Give a function ``show(done, note="")`` of the progress of the body, on standard error.
 
-    It shows a bar on standard error; where that is no terminal, now and then a line, for a log.
+    In a terminal it rewrites a line; elsewhere it prints one now and then, for a log.
     """
-    from rich.console import Console  # loaded where a bar is drawn
-    from rich.progress import Progress, TextColumn
+    terminal, begun = sys.stderr.isatty(), monotonic()
+    due = begun + (0 if terminal else _FIRST)
+    first = 0  # what was done before the run, and says nothing of its speed
 
-    console, due = Console(stderr=True), monotonic() + _FIRST
-    columns = (*Progress.get_default_columns(), TextColumn("{task.fields[note]}"))
-    silent = not console.is_terminal or console.is_dumb_terminal
-    shown = Progress(*columns, console=console, disable=silent or not bar, transient=True)
-    with nullcontext() if shown.disable else shown:
-        task = shown.add_task(description, total=total, note="")
+    def show(done: int, note: str = "") -> None:
+        nonlocal due, first
+        first = first or done
+        if (now := monotonic()) < due:
+            return
+        due = now + (_REDRAWN if terminal else _EVERY)
+        text = f"{what}: {done} of {total}{note and ', '}{note}"
+        if first < done < total:
+            seconds = math.ceil((now - begun) * (total - done) / (done - first))
+            text += f", {timedelta(seconds=seconds)} left"
+        if terminal:
+            print(f"\r\033[K{printable(text)}", end="", file=sys.stderr, flush=True)
+        else:
+            print_error(text)
 
-        def show(done: int, note: str = "", total: int | None = total) -> None:
-            nonlocal due
-            count = f"{done} of {total}{f', {note}' if note else ''}"
-            shown.update(task, completed=done, total=total, note=count)
-            if silent and monotonic() >= due:
-                due = monotonic() + _EVERY
-                print_error(f"{description}: {count}")
-
+    try:
         yield show
+    finally:
+        if terminal:
+            print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 @contextmanager
@@ -127,109 +130,60 @@ def keeping(kept: Callable[[], str]) -> Iterator[None]:
         raise
 
 
-_HEAD = 65_536  # bytes at an end of a file, in which its names of columns are
-# How a file that a command wrote is known: a ranking by its last columns, others by a mark.
-_WRITTEN = {
-    "solve": rb'mu3"?,"?rank"?\r?\n',
-    "rank": rb'mu3"?,"?rank"?,"?pareto"?\r?\n|"salukvadze_rows": ',
-    "export": rb"pymoo_psi_test_table",
-    "page": rb'<meta name="generator" content="pymoo-psi page"',
-    "figure": rb"pymoo-psi rank",  # as the program that has made it
-    "report": rb'<meta name="generator" content="pymoo-psi report"',
-}
-
-
-def require_output(
-    path: Path | None,
-    suffixes: Sequence[str],
-    *inputs: Path | None,
-    by: str,
-    force: bool,
-    option: str = "--out",
-) -> Path | None:
-    """Refuse a file that cannot be written, or must not be, before the work is done.
+def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | None) -> Path | None:
+    """Refuse a file that cannot be written, or is read and must stay, before the work is done.
 
     Args:
-        path: The file to write; None for none.
+        path: The file to write, which may be there; None for none.
         suffixes: Those of the formats that can be written.
-        inputs: Files that are read and must stay as they are.
-        by: The command; what it has written before may be overwritten.
-        force: Whether anything else may be, too.
-        option: Which option names it.
+        inputs: Files that are read.
 
     Returns:
         The absolute path, which stays right if a model changes the working directory.
 
     Raises:
-        ArgumentValueError: The file has another suffix, is one of the inputs, or is there and
-            not of this command.
+        ArgumentValueError: The file has another suffix, or is one of the inputs.
         OSError: Its folder is not there, or nothing can be written to it.
     """
     if path is None:
         return None
     # Resolved, as a link to the input is the input.
     if any(given is not None and path.resolve() == given.resolve() for given in inputs):
-        raise invalid(option, "another file than the one that is read", str(path))
+        raise invalid("--out", "another file than the one that is read", str(path))
     if path.suffix.lower() not in suffixes:
-        raise invalid(option, f"a file with the suffix {' or '.join(suffixes)}", str(path))
+        raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
-    if not force and path.exists() and path.stat().st_size > 0:
-        with path.open("rb") as file:
-            content = file.read(_HEAD)
-            file.seek(max(path.stat().st_size - _HEAD, 0))  # where what the columns are stands
-            content += file.read()
-        if not re.search(_WRITTEN[by], content):
-            rule = "a new file, or one that this command wrote"
-            raise invalid(option, rule, str(path), "--force overwrites it")
-    return require_folder(path.absolute().parent, str(path)) / path.name
+    return _writable(path.absolute().parent, path) / path.name
 
 
-def require_results(out: Path, files: Sequence[str], *, force: bool) -> Path:
-    """Make a folder for results, unless it holds files of others that these would overwrite.
-
-    Args:
-        out: The folder.
-        files: Patterns of what is written; the first is what only this command writes, by which
-            its own results are known.
-        force: Whether anything may be overwritten.
-
-    Returns:
-        The absolute path.
+def results_folder(out: Path) -> Path:
+    """Make a folder for results, and return its absolute path.
 
     Raises:
-        ArgumentValueError: There are such files, or the folder is a file.
+        ArgumentValueError: It is a file.
         OSError: Nothing can be written there.
     """
     if out.exists() and not out.is_dir():
         raise invalid("--out", "a folder", Received(f"the file {out}"))
     out.mkdir(parents=True, exist_ok=True)
-    found = [path for pattern in files for path in out.glob(pattern)]
-    if found and not force and not any(out.glob(files[0])):
-        rule = "a folder without such results of others"
-        received = Received(f"{found[0].name} in {out}")
-        raise invalid("--out", rule, received, "--force overwrites it")
-    return require_folder(out, str(out))
+    return _writable(out.absolute(), out)
 
 
-def require_folder(folder: Path, shown: str) -> Path:
-    """Return the absolute path of an existing folder; refuse one that cannot be written to.
-
-    Raises:
-        OSError: It cannot; the error is about the file or folder ``shown``.
-    """
+def _writable(folder: Path, shown: Path) -> Path:
+    """Return a folder; refuse one that cannot be written to, by an error about what is shown."""
     try:
         with TemporaryFile(dir=folder):  # rights alone do not tell of file systems
             pass
     except OSError as error:  # it names the trial's file, which tells the user nothing
-        remedy = "" if folder.exists() else f"; make the folder {folder.absolute()} first"
-        raise OSError(error.errno, f"{error.strerror}{remedy}", shown) from None
-    return folder.absolute()
+        remedy = "" if folder.exists() else f"; make the folder {folder} first"
+        raise OSError(error.errno, f"{error.strerror}{remedy}", str(shown)) from None
+    return folder
 
 
-def write_csv(
+def write_frame(
     frame: pd.DataFrame, path: Path, layout: Layout | None = None, chosen: tuple[str, ...] = ()
 ) -> None:
     """Write a frame as CSV or .xlsx, whole or not at all, missing cells blank and no formula in it.
@@ -237,18 +191,7 @@ def write_csv(
     With the layout of designs, it says what these are, unless the names of the columns do, and
     which is chosen and why.
     """
-    head = {}
-    if layout is not None:
-        head = designs_head(layout, [*frame], [*frame.select_dtypes(["number", "bool"])], chosen)
-    columns = {
-        str(n): column.astype(object).where(column.notna(), None) for n, column in frame.items()
-    }
-    write_table(path, columns, head)
-
-
-def write_json(content: dict[str, Any], path: Path) -> None:
-    """Write plain values as JSON, whole or not at all."""
-    text = json.dumps(content, ensure_ascii=False, indent=1, allow_nan=False)
-    with whole_file(path) as written:
-        # A name that is no Unicode holds lone surrogates, which UTF-8 cannot.
-        written.write_text(f"{text}\n", encoding="utf-8", errors="replace")
+    numbers = [*frame.select_dtypes(["number", "bool"])]
+    head = {} if layout is None else designs_head(layout, [*frame], numbers, chosen)
+    blank = frame.astype(object).where(frame.notna(), None)  # of whole numbers, too
+    write_table(path, {str(name): column for name, column in blank.items()}, head)

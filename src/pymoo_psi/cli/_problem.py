@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import csv
 import difflib
 import importlib
@@ -9,14 +10,11 @@ import inspect
 import io
 import math
 import os
-import re
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import timedelta
-from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
-from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -36,7 +34,7 @@ from pymoo_psi._validation import (
     positive_number,
 )
 from pymoo_psi.cli._output import print_frame, say
-from pymoo_psi.cli._source import NUMBER, names_in, number_in, pairs_in
+from pymoo_psi.cli._source import names_in, number_in, pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.problems import (
@@ -51,10 +49,6 @@ from pymoo_psi.problems import (
 from pymoo_psi.table import TestTable
 
 _WRAPPED = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
-_FORMS = (
-    "'chute', the name of a pymoo test problem such as 'zdt1', module:attribute, or a program's "
-    "FILE.toml"
-)
 
 
 def load_problem(
@@ -80,25 +74,18 @@ def load_problem(
     Raises:
         PsiError: There is no such problem, or it cannot be made, or not be given a time limit.
     """
-    jobs, given = job_count("--jobs", jobs), _arguments_in(context.args)
-    own = [option for parameter in context.command.params for option in parameter.opts]
+    jobs = job_count("--jobs", jobs)
     if timeout is not None:
         positive_number("--timeout", timeout)
     if name == "chute":
-        problem = _made(name, VectorizedSphereChute, VectorizedSphereChute, given, own)
+        kind: Any = VectorizedSphereChute
     elif name.endswith(".toml"):
-        found = ProgramProblem.from_toml(Path(name).expanduser())
+        kind = ProgramProblem.from_toml(Path(name).expanduser())
         if timeout is not None:  # so its folder is kept, and named in the reason
-            found.program, timeout = replace(found.program, timeout=timeout), None
-        problem = _made(name, found, found, given, own)
-    elif ":" in name:
-        found = _attribute(name)
-        problem = _made(name, found, found, given, own)
+            kind.program, timeout = replace(kind.program, timeout=timeout), None
     else:
-        kind = _kind_of_pymoo(name)
-        from pymoo.problems import get_problem
-
-        problem = _made(name, partial(get_problem, name), kind, given, own)
+        kind = _attribute(name) if ":" in name else _test_problem(name)
+    problem = _made(name, kind, context)
     if problem.n_obj < 1 or problem.n_var < 1:
         rule = "a problem with one variable and one objective or more"
         raise invalid("PROBLEM", rule, Received(name))
@@ -118,19 +105,7 @@ def load_problem(
     return Restricted(problem, _box_in(box, problem)) if box else problem
 
 
-def _arguments_in(words: Sequence[str]) -> dict[str, str]:
-    """Return the values of options by name, each behind it or its sign of equality."""
-    given: dict[str, str] = {}
-    rest = list(words)
-    while rest:
-        name, equals, value = rest.pop(0).partition("=")
-        if not name.startswith("--") or name in given:
-            raise PsiError(f"Unexpected argument: {name}; each option is given once")
-        given[name] = value if equals else rest.pop(0) if rest else ""
-    return given
-
-
-def _kind_of_pymoo(name: str) -> type[Problem]:
+def _test_problem(name: str) -> type[Problem]:
     """Return the class of a test problem of pymoo."""
     from pymoo.problems import get_problem, many, multi, single
 
@@ -141,16 +116,15 @@ def _kind_of_pymoo(name: str) -> type[Problem]:
         for found in vars(module).values()
         if isinstance(found, type) and issubclass(found, Problem)
     }
-    if name.lower() in classes:
-        return classes[name.lower()]
     try:
-        return type(get_problem(name))
+        return classes.get(name.lower()) or type(get_problem(name))
     except Exception as error:  # pymoo raises bare exceptions of many kinds here
         near = difflib.get_close_matches(name.lower(), ["chute", *classes], n=1)
         remedy = f"did you mean {near[0]!r}?" if near else f"pymoo says: {error}"
         if name.endswith(".py"):
             remedy = f"of a class Beam in it say {name.removesuffix('.py')}:Beam"
-        raise invalid("PROBLEM", _FORMS, name, remedy) from error
+        forms = "'chute', a pymoo test problem such as 'zdt1', module:attribute, or a FILE.toml"
+        raise invalid("PROBLEM", forms, name, remedy) from error
 
 
 def _attribute(name: str) -> Any:
@@ -162,44 +136,45 @@ def _attribute(name: str) -> Any:
         value: Any = importlib.import_module(module)
         for part in attribute.split("."):
             value = getattr(value, part)
+    except PsiError:  # its message stands for itself
+        raise
     # Whatever the user's module does: its sys.exit() would end this command with a code of its own.
     except (Exception, SystemExit) as error:
-        if isinstance(error, PsiError):  # its message stands for itself
-            raise
         reason = f"{type(error).__name__}: {error}"
         if "/" in module or module.endswith(".py"):  # a file, which is no module's name
-            folder, slash, file = module.rpartition("/")
-            reason = f"say {file.removesuffix('.py')}:{attribute}"
-            reason += f" in the folder {folder or slash}" if slash else ""
+            path = Path(module)
+            reason = f"say {path.stem}:{attribute} in the folder {path.parent}"
         raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
     return value
 
 
-def _made(name: str, make: Any, kind: Any, given: Mapping[str, str], own: Sequence[str]) -> Problem:
-    """Return a problem, or what a class or function makes with the options.
+def _made(name: str, kind: Any, context: typer.Context) -> Problem:
+    """Return the problem that a class or function makes with options, or the problem itself.
 
     Args:
         name: What was typed for it.
-        make: The problem, or what is called with the options.
-        kind: The class or function whose arguments these are.
-        given: The options.
-        own: Names of the command's options, one of which may be meant.
+        kind: The class, function or problem.
+        context: The command's, with the options that it does not know, each with its value behind
+            it or a sign of equality.
     """
     known = {f"--{word.replace('_', '-')}": word for word in _arguments(kind)}
-    for option in given:
+    values, words = dict[str, Any](), list(context.args)
+    while words:
+        option, equals, text = words.pop(0).partition("=")
         if option not in known:
+            own = [option for parameter in context.command.params for option in parameter.opts]
             near = difflib.get_close_matches(option, [*known, *own], n=1, cutoff=0.7)
             meant = f"did you mean {near[0]}? " if near else ""
             taken = ", ".join(known) or "none"
             raise PsiError(f"No such option: {option}; {meant}arguments of {name}: {taken}")
-    values = {known[option]: _value_in(text) for option, text in given.items()}
+        values[known[option]] = _value_in(text if equals or not words else words.pop(0))
     try:
-        problem = make if isinstance(make, Problem) else make(**values)
+        problem = kind if isinstance(kind, Problem) else kind(**values)
         if isinstance(problem, Problem):
             problem_name(problem)  # the user's too, and needed in messages later on
+    except PsiError:
+        raise
     except (Exception, SystemExit) as error:
-        if isinstance(error, PsiError):
-            raise
         reason = f"{type(error).__name__}: {error}"
         reason += f"; its arguments: {', '.join(known)}" if known else f"; {_WRAPPED}"
         raise invalid("PROBLEM", "one that can be made", name, reason) from error
@@ -210,14 +185,11 @@ def _made(name: str, make: Any, kind: Any, given: Mapping[str, str], own: Sequen
 
 
 def _value_in(text: str) -> Any:
-    """Return a number, a list of them with commas, a truth value, or the text as it is."""
-    if "," in text:
-        return [_value_in(part) for part in text.split(",")]
-    if text in ("True", "False"):
-        return text == "True"
-    if re.fullmatch(r"[+-]?[0-9]{1,18}", text):
-        return int(text)
-    return float(text) if re.fullmatch(NUMBER, text) else text
+    """Return what a text is in Python, such as a number or a list, or the text itself."""
+    try:
+        return ast.literal_eval(text.strip())
+    except (ValueError, SyntaxError):
+        return text
 
 
 def _arguments(kind: Any) -> list[str]:
@@ -231,10 +203,7 @@ def _arguments(kind: Any) -> list[str]:
         calls = [vars(each)["__init__"] for each in bases if "__init__" in vars(each)]
     names: list[str] = []
     for call in calls:
-        try:
-            parameters = inspect.signature(call).parameters.values()
-        except (TypeError, ValueError):  # a built-in one that does not tell
-            break
+        parameters = inspect.signature(call).parameters.values()
         names += [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
         if not any(p.kind is p.VAR_KEYWORD for p in parameters):
             break
@@ -270,25 +239,18 @@ def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
 def feasible_box(table: TestTable, problem: Problem) -> str:
     """Return where the feasible designs lie, as ``--box`` takes it; empty if everywhere.
 
-    Bounds are rounded outwards. What the box of the problem fixes, or leaves of a choice, stays.
+    What the box of the problem fixes, or leaves of a choice, stays.
     """
     given, parts = getattr(problem, "box", {}), []
-    space, layout = design_space(problem), table.layout
+    space, names = design_space(problem), table.layout.variables
     variables = dict(zip(problem_layout(problem, space).variables, space.variables, strict=True))
-    for name, low, high in zip(layout.variables, *table.refined_bounds(), strict=True):
-        variable, own = variables[name], given.get(name)
+    for name, *ends in zip(names, *map(np.ndarray.tolist, table.refined_bounds()), strict=True):
+        own, bounds = given.get(name), [variables[name].lower, variables[name].upper]
         if own is not None and not isinstance(own, tuple):
             parts.append(f"{name}={'|'.join(map(str, own if isinstance(own, list) else [own]))}")
-        elif low < high:  # not so of choices, where they are NaN, and of fixed variables
-            least, most = Decimal(float(low)), Decimal(float(high))
-            # digits that the range needs; on a logarithmic scale, that each end needs
-            sizes = (least, most) if layout.is_log(name) else (most - least,) * 2
-            grid, upper_grid = (Decimal(1).scaleb(size.adjusted() - 3) for size in sizes)
-            first = float((least / grid).to_integral_value(ROUND_FLOOR) * grid)
-            last = float((most / upper_grid).to_integral_value(ROUND_CEILING) * upper_grid)
-            ends = max(first, float(variable.lower)), min(last, float(variable.upper))
-            if own is not None or ends != (variable.lower, variable.upper):
-                parts.append(f"{name}={':'.join(repr(end).removesuffix('.0') for end in ends)}")
+        # not so of choices, where they are NaN, and of fixed variables
+        elif ends[0] < ends[1] and (own is not None or ends != bounds):
+            parts.append(f"{name}={':'.join(repr(end).removesuffix('.0') for end in ends)}")
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow(parts)
     return line.getvalue()
@@ -330,17 +292,18 @@ def try_program(name: str, problem: Any, points: int, jobs: int) -> int:
     say(f"Command: {shlex.join(run.words)}")
     say(f"Folder: {run.folder}")
     for file, written in run.written.items():
-        filled = ", ".join(f"{mark} is {text}" for mark, text in written.items() if mark != text)
-        say(f"In {file}: {filled or 'no placeholder'}")
-        if left := [mark for mark, text in written.items() if mark == text]:
-            say(f"In {file} no variable and left as they are: {', '.join(left)}")
+        filled = [
+            f"{mark} is {'no variable, and stays' if mark == text else text}"
+            for mark, text in written.items()
+        ]
+        say(f"In {file}: {', '.join(filled) or 'no placeholder'}")
     found = []
     for n, output in problem.outputs.items():
         value = run.outputs.get(n, math.nan)
         limits = [
             f"{sign} {end:g} {'met' if (value <= end) == (sign == '<=') else 'VIOLATED'}"
-            for name, sign, end in problem.limits
-            if name == n and n in run.outputs
+            for limited, sign, end in problem.limits
+            if limited == n and n in run.outputs
         ]
         found.append((labels.get(n, n), value, ", ".join(limits), output.file or output.expression))
     print_frame(pd.DataFrame(found, columns=["output", "value", "limits", "from"]), "Outputs:")

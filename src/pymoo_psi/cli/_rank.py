@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Received, counted, integer, invalid, known_name
+from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.cli._app import Rank
-from pymoo_psi.cli._output import print_frame, require_output, say, write_csv, write_json
-from pymoo_psi.cli._source import formulation_of, number_in, opened, pairs_in
+from pymoo_psi.cli._output import print_frame, require_output, say, write_frame
+from pymoo_psi.cli._source import (
+    formulation_of,
+    number_in,
+    opened,
+    pairs_in,
+    require_free_names,
+)
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
-    RANKING_COLUMNS,
     EfficiencyRanking,
     alternative,
     cautions,
     explain,
     measured_in,
     number,
-    percent,
-    representatives,
 )
 from pymoo_psi.selection import (
     CompromiseProgramming,
@@ -34,35 +35,25 @@ from pymoo_psi.selection import (
     ReferencePoint,
     compare_selectors,
 )
-from pymoo_psi.table import Formulation, TestTable
+from pymoo_psi.table import Formulation, TestTable, constraint_costs
 
 _REASONS = 4  # sentences that a reader takes in at a glance
-_METHODS = ("weights", "chebyshev", "aspire", "knee")
+_SHOWN = 12  # designs printed; all are in the file
 
 
-def require_free_names(names: Iterable[str]) -> None:
-    """Refuse columns that are named as those of a ranking, beside which they stand in results."""
-    if taken := [name for name in names if name in RANKING_COLUMNS]:
-        remedy = "give it another name, by problem.names of a problem"
-        raise invalid("the columns", "named unlike the columns of a ranking", taken[0], remedy)
-
-
-def designs_frame(
-    designs: TestTable, ranking: EfficiencyRanking, asked: Formulation
-) -> pd.DataFrame:
+def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
     """Return designs with their ranking, the best first, for a file or to be printed.
 
     Columns: ``test_point``, or ``row`` of a file; texts carried along; variables, objectives,
-    constraints and outputs; ``mu1``, ``mu2``, ``mu3``, ``rank``, ``pareto``.
+    outputs; ``mu1``, ``mu2``, ``mu3``, ``rank``, ``pareto``.
 
     Raises:
         ArgumentValueError: A column has the name of one of a ranking.
     """
     layout = designs.layout
     number = "test_point" if layout.label is None else "row"
-    constraints = [name for name in layout.constraints if name not in limits_of(designs, asked)]
-    names = (*layout.variables, *layout.objectives, *constraints, *layout.outputs)
     columns: dict[str, Any] = {number: designs.numbers, **designs.extra}
+    names = [*layout.variables, *layout.objectives, *layout.outputs]
     columns |= {name: designs.column(name) for name in names}
     require_free_names(columns)
     columns |= dict(zip(("mu1", "mu2", "mu3"), ranking.criteria.T, strict=True))
@@ -70,32 +61,15 @@ def designs_frame(
     return pd.DataFrame(columns).iloc[ranking.order]
 
 
-def limits_of(table: TestTable, asked: Formulation) -> list[str]:
-    """Return the constraints that limits have made, which repeat a column."""
-    made = tuple(f"{name}{sign}" for name in asked.limits for sign in ("<=", ">="))
-    return [name for name in table.layout.constraints if name.startswith(made)]
-
-
-def best_designs(frame: pd.DataFrame, n: int) -> pd.DataFrame:
-    """Return n designs of :func:`designs_frame` as they are printed, compromises first."""
-    names = [*frame.columns.drop(["rank", "mu1", "mu2", "mu3"]), "rank", "mu1"]
-    front = frame.get("pareto", pd.Series(data=True, index=frame.index))
-    nearest = frame.iloc[np.lexsort((frame["mu1"], ~front))]
-    return nearest[names].head(n).round({"mu1": 4})
-
-
 def most_violated(table: TestTable) -> str:
     """Say which constraint or limit most designs violate, and how many violate it alone."""
-    violated, names = table.violations()
-    computed = int((table.status != "failed").sum())
-    if not violated.any():
-        return f"{computed} of {counted(len(table), 'design')} could be computed"
-    rejects = violated.sum(axis=0)
-    j = int(rejects.argmax())
-    alone = int((violated[:, j] & (violated.sum(axis=1) == 1)).sum())
+    tested, costs = int((table.status != "failed").sum()), constraint_costs(table)
+    if not costs["rejects"].any():
+        return f"{tested} of {counted(len(table), 'design')} could be computed"
+    worst = costs.sort_values("rejects", ascending=False, kind="stable").iloc[0]
     return (
-        f"Infeasible: {int(violated.any(axis=1).sum())} of {computed} that were computed; "
-        f"{names[j]} rejects most: {int(rejects[j])}, {alone} of them alone"
+        f"Infeasible: {tested - int(table.feasible().sum())} of {tested} that were computed; "
+        f"{worst.name} rejects most: {worst['rejects']:.0f}, {worst['alone']:.0f} of them alone"
     )
 
 
@@ -130,10 +104,10 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
     remarks = [f"Reason: {asked.reason}"] if asked.reason else []
     if asked.chosen is None:
         return remarks
-    chosen = f"Warning: {asked.chosen}, the chosen design,"
+    chosen, before = f"Warning: {asked.chosen}, the chosen design,", page.get("values", {})
     if asked.chosen not in table.names:
         return [*remarks, f"{chosen} is not among these."]
-    row, before = table.names.index(asked.chosen), page.get("values", {})
+    row = table.names.index(asked.chosen)
     changed = [
         f"{name} was {before[name]} and is {number(float(table.column(name)[row]), 6)}"
         for name in layout.objectives
@@ -148,32 +122,21 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
 
 def run_rank(options: Rank) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
-    path, out, figure = options.file, options.out, options.figure
-    integer("--top", options.top, minimum=1)
-    if options.representatives is not None:
-        integer("--representatives", options.representatives, minimum=1)
-    inputs, force = (path, options.formulation), options.force
-    require_output(out, (".csv", ".xlsx", ".json"), *inputs, by="rank", force=force)
-    suffixes = (".png", ".pdf", ".svg")
-    require_output(figure, suffixes, *inputs, by="figure", force=force, option="--figure")
-    formulation = formulation_of(options)
-    table = opened(path, options, formulation)
+    path, out = options.file, options.out
+    require_output(out, (".csv", ".xlsx"), path, options.decision)
+    asked = formulation_of(options)
+    table = opened(path, options, asked)
     if not table.eligible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
-    rows, ranking = table.ranked(normalize=formulation.normalize)
+    rows, ranking = table.ranked(normalize=asked.normalize)
     designs = table.rows(rows)
     layout, units = designs.layout, designs.layout.units
-    selectors = preferences_in(options.prefer, layout.objectives, normalize=formulation.normalize)
-    frame = designs_frame(designs, ranking, formulation)
+    selectors = preferences_in(options.prefer, layout.objectives, normalize=asked.normalize)
+    frame = designs_frame(designs, ranking)
     if out is not None:  # before anything is printed, which may fail
-        if out.suffix.lower() == ".json":
-            write_json(_content(path, designs, ranking, frame), out)
-        else:
-            write_csv(frame, out, layout, designs.chosen)
-    if figure is not None:
-        caption = _draw(ranking, units, path.name, figure)
+        write_frame(frame, out, layout, designs.chosen)
 
-    say_source(path, table, formulation)
+    say_source(path, table, asked)
     best = "; ".join(ranking.name_of(row) for row in ranking.salukvadze[:5].tolist())
     more = "; …" if len(ranking.salukvadze) > 5 else ""
     size = f"{counted(len(designs), 'design')}, {int(ranking.pareto.sum())} Pareto optimal"
@@ -183,98 +146,50 @@ def run_rank(options: Rank) -> int:
         unit = f" {units[name]}" if name in units else ""
         best, worst = (f"{number(end, 6)}{unit}" for end in (ideal, nadir))
         say(f"  {way} {name}: best {best}, worst {worst} of the Pareto set")
-    say_best(
-        frame,
-        options.top,
-        "The best compromises, the nearest to the ideal point first:",
-        ranking,
-        units,
-    )
+    title = "The best compromises, the nearest to the ideal point first:"
+    say_best(frame, title, ranking, units, out)
     if selectors:
         optimum = int(ranking.salukvadze[0])
         for entry, chosen in compare_selectors(ranking, selectors).items():
             say(f"{entry}: {alternative(ranking, chosen, optimum, units)}")
-    if options.representatives is not None:
-        _say_representatives(ranking, options.representatives)
-    if out is not None:
-        say(f"All {len(frame)} written to {out}")
-    if figure is not None:
-        say(f"Figure written to {figure}: {caption}")
     return 0
 
 
 def say_best(
     frame: pd.DataFrame,
-    n: int,
     title: str,
     ranking: EfficiencyRanking,
     units: Mapping[str, str],
+    out: Path | None,
 ) -> None:
-    """Print the best n designs, what speaks against relying on them first, then why the optimum."""
+    """Print the best designs, what speaks against relying on them first, then why the optimum.
+
+    Args:
+        frame: Of :func:`designs_frame`.
+        title: Heading of the table.
+        ranking: The ranking.
+        units: Units of objectives, and of other columns.
+        out: The file to which the frame was written, if it was.
+    """
     for caution in cautions(ranking):
         say(f"Attention: {caution}")
-    print_frame(best_designs(frame, n), title)
+    nearest = frame.iloc[np.lexsort((frame["mu1"], ~frame["pareto"]))].head(_SHOWN)
+    told = ["mu1", "mu2", "mu3", "rank", *(["pareto"] * bool(frame["pareto"].all()))]
+    shown = nearest[[*frame.columns.drop(told), "rank", "mu1"]]
+    print_frame(shown.round({"mu1": 4}), title)
+    if out is not None:
+        say(f"All {len(frame)} written to {out}")
+    elif len(frame) > _SHOWN:
+        say(f"({len(frame) - _SHOWN} more; --out FILE.csv writes all)")
     option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
     say(
         "mu1: distance to the ideal point; rank: 6 is the optimum, 5 to 3 are best in two of three "
         "distances, often ends of the set and no compromises."
     )
     say(f"{measured_in(ranking)}{option}.")
-    for reason in _reasons(ranking, units):
-        say(reason)
-
-
-def _draw(ranking: EfficiencyRanking, units: Mapping[str, str], title: str, path: Path) -> str:
-    """Write the figure of a ranking, and return its caption."""
-    from pymoo_psi.plots import plot_ranking  # matplotlib is loaded where it draws
-
-    kind = path.suffix[1:].lower()
-    # By its maker the file is known when it is to be overwritten.
-    maker = {"Software" if kind == "png" else "Creator": "pymoo-psi rank"}
-    with whole_file(path) as written:
-        drawn = plot_ranking(ranking, units=units, title=title)
-        drawn.savefig(written, format=kind, dpi=200, metadata=maker)
-    return drawn.caption
-
-
-def _content(
-    path: Path, designs: TestTable, ranking: EfficiencyRanking, frame: pd.DataFrame
-) -> dict[str, Any]:
-    """Return a ranking as plain values; what is no finite number is None, as JSON has none."""
-    layout = designs.layout
-    return {
-        "file": path.name,
-        "objectives": list(layout.objectives),
-        "maximized": list(layout.maximize),
-        "units": dict(layout.units),
-        "normalized": ranking.frame.normalize,
-        "ideal": dict(zip(layout.objectives, ranking.ideal.tolist(), strict=True)),
-        "nadir": dict(zip(layout.objectives, ranking.nadir.tolist(), strict=True)),
-        "reasons": _reasons(ranking, layout.units),
-        "cautions": [str(caution) for caution in cautions(ranking)],
-        "salukvadze_rows": designs.numbers[ranking.salukvadze].tolist(),
-        "designs": [
-            {
-                name: None if isinstance(cell, float) and not math.isfinite(cell) else cell
-                for name, cell in design.items()
-            }
-            for design in frame.to_dict("records")
-        ],
-    }
-
-
-def _reasons(ranking: EfficiencyRanking, units: Mapping[str, str]) -> list[str]:
     units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
-    return [*explain(ranking, int(ranking.salukvadze[0]), units=units).sentences[:_REASONS]]
-
-
-def _say_representatives(ranking: EfficiencyRanking, k: int) -> None:
-    few, objectives = representatives(ranking, k), ranking.objectives
-    frame = pd.DataFrame(objectives.values[few.rows], columns=list(objectives.names))
-    frame.insert(0, "design", [ranking.name_of(row) for row in few.rows])
-    frame["stands for"] = [percent(share) for share in few.shares]
-    n = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
-    print_frame(frame, f"{len(few.rows)} for {n}, none farther than {few.radius:.3g} from its own:")
+    for reason in explain(ranking, int(ranking.salukvadze[0]), units=units).sentences[:_REASONS]:
+        say(reason)
 
 
 def preferences_in(
@@ -302,7 +217,8 @@ def preferences_in(
 
 def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSelector:
     method, colon, text = entry.partition(":")
-    method = known_name("--prefer", method.strip(), _METHODS)
+    methods = ("weights", "chebyshev", "aspire", "knee")
+    method = known_name("--prefer", method.strip(), methods)
     if method == "knee":
         return Knee()
     if method == "chebyshev" and not colon:

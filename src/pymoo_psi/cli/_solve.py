@@ -9,16 +9,17 @@ from collections.abc import Callable, Collection, Iterable
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi._validation import Received, counted, integer, invalid
+from pymoo_psi._validation import Received, counted, integer, invalid, known_name
 from pymoo_psi.algorithms import (
     Engine,
-    QMCSampling,
     Recorded,
     RunOptions,
     by_number,
@@ -26,15 +27,10 @@ from pymoo_psi.algorithms import (
     stored_at_termination,
 )
 from pymoo_psi.cli._app import Solve
-from pymoo_psi.cli._output import keeping, progress, require_output, say, write_csv
+from pymoo_psi.cli._output import keeping, progress, require_output, say, write_frame
 from pymoo_psi.cli._problem import feasible_box, load_problem, try_program, write_example
-from pymoo_psi.cli._rank import (
-    designs_frame,
-    most_violated,
-    require_free_names,
-    say_best,
-)
-from pymoo_psi.cli._source import counts_in, formulation_of
+from pymoo_psi.cli._rank import designs_frame, most_violated, say_best
+from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
 from pymoo_psi.problems import (
     FailureTolerant,
     design_space,
@@ -45,7 +41,6 @@ from pymoo_psi.problems import (
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, TestTable, alike
 
-_SHOWN = 12  # designs printed; all are in the file
 _REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
@@ -64,7 +59,7 @@ def run_solve(options: Solve) -> int:
     """
     if options.new:
         return write_example(options.problem)
-    algorithm, out = options.algorithm.value, options.out
+    algorithm, out = known_name("--algorithm", options.algorithm, _POINTS), options.out
     if options.points is None:
         program = options.problem.endswith(".toml")
         options = replace(options, points=_POINTS_OF_PROGRAM if program else _POINTS[algorithm])
@@ -75,7 +70,7 @@ def run_solve(options: Solve) -> int:
     )
     if options.trial:
         return try_program(options.problem, problem, points, options.jobs)
-    target = require_output(out, (".csv", ".xlsx"), options.study, by="solve", force=options.force)
+    target = require_output(out, (".csv", ".xlsx"), options.study, options.decision)
     asked, space = formulation_of(options), design_space(problem)
     require_free_names((*problem_layout(problem, space).columns, *asked.computed))
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
@@ -91,17 +86,14 @@ def run_solve(options: Solve) -> int:
         return 1
     rows, ranking = table.ranked(normalize=asked.normalize)
     designs = table.rows(rows)
-    layout = designs.layout
-    frame = designs_frame(designs, ranking, asked)
-    constraints = [name for name in layout.constraints if name in frame]
-    frame = frame[frame["pareto"]].drop(columns=["pareto", *constraints])
+    frame = designs_frame(designs, ranking)
+    frame = frame[frame["pareto"]]
     if target is not None:  # before anything is printed, which may fail
-        write_csv(frame, target, layout)
+        write_frame(frame.drop(columns="pareto"), target, designs.layout)
     size = counted(len(frame), "Pareto-optimal design")
     title = f"{problem_name(problem)} by {algorithm}: {size}, {counts}, best compromises first"
-    say_best(frame.rename(columns=layout.label_of), _SHOWN, title, ranking, layout.units)
-    if out is None and len(frame) > _SHOWN:
-        say(f"({len(frame) - _SHOWN} more; --out FILE.csv writes all)")
+    shown = frame.rename(columns=designs.layout.label_of)
+    say_best(shown, title, ranking, designs.layout.units, out)
     for line in (*table.remarks, *_failures(reasons)):
         say(line)
     if asked.limits and (box := feasible_box(table, problem)):
@@ -109,8 +101,6 @@ def run_solve(options: Solve) -> int:
     n_free = len(space.searched)
     if algorithm != "nsga3" and run.sampling is None and n_free > MAX_DIMENSIONS:
         say(f"More variables than LPτ has, {n_free}: the test points are Sobol' points of SciPy.")
-    if out is not None:
-        say(f"All {len(frame)} written to {out}")
     return 0
 
 
@@ -120,15 +110,15 @@ def _run_options(options: Solve) -> RunOptions:
     Raises:
         ArgumentValueError: An option would have no effect, or cannot be read.
     """
-    algorithm = options.algorithm.value
     # nsga3 and surrogate search by the problem's objectives; a table can be asked anything.
-    later = ("objectives", "maximize", "compute", "relax", "formulation", "limits")
+    later = ("objectives", "maximize", "compute", "relax", "decision", "limits")
     for name in (*later, "share", "fill", "sampling"):
         algorithms = ("psi", "surrogate") if name in ("limits", "sampling") else ("psi",)
-        if getattr(options, name) not in (None, False, "lptau") and algorithm not in algorithms:
+        given = getattr(options, name) not in (None, False, "lptau")
+        if given and options.algorithm not in algorithms:
             option, rule = f"--{name}", f"used with --algorithm {' or '.join(algorithms)}"
             remedy = f"keep the tests by --study FILE.db, then pymoo-psi rank FILE.db {option}"
-            raise invalid(option, rule, algorithm, remedy if name in later else "")
+            raise invalid(option, rule, options.algorithm, remedy if name in later else "")
     for name in ("share", "study_key", "retry"):
         if getattr(options, name) is not None and options.study is None:
             option = f"--{name.replace('_', '-')}"
@@ -142,9 +132,8 @@ def _run_options(options: Solve) -> RunOptions:
         if not found or int(found[1]) > int(found[2]):
             raise invalid("--share", "k/n, the k-th of n parts, such as 3/64", options.share)
         share = int(found[1]), int(found[2])
-    sampling = options.sampling.value
     return RunOptions(
-        sampling=None if sampling == "lptau" else QMCSampling(sampling),
+        sampling=None if options.sampling == "lptau" else options.sampling,
         seed=integer("--seed", options.seed, minimum=0),
         share=share,
         fill=options.fill,
@@ -162,7 +151,7 @@ def _kept(options: Solve) -> str:
         return "no design was tested"
     # What is in the file is counted, not what the bar has shown.
     stored = len(TestTable.read_study(options.study))
-    of = "" if options.algorithm.value == "nsga3" else f" of {options.points}"
+    of = "" if options.algorithm == "nsga3" else f" of {options.points}"
     return f"{stored}{of} designs are in {options.study}; the same command continues"
 
 
@@ -249,40 +238,29 @@ def _found(problem: Problem, tests: TestTable, asked: Formulation, n_new: int) -
 def _by_nsga3(
     problem: Problem, points: int, options: Solve, run: RunOptions, asked: Formulation
 ) -> Found:
-    # A design that fails must neither end the run nor give NSGA-III a NaN to sort.
     problem = required(problem)
-    searched: Any = FailureTolerant(problem)
-    if run.study is not None:
-        searched = Recorded(searched, study=run.study, study_key=run.study_key, retry=run.retry)
-    with progress("nsga3", points) as show:
+    with TemporaryDirectory() as folder, progress("nsga3", points) as show:
+        # A design that fails must neither end the run nor give NSGA-III a NaN to sort. Without a
+        # study of the user's the tests are kept in one of their own, for the table.
+        study = run.study or Path(folder, "tests.db")
+        key, retry = run.study_key, run.retry
+        searched: Any = Recorded(FailureTolerant(problem), study=study, study_key=key, retry=retry)
 
         def callback(algorithm: Any) -> None:
             show(algorithm.evaluator.n_eval)
 
         result = nsga3(searched, n_evaluations=points, seed=run.seed, callback=callback)
+        table = searched.table
     reasons = tuple(failure.reason for failure in searched.failures)
     unmet: int = result.n_not_run
     stored = 0 if run.study is None else points - searched.n_evaluated - unmet
-    counts = f"{points - unmet} evaluated" + (
-        f", {stored} of them from the study" if stored else ""
-    )
+    counts = f"{points - unmet} evaluated"
+    counts += f", {stored} of them from the study" if stored else ""
     counts += f", {unmet} not run by requirements" if unmet else ""
     counts += f", {len(reasons)} failed" if reasons else ""
     # pymoo has no F where no design is feasible.
     last = result.pop if result.F is None else result.opt
-    if run.study is not None:
-        table = searched.table
-        return table.rows(np.isin(table.numbers, last.get("test_point"))), counts, reasons
-    X, F, G, H, failures = last.get("X", "F", "G", "H", "failure")
-    numbers, space = np.arange(1, len(F) + 1), design_space(problem)
-    # The last constraint is the one that FailureTolerant has added.
-    table = TestTable.of(
-        numbers, space.to_matrix(X), F, G[:, :-1], H,
-        reasons={n: why for n, why in zip(numbers.tolist(), failures, strict=True) if why},
-        layout=replace(problem_layout(problem, space), label="row"),
-        extra={"row": numbers.astype(object)},
-    )  # fmt: skip
-    return table, counts, reasons
+    return table.rows(np.isin(table.numbers, last.get("test_point"))), counts, reasons
 
 
 def _failures(reasons: Iterable[str]) -> list[str]:

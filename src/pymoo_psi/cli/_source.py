@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from pymoo_psi._validation import Received, instance, invalid, known_name
 from pymoo_psi.cli._app import Asked, Opening
 from pymoo_psi.page import kept_designs
+from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Formulation, TestTable, read_table
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -35,11 +36,10 @@ def formulation_of(options: Asked) -> Formulation:
         ArgumentValueError: An option cannot be read, or the file is none.
         OSError: The file cannot be opened.
     """
-    base, path = Formulation(), options.formulation
-    if path is not None:
-        base = Formulation.read_json(path)
-        for key in ("units", "values", "state"):  # of the page, whose file may be untrusted
-            instance(f"page.{key} in {path}", base.page.get(key, {}), dict)
+    path = options.decision
+    base = Formulation() if path is None else Formulation.read_json(path)
+    for key in ("units", "values", "state"):  # of the page, whose file may be untrusted
+        instance(f"page.{key} in {path}", base.page.get(key, {}), dict)
     computed = {}
     for entry in options.compute or ():
         name, _, expression = (text.strip() for text in entry.partition("="))
@@ -86,9 +86,17 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
     if units := pairs_in("--units", options.units, "column=unit", layout.columns):
         table = replace(table, layout=replace(layout, units={**layout.units, **units}))
         table = table.under(Formulation(limits=asked.limits)) if asked.limits else table
+    require_free_names(layout.columns)
     if asked.page:  # designs that the page's reader has left out by hand
         table = table.rows(kept_designs(table, asked))
     return table
+
+
+def require_free_names(names: Iterable[str]) -> None:
+    """Refuse columns that are named as those of a ranking, beside which they stand in results."""
+    if taken := [name for name in names if name in RANKING_COLUMNS]:
+        remedy = "give it another name, by problem.names of a problem"
+        raise invalid("the columns", "named unlike the columns of a ranking", taken[0], remedy)
 
 
 def names_in(entries: Sequence[str] | None) -> list[str]:
@@ -125,11 +133,11 @@ def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
             rule = "of the form column<=number or number<=column<=number, joined by commas"
             raise invalid("--limits", rule, Received(part or "nothing"), remedy)
         ends: list[End] = [*limits.get(found["name"], (None, None))]
-        pairs = ((found["left"], found["first"], "<="), (found["right"], found["last"], ">="))
-        for sign, number, lower in pairs:
-            if sign is None:
+        for number, side in (
+            (found["first"], found["left"] != "<="), (found["last"], found["right"] == "<=")
+        ):  # fmt: skip
+            if number is None:
                 continue
-            side = int(sign != lower)
             if ends[side] is not None:
                 raise invalid("--limits", "given once for each side of a column", Received(part))
             if _AMBIGUOUS.match(number):

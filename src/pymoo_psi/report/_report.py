@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+import io
 import re
+from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader
+from matplotlib import rc_context
+from matplotlib.lines import Line2D
 
+from pymoo_psi import plots
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, instance, invalid
-from pymoo_psi.pareto import EfficiencyRanking
-from pymoo_psi.report._contents import Case, Section, sections_of
+from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in
+from pymoo_psi.report._contents import Case, Columns
 from pymoo_psi.table import Limits, TestTable
+
+_MARKS = 1000  # of a line that are drawn as an image, or they would fill the file
+_DPI = 200  # of the marks that are too many for a drawing of each, as on good paper
+# A number, with or without its share: columns of such cells stand to the right.
+_NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -24,7 +35,6 @@ class DecisionReport:
     Attributes:
         title: Its heading.
         about: Lines below the heading.
-        sections: Its contents under headings: texts, tables and pictures.
         ranking: The ranking of the feasible designs; ``None`` if none is feasible.
         cautions: What speaks against relying on the optimum, the gravest first.
 
@@ -36,17 +46,16 @@ class DecisionReport:
 
     title: str
     about: tuple[str, ...]
-    sections: tuple[Section, ...]
     ranking: EfficiencyRanking | None
     cautions: tuple[str, ...]
-    _chosen: str
+    _case: Case
 
     def __str__(self) -> str:
         """Return the title and what is chosen."""
         if self.ranking is None:
             return f"{self.title}: no feasible design"
         front = counted(int(self.ranking.pareto.sum()), "Pareto-optimal design")
-        return f"{self.title}: {self._chosen} of {front}"
+        return f"{self.title}: {self._case.name} {self._case.word} of {front}"
 
     def __repr__(self) -> str:
         """Return the title and what is chosen, as an object."""
@@ -61,10 +70,21 @@ class DecisionReport:
             False
         """
         environment = Environment(
-            loader=PackageLoader("pymoo_psi.report", ""), autoescape=True, finalize=_printable
+            loader=PackageLoader("pymoo_psi.report", ""),
+            autoescape=True,
+            finalize=_printable,
+            trim_blocks=True,
+            lstrip_blocks=True,
         )
-        template = environment.get_template("report.html")
-        return template.render(title=self.title, about=self.about, sections=self.sections)
+        environment.filters |= {"grid": _grid, "image": _image, "capital": capital}
+        return environment.get_template("report.html").render(
+            title=self.title,
+            about=self.about,
+            case=self._case,
+            counted=counted,
+            measured_in=measured_in,
+            plots=plots,
+        )
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the report, whole or not at all.
@@ -89,10 +109,33 @@ class DecisionReport:
 
 def _printable(value: Any) -> Any:
     """Return a text without control characters, its numbers not apart from their per cent."""
-    if not isinstance(value, str):
+    if not isinstance(value, str) or hasattr(value, "__html__"):
         return value
     shown = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", value)
     return shown.replace(" %", "\N{NO-BREAK SPACE}%")
+
+
+def _grid(columns: Columns) -> list[list[tuple[str, str]]]:
+    """Return the head and the rows of a table, each cell with its class, "n" among numbers."""
+    kinds = ["n" if all(map(_NUMBER.fullmatch, texts)) else "" for texts in columns.values()]
+    rows = [[*columns], *zip(*columns.values(), strict=True)]
+    return [[*zip(row, kinds, strict=True)] for row in rows]
+
+
+def _image(figure: plots.Drawing) -> str:
+    """Return a picture as the address of an image that holds it.
+
+    As an image of its own nothing drawn in it can reach the rest of the document.
+    """
+    for line in figure.findobj(Line2D):
+        if np.size(line.get_xdata()) > _MARKS:
+            line.set_rasterized(True)
+    drawn = io.StringIO()
+    with rc_context({"svg.fonttype": "path"}):  # whatever fonts the reader has
+        figure.savefig(drawn, format="svg", dpi=_DPI, metadata={"Date": None})
+    # Texts are drawn; their comments could hold what no XML may.
+    svg = re.sub(r"<!--.*?-->", "", drawn.getvalue(), flags=re.DOTALL)
+    return f"data:image/svg+xml;base64,{b64encode(svg.encode('utf-8')).decode('ascii')}"
 
 
 def decision_report(
@@ -132,17 +175,13 @@ def decision_report(
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> report = decision_report(table, {"f1": 2}, title="Brackets")
-        >>> for section in report.sections[:3]:
-        ...     print(section.title)
-        The proposal
-        What speaks against it
-        What limits cost
+        >>> print(report)
+        Brackets: test point 1 proposed of 2 Pareto-optimal designs
+        >>> "<h2>What limits cost</h2>" in report.html()
+        True
     """
     instance("table", table, TestTable, "PSI and investigate give one, read_table opens any file")
     if len(table) == 0 or not table.layout.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
-    case = Case.of(table, limits or {}, normalize, design, reason, selectors)
-    chosen = f"{table.names[case.rows[case.chosen]]} {case.word}" if case.ranking else ""
-    return DecisionReport(
-        title, tuple(about), sections_of(case), case.ranking, case.cautions, chosen
-    )
+    case = Case(table, limits or {}, normalize, design, reason, selectors)
+    return DecisionReport(title, tuple(about), case.ranking, case.cautions, case)
