@@ -107,6 +107,23 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     assert_whole(figure)
 
 
+def test_one_outlier_does_not_flatten_a_histogram_and_is_reported():
+    random = np.random.default_rng(0)
+    heat = random.random(200)
+    heat[7] = 1e6
+    layout = Layout.of(1, 2, outputs=["heat"])
+    X, F = random.random((200, 1)), random.random((200, 2))
+    table = TestTable.of(range(1, 201), X, F, outputs={"heat": heat}, layout=layout)
+    figure = plot_table(table, variables=["x1", "heat"], objectives=())
+    heights = [bar.get_height() for bar in figure.axes[1].containers[0]]
+    assert figure.axes[1].get_xlim()[1] <= 1
+    assert max(heights) < 25
+    assert sum(heights) == pytest.approx(99.5)
+    assert figure.caption.endswith(" In no interval, far from the others: 1 by heat.")
+    assert {"bars: feasible (200)"} < {*texts(figure)}
+    assert len(texts(figure)) == 3
+
+
 def test_options_and_whole_numbers_have_places_of_their_own(mixed):
     figure = plot_table(mixed)
     length, count, hollow, metal = figure.axes[-4:]

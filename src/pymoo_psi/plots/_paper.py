@@ -136,9 +136,9 @@ def _surfaces_figure(model: str) -> Drawing:
         for row in range(rows):
             mu, name = _SURFACES_MU[row // 2], ("f1", "f2")[row % 2]
             u1, u2, criteria = criterion_surfaces(mu, model)
-            # So that the colours' range is that of what there is.
+            # So that the colours' range is that of what there is, from 0.00 and not 1e-7 on.
             values = np.ma.masked_invalid(criteria[row % 2])
-            norm = PowerNorm(0.6, values.min(), values.max())
+            norm = PowerNorm(0.6, np.floor(100 * values.min()) / 100, values.max())
             same: dict[str, Any] = {"cmap": "viridis", "norm": norm}
             space: Any = figure.add_subplot(rows, 2, 2 * row + 1, projection="3d")
             space.plot_surface(
@@ -155,8 +155,8 @@ def _surfaces_figure(model: str) -> Drawing:
             levels = norm.inverse(np.linspace(0, 1, 11))
             filled = plane.contourf(u1, u2, values, levels, **same)
             plane.contour(u1, u2, values, levels, colors="white", linewidths=0.5)
-            for ax in (space, plane):
-                ax.set(xlabel=_LABELS["u1"], ylabel=_LABELS["u2"])
+            plane.set(xlabel=_LABELS["u1"], ylabel=_LABELS["u2"])
+            space.set(xlabel="$u_1$", ylabel="$u_2$")
             figure.colorbar(filled, ax=plane, aspect=16, format="%.2g").set_label(_LABELS[name])
             letters = "abcdefgh"[2 * row : 2 * row + 2]
             parts.append(rf"({letters[0]}, {letters[1]}) {_LABELS[name]}, $\mu$ = {mu:g}")

@@ -171,8 +171,9 @@ class Points:
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
         x, y = self.columns[first], self.columns[second]
+        seen = x.seen & y.seen
         for name, group in self.groups.items():
-            rows = group.rows[(x.seen & y.seen)[group.rows]]
+            rows = group.rows[seen[group.rows]]
             axes.plot(x.places[rows], y.places[rows], **group.look(name))
         for across, up, look in zip(x.marks, y.marks, self.looks, strict=True):
             axes.plot(across, up, **look)

@@ -90,12 +90,13 @@ def plot_table(
         raise invalid("variables", "one or more", Received("none"))
     rows = rows if max(len(columns), len(rows)) <= MATRIX else []
     points = points_of_table(table, [*columns, *rows] if rows else (), limits)
+    counts = [histogram(table, name, limits=limits) for name in columns]
+    whole = (len(table), int(table.feasible(limits).sum()), int(table.pareto(limits).sum()))
     wide = min(len(columns), MATRIX)
     with panels(len(columns) * (1 + len(rows)), wide) as (figure, axes):
         tops = axes[: len(columns)]
-        for j, (top, name) in enumerate(zip(tops, columns, strict=True)):
-            found = histogram(table, name, limits=limits)
-            _draw_bars(top, found, tested=name not in others)
+        for j, (top, name, found) in enumerate(zip(tops, columns, counts, strict=True)):
+            _draw_bars(top, found, whole, tested=name not in others)
             name_axis(top, "x", "" if rows else layout.label_of(name), found.values)
             name_axis(top, "y", "" if j % wide else "% of each group")
             for ax, objective in zip(axes[j + wide :: wide], rows, strict=False):
@@ -108,7 +109,9 @@ def plot_table(
         legend_of(figure, axes)
         what = "Histograms: the share of each group that an interval holds."
         what += " Below, objectives against variables." if rows else ""
-        figure.describe(title, what, points.counts(table))
+        parts = [f"{sum(each.outside)} by {each.variable}" for each in counts if any(each.outside)]
+        out = f"In no interval, far from the others: {', '.join(parts)}." if parts else ""
+        figure.describe(title, what, points.counts(table), out)
     return figure
 
 
@@ -165,17 +168,16 @@ def _objective_names(keys: Sequence[Key] | None, layout: Layout) -> list[str]:
     ]
 
 
-def _draw_bars(axes: Axes, found: Histogram, *, tested: bool) -> None:
-    """Draw the bars of each group; ``tested`` not where some of the tested are in no bin."""
+def _draw_bars(axes: Axes, found: Histogram, whole: tuple[int, ...], *, tested: bool) -> None:
+    """Draw the bars of each group; ``tested`` not where bins are those of the feasible designs."""
     edges, width = found.edges, np.diff(found.edges)
     if len(width) > 1 and not np.allclose(width, width[0]):  # of a logarithmic scale
         axes.set_xscale("log")
-    for group, ((start, end), look) in [*_BARS.items()][not tested :]:
-        counts = getattr(found, group)
+    for (group, ((start, end), look)), n in [*zip(_BARS.items(), whole, strict=True)][not tested :]:
         axes.bar(
-            edges[:-1] + start * width, 100.0 * counts / max(int(counts.sum()), 1),
+            edges[:-1] + start * width, 100.0 * getattr(found, group) / max(n, 1),
             (end - start) * width, align="edge", linewidth=0.5,
-            label=f"bars: {group.replace('pareto', PARETO)} ({counts.sum()})", **look,
+            label=f"bars: {group.replace('pareto', PARETO)} ({n})", **look,
         )  # fmt: skip
     if len(edges) > 1:
         axes.set_xlim(edges[0], edges[-1])
