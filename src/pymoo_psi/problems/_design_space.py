@@ -38,6 +38,7 @@ class Variable:
         upper: Upper bound; for a choice the index of the last option.
         options: The options of a choice; the value of a fixed variable.
         fixed: Whether it keeps one value; a design as the problem takes it is without it.
+        title: What the problem calls it.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Variable:
     upper: float
     options: tuple[Any, ...] = ()
     fixed: bool = False
+    title: str = ""
 
     def values(self, points: Array) -> NDArray[Any]:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
@@ -118,6 +120,11 @@ class DesignSpace:
     def names(self) -> tuple[str, ...]:
         """The names of the variables."""
         return tuple(variable.name for variable in self.variables)
+
+    @property
+    def titles(self) -> tuple[str, ...]:
+        """What the problem calls the variables."""
+        return tuple(variable.title for variable in self.variables)
 
     @property
     def lower(self) -> Array:
@@ -232,34 +239,23 @@ def design_space(
         raise ArgumentTypeError(
             f"{problem_name(problem)} must have continuous variables, got {kinds}"
         )
-    own = own_names(problem, space)
+    titles = given_names(problem, space)
+    variables = [replace(v, title=titles.get(v.name, v.name)) for v in space.variables]
     if log is None:  # an attribute of another type is a logger or a file
         log = getattr(problem, "log", None)
         log = log if isinstance(log, (list, tuple)) and all(isinstance(n, str) for n in log) else ()
-    wanted = collection("log", log, "a list of variables", "one goes into a list too")
-    for name in wanted:
-        known_name("log", name, {*own, *own.values()})
-    return replace(
-        space,
-        variables=tuple(
-            _logarithmic(v, own[v.name]) if {v.name, own[v.name]} & {*wanted} else v
-            for v in space.variables
-        ),
-    )
+    for name in collection("log", log, "a list of variables", "one goes into a list too"):
+        known_name("log", name, {n for v in variables for n in (v.name, v.title)})
+    scaled = [_logarithmic(v) if {v.name, v.title} & {*log} else v for v in variables]
+    return replace(space, variables=tuple(scaled))
 
 
-def _logarithmic(variable: Variable, name: str) -> Variable:
+def _logarithmic(variable: Variable) -> Variable:
     if not variable.kind.real or variable.lower <= 0:
         found = f"{variable.lower:g}" if variable.kind.real else f"a {variable.kind.value} variable"
         rule = "that of a real variable and above 0 on a logarithmic scale"
-        raise invalid(f"the lower bound of {name}", rule, Received(found))
+        raise invalid(f"the lower bound of {variable.title}", rule, Received(found))
     return replace(variable, kind=Kind.LOG)
-
-
-def own_names(problem: Any, space: DesignSpace) -> dict[str, str]:
-    """Return what a problem calls its variables, by their default names."""
-    given = given_names(problem, space)
-    return {name: given.get(name, name) for name in space.names}
 
 
 def given_names(problem: Any, space: DesignSpace) -> dict[str, str]:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, collection, invalid, known_name, wrong_type
-from pymoo_psi.problems._design_space import design_space, given_names, own_names
+from pymoo_psi.problems._design_space import design_space, given_names
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 
 Array = NDArray[np.float64]
@@ -141,8 +141,7 @@ class Required(WrappedProblem):
         if requirements is None:
             requirements = getattr(problem, "requirements", None)
         self._space = design_space(problem)
-        self._variables = [*own_names(problem, self._space).values()]
-        self.required = requirements_of(requirements, self._variables)
+        self.required = requirements_of(requirements, self._space.titles)
         self.given = requirements
         self.n_not_run = 0
         n = problem.n_ieq_constr
@@ -158,7 +157,7 @@ class Required(WrappedProblem):
             matrix: ``(n, n_var)`` designs, rows of a test table.
         """
         # lists, as a matrix of several kinds of variables holds objects
-        rows = zip(self._variables, matrix.T, strict=True)
+        rows = zip(self._space.titles, matrix.T, strict=True)
         columns = {name: np.array(column.tolist()) for name, column in rows}
         none = np.zeros((len(matrix), 0))
         return np.column_stack([none, *(each.violation(columns) for each in self.required)])

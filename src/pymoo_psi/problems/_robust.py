@@ -22,7 +22,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import design_space, given_names, own_names
+from pymoo_psi.problems._design_space import design_space, given_names
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import (
     WrappedProblem,
@@ -155,15 +155,15 @@ class Robust(WrappedProblem):
             self.problems = [problem]
         nominal = self.problems[0]
         self.space = design_space(nominal)
-        own = list(own_names(nominal, self.space).values())
+        places = {v.title: j for j, v in enumerate(self.space.variables)}
         for name in tolerances:
             variable = self.space.variables[
-                own.index(known_name("a variable of tolerances", name, own))
+                places[known_name("a variable of tolerances", name, places)]
             ]
             if not variable.kind.real or variable.fixed:
                 remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
                 raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
-        self._columns = [own.index(name) for name in tolerances]
+        self._columns = [places[name] for name in tolerances]
         for name in relative:
             known_name("relative", name, tolerances)
         self._relative = np.isin([*tolerances], [*relative])
@@ -173,10 +173,10 @@ class Robust(WrappedProblem):
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # The wrapped problem's names, without those of constraints that there are no more.
-        names = dict(zip(self.space.names, own, strict=True))
+        objectives = [f"f{j + 1}" for j in range(nominal.n_obj)]
         given = given_names(nominal, self.space)
-        names |= {f: given.get(f, f) for f in (f"f{j + 1}" for j in range(nominal.n_obj))}
-        self.names = names
+        self.names = names = {v.name: v.title for v in self.space.variables}
+        names |= {name: given.get(name, name) for name in objectives}
         units = getattr(nominal, "units", None) or {}
         self.units = {name: unit for name, unit in units.items() if name in names.values()}
 

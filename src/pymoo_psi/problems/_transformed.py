@@ -19,7 +19,7 @@ from pymoo_psi._validation import (
     known_name,
     real_array,
 )
-from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space, own_names
+from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 
 
@@ -175,15 +175,12 @@ class Restricted(Transformed):
     def __init__(self, problem: Any, box: Mapping[str, Any] | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
-        own = own_names(problem, space)
-        given = _by_name(box, list(own.values()))
-        parts = {
-            v.name: _part(v, f"{own[v.name]} of box", given[own[v.name]])
+        given = _by_name(box, space.titles)
+        variables = tuple(
+            _fixed(_part(v, f"{v.title} of box", given[v.title]) if v.title in given else v)
             for v in space.variables
-            if own[v.name] in given
-        }
-        variables = tuple(_fixed(parts.get(v.name, v)) for v in space.variables)
-        self.box = {own[v.name]: _kept(v) for v in variables if v.name in parts}
+        )
+        self.box = {v.title: _kept(v) for v in variables if v.title in given}
         if isinstance(problem, Restricted):  # one layer: its space has what both of them fix
             self.box = problem.box | self.box
             problem = problem.wrapped
@@ -203,7 +200,7 @@ class Restricted(Transformed):
         return self.original(X)
 
 
-def _by_name(box: Any, variables: list[str]) -> dict[str, Any]:
+def _by_name(box: Any, variables: Sequence[str]) -> dict[str, Any]:
     """Return what is given for each variable by name; of two arrays, where they are not NaN."""
     if isinstance(box, Mapping):
         return {known_name("a variable of box", name, variables): box[name] for name in box}
