@@ -1,4 +1,4 @@
-"""Every multi-objective algorithm of pymoo, on designs that fail and on worker processes."""
+"""Algorithms of pymoo, every multi-objective one, on designs that fail and on worker processes."""
 
 import contextlib
 import copy
@@ -10,12 +10,18 @@ import cloudpickle
 import numpy as np
 import pymoo.algorithms.moo
 import pytest
+from pymoo.algorithms.soo.nonconvex.cmaes import CMAES
+from pymoo.algorithms.soo.nonconvex.de import DE
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.algorithms.soo.nonconvex.isres import ISRES
+from pymoo.algorithms.soo.nonconvex.nelder import NelderMead
+from pymoo.algorithms.soo.nonconvex.pso import PSO
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.util.ref_dirs import get_reference_directions
 
-from pymoo_psi import FailureTolerant, JoblibRunner
+from pymoo_psi import PSI, FailureTolerant, JoblibRunner
 
 DIRECTIONS = get_reference_directions("das-dennis", 2, n_partitions=9)
 ARGUMENTS = {
@@ -60,15 +66,15 @@ ALGORITHMS = algorithms()
 class Half(ElementwiseProblem):
     """A front from (0, 1) to (1, 0) whose designs raise in a part of the box."""
 
-    def __init__(self, hole, scale=1.0, **kwargs):
-        super().__init__(n_var=3, n_obj=2, xl=0, xu=1, **kwargs)
+    def __init__(self, hole, scale=1.0, n_obj=2, **kwargs):
+        super().__init__(n_var=3, n_obj=n_obj, xl=0, xu=1, **kwargs)
         self.hole, self.scale = hole, scale
 
     def _evaluate(self, x, out, *args, **kwargs):
         if x[1] < self.hole:
             raise ArithmeticError("no convergence")
         distance = ((x[1:] - 0.4) ** 2).sum()
-        out["F"] = [self.scale * (x[0] + distance), 1 - x[0] + distance]
+        out["F"] = [self.scale * (x[0] + distance), 1 - x[0] + distance][: self.n_obj]
 
 
 # pymoo's SPEA2 divides by a span of 0 where a single design is left
@@ -96,6 +102,22 @@ def test_no_failed_design_is_in_a_result(name, failed_as, hole, scale):
 def test_nothing_is_the_result_where_all_designs_fail(name):
     problem = FailureTolerant(Half(2.0), failed_as="penalty")
     assert minimize(problem, made(ALGORITHMS[name]), ("n_gen", 3), seed=1).F is None
+
+
+@pytest.mark.parametrize("hole", [0.3, 0.97, 2.0])
+@pytest.mark.parametrize(
+    "make", [lambda: PSI(300), GA, DE, PSO, ISRES, NelderMead, lambda: CMAES(x0=np.full(3, 0.5))]
+)
+def test_no_algorithm_of_one_objective_warns_or_returns_a_failed_design(make, hole):
+    """With some designs failing, nearly all, and all."""
+    result = minimize(FailureTolerant(Half(hole, n_obj=1)), make(), ("n_gen", 5), seed=1)
+    if hole == 0.3:
+        assert result.F is not None
+    if hole == 2.0:
+        assert result.F is None or np.isinf(result.F).all()
+    elif result.F is not None:
+        assert np.isfinite(result.F).all()
+        assert (np.atleast_1d(result.opt.get("failure")) == "").all()
 
 
 @pytest.fixture(scope="module")

@@ -190,7 +190,10 @@ CASES = [
 
 
 def check(values, F, G, reasons, expected):
-    """Values are right where there is no reason, and reasons are where they are expected."""
+    """Values are right where there is no reason, and reasons are where they are expected.
+
+    Returns which designs have failed.
+    """
     everywhere = isinstance(expected, tuple)
     lost = np.ones(len(values), dtype=bool) if everywhere else values == CULPRIT
     if expected in (None, "infeasible"):
@@ -202,6 +205,7 @@ def check(values, F, G, reasons, expected):
     np.testing.assert_array_equal(F[ok], np.column_stack(right(values[None]))[ok])
     np.testing.assert_array_equal(G[ok], -1.0)
     np.testing.assert_array_equal(F[lost], np.inf)
+    return lost
 
 
 @pytest.mark.filterwarnings("ignore:out.* is not kept in the table:UserWarning")
@@ -212,7 +216,11 @@ def test_what_comes_out(model, elementwise, expected, tmp_path, monkeypatch):
     designs = X.copy()
     problem = FailureTolerant(problem_of(model, elementwise=elementwise))
     out = problem.evaluate(designs, return_as_dictionary=True, return_values_of=["F", "G"])
-    check(X[:, 0], out["F"], out["G"][:, :-1], out["failure"], expected)
+    lost = check(X[:, 0], out["F"], out["G"][:, :-1], out["failure"], expected)
+    np.testing.assert_array_equal(out["G"][:, -1] > 1e9, lost)
+    assert not out["G"][~lost, -1].any()
+    assert [failure.reason for failure in problem.failures] == out["failure"][lost].tolist()
+    assert [tuple(failure.design) for failure in problem.failures] == [*map(tuple, X[lost])]
     np.testing.assert_array_equal(designs, X)
     result = minimize(problem_of(model, elementwise=elementwise), PSI(16))
     table = result.algorithm.table
@@ -292,3 +300,17 @@ def test_problems_that_transform_designs_are_not_bypassed():
     out = evaluate_designs(ConstraintsAsPenalty(Holed(), penalty=100.0), designs)
     assert out["F"].tolist() == [[np.inf], [0.25], [25.75]]
     assert out["failure"].tolist() == ["ValueError: hole", "", ""]
+
+
+def test_further_values_stay_with_their_designs_and_equalities_are_met():
+    class Talkative(ElementwiseProblem):
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] in (0, 2):
+                raise ValueError
+            out["F"], out["H"], out["stress"], out["note"] = x[0], 0.5, [x[0], 1.0], {"x": x[0]}
+
+    problem = FailureTolerant(Talkative(n_var=1, n_obj=1, n_eq_constr=1, xl=0, xu=9))
+    out = problem.evaluate(np.arange(4.0)[:, None], return_as_dictionary=True)
+    np.testing.assert_array_equal(out["stress"], [[np.nan] * 2, [1, 1], [np.nan] * 2, [3, 1]])
+    assert out["note"].tolist() == [None, {"x": 1.0}, None, {"x": 3.0}]
+    assert out["H"].tolist() == [[0.0], [0.5], [0.0], [0.5]]
