@@ -18,6 +18,8 @@ from pymoo_psi import PsiError, VectorizedSphereChute, lp_tau, nsga3
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.problems import seed_ties
 
+BNH = get_problem("bnh")
+
 
 class Counted(VectorizedSphereChute):
     """Counts evaluations itself."""
@@ -128,24 +130,12 @@ def test_reference_directions_fit(n_obj, n_points):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (
-            lambda: nsga3(get_problem("dtlz2"), n_evaluations=0),
-            "n_evaluations must be an integer >= 1, got 0",
-        ),
-        (
-            lambda: nsga3(get_problem("sphere"), n_evaluations=9),
-            "at least 2 for NSGA-III, got 1; use PSI",
-        ),
-        (
-            lambda: minimize(get_problem("bnh"), nsga3(get_problem("bnh"), 20)),
-            "algorithm must be one of pymoo's .* a Result; nsga3.* has already run",
-        ),
-        (
-            lambda: nsga3(get_problem("dtlz2"), n_evaluations=9, popsize=3),
-            "'popsize'; did you mean 'pop_size'",
-        ),
+        (lambda: nsga3(get_problem("dtlz2"), 0), "n_evaluations must be an integer >= 1, got 0"),
+        (lambda: nsga3(get_problem("sphere"), 9), "at least 2 for NSGA-III, got 1; use PSI"),
+        (lambda: minimize(BNH, nsga3(BNH, 20)), "algorithm must be .* a Result; nsga3.* has already run"),
+        (lambda: nsga3(BNH, 9, popsize=3), "'popsize'; did you mean 'pop_size'"),
     ],
-)
+)  # fmt: skip
 def test_bad_arguments(make, message):
     with pytest.raises(PsiError, match=message):
         make()

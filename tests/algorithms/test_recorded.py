@@ -294,22 +294,20 @@ def test_another_problem_key_or_kind_of_study_is_refused(tmp_path):
             make()
 
 
+def recorded_values(path, X, name="F", **options):
+    return Recorded(Model(**options), study=path).evaluate(X, return_values_of=[name])
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda path: Recorded(Model(requires_kwargs=True), study=path), "on the design alone"),
-        (
-            lambda path: Recorded(Model(), study=path).evaluate(batch(), return_values_of=["dF"]),
-            "F, G, H and further numbers of the model, got 'dF'",
-        ),
-        (
-            lambda path: Recorded(Model(), study=path).evaluate(batch(), return_values_of=["lift"]),
-            "got 'lift'; evaluate the problem within",
-        ),
-        (lambda path: Recorded(Model(vtype=int), study=path).evaluate(batch()), "integer values"),
-        (lambda path: Recorded(Model(), study=path).evaluate(batch() * np.nan), "finite"),
+        (lambda path: recorded_values(path, batch(), requires_kwargs=True), "on the design alone"),
+        (lambda path: recorded_values(path, batch(), "dF"), "further numbers of the model, got 'dF'"),
+        (lambda path: recorded_values(path, batch(), "lift"), "got 'lift'; evaluate the problem within"),
+        (lambda path: recorded_values(path, batch(), vtype=int), "integer values"),
+        (lambda path: recorded_values(path, batch() * np.nan), "finite"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_kept_is_refused(tmp_path, make, message):
     with pytest.raises(PsiError, match=message):
         make(tmp_path / "s.db")

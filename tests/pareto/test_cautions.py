@@ -138,6 +138,7 @@ def test_one_outlier_moves_the_choice_and_is_named():
 
 
 OURS = {"suspect", "sign", "unlike"}  # of values, whatever the ranking makes of them
+PROBLEMS = "zdt1 zdt2 zdt3 zdt6 kursawe dtlz1 dtlz2 dtlz7 bnh osy"
 VALLEY = np.column_stack([3 + X[::4], 5 + (1 - X[::4]) ** 2])
 
 
@@ -177,18 +178,7 @@ def test_a_maximised_objective_that_is_never_positive():
 def test_no_false_alarm_of_values():
     """Published sets, fronts of pymoo's problems, and random designs of these."""
     sets = [F for name in PUBLISHED for F in published(name)]
-    for name in [
-        "zdt1",
-        "zdt2",
-        "zdt3",
-        "zdt6",
-        "kursawe",
-        "dtlz1",
-        "dtlz2",
-        "dtlz7",
-        "bnh",
-        "osy",
-    ]:
+    for name in PROBLEMS.split():
         problem = get_problem(name)
         sets += [problem.pareto_front()] if name.startswith("zdt") else []
         for n in (16, 64, 512):
