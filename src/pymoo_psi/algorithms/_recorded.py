@@ -90,21 +90,16 @@ class Recorded(WrappedProblem):
         (50, 20)
     """
 
-    _without = ("first", "sampling", "seed", "limits", "share", "on_failure", "block_size")
-
     def __init__(self, problem: Any, **options: Any) -> None:
-        run, _ = run_options("Recorded", options, without=self._without)
+        points = ("first", "sampling", "seed", "share", "fill", "block_size")
+        without = (*points, "limits", "on_failure", "log", "requirements")
+        run, _ = run_options("Recorded", options, without=without)
         if run.study is None:
             raise wrong_type("study", "the name of a file", None)
         require_problem(problem)
-        if not isinstance(problem, FailureTolerant):
-            problem = required(problem, run.requirements)
-        elif run.requirements is not None:
-            rule = "left out for a FailureTolerant problem"
-            remedy = "give FailureTolerant a Required problem"
-            raise invalid("requirements", rule, run.requirements, remedy)
-        super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         self._tolerant = problem if isinstance(problem, FailureTolerant) else None
+        problem = self._tolerant or required(problem)
+        super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         self._model = problem.wrapped if self._tolerant else problem
         if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
             rule = "one whose values depend on the design alone"
@@ -218,11 +213,10 @@ class _Answers:
 
     def add(self, tests: TestTable, again: NDArray[np.bool_] | None = None) -> None:
         """Add tests, some of which are to be evaluated again; one of a known number is not new."""
-        rows = zip(
-            tests.numbers.tolist(), design_keys(tests.X), values_of_table(tests), strict=True
-        )
-        for i, (number, key, values) in enumerate(rows):
-            if again is None or not again[i]:
+        wanted = [False] * len(tests) if again is None else again
+        columns = tests.numbers.tolist(), design_keys(tests.X), values_of_table(tests), wanted
+        for number, key, values, anew in zip(*columns, strict=True):
+            if not anew:
                 self.tests.setdefault(key, (number, values))
                 self._again.pop(key, None)
             elif key not in self.tests:
@@ -235,7 +229,7 @@ class _Answers:
     def numbers_for(self, keys: list[_Key]) -> list[int]:
         """Return the numbers of designs to be evaluated: those that they have, or free ones."""
         free = (n for n in count(self.first) if n not in self._numbers)
-        return [self._again[key] if key in self._again else next(free) for key in keys]
+        return [self._again.get(key) or next(free) for key in keys]
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
         return self

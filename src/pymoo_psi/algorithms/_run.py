@@ -153,21 +153,21 @@ class RunOptions:
 
 
 def run_options(
-    owner: str, given: Mapping[str, Any], base: type | None = None, *, without: Collection[str] = ()
+    owner: str, given: Mapping[str, Any], base: type = object, *, without: Collection[str] = ()
 ) -> tuple[RunOptions, dict[str, Any]]:
     """Return the run options among keyword arguments, and the others, which are pymoo's.
 
     Args:
         owner: Name of the callable, for the message.
         given: The keyword arguments.
-        base: The pymoo class that takes the others; with ``None`` there are none.
+        base: The pymoo class that takes the others.
         without: Run options that the owner does not take.
 
     Raises:
         ArgumentTypeError: A keyword is unknown; a near miss is pointed out.
     """
     known = {field.name for field in fields(RunOptions)} - {*without}
-    require_known_keywords(owner, base or object, given, more=known)
+    require_known_keywords(owner, base, given, more=known)
     options = {name: value for name, value in given.items() if name in known}
     return RunOptions(**options), {n: v for n, v in given.items() if n not in known}
 
