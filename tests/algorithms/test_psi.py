@@ -29,16 +29,6 @@ class Unbounded(Problem):
         out["F"] = x[:, :2]
 
 
-class Hole(ElementwiseProblem):
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        if x[0] > 0.7:
-            raise ValueError("hole")
-        out["F"] = x
-
-
 def check_pareto_set(result, problem):
     """What is returned are all feasible tests that no feasible test dominates."""
     table = result.algorithm.table
@@ -104,13 +94,6 @@ def test_asking_and_telling_can_take_turns_with_next():
     assert algorithm.pop.get("n_gen").tolist() == direct.pop.get("n_gen").tolist()
 
 
-def test_asking_stops_at_a_failure_where_the_run_would():
-    algorithm = PSI(8, on_failure="raise")
-    algorithm.setup(Hole())
-    with pytest.raises(EvaluationError, match="hole"):
-        algorithm.evaluator.eval(algorithm.problem, algorithm.ask())
-
-
 def test_telling_something_else_is_refused():
     algorithm = PSI(100, block_size=40)
     algorithm.setup(CHUTE)
@@ -137,6 +120,13 @@ class Heated(ElementwiseProblem):
             raise ValueError("no grid")
         out["F"] = [x[0] + x[1], -(x[0] - x[1])]
         out["heat"] = 3 * x[1]
+
+
+def test_asking_stops_at_a_failure_where_the_run_would():
+    algorithm = PSI(8, on_failure="raise")
+    algorithm.setup(Heated())
+    with pytest.raises(EvaluationError, match="no grid"):
+        algorithm.evaluator.eval(algorithm.problem, algorithm.ask())
 
 
 @pytest.mark.parametrize("block_size", [2, 7, 64])

@@ -110,23 +110,6 @@ def test_a_plane_that_faces_away_from_the_ideal_has_its_compromise_far_off_and_h
     assert "near tie" in kinds(F)
 
 
-@pytest.mark.parametrize(
-    ("n", "expected"),
-    [
-        (1, {()}),
-        (2, {("tie",)}),  # two ends of two criteria
-        (3, {()}),  # the one between them, whatever is left out
-        (10, {("outlier",), ("unstable",)}),  # the steep end makes the scale
-        (100, {()}),
-        (10**5, {()}),
-    ],
-)
-def test_of_a_convex_set_of_few_designs_the_ends_decide(n, expected):
-    share = np.linspace(0, 1, n) if n > 1 else np.array([0.5])
-    F = np.column_stack([share, (1 - np.sqrt(share)) ** 2])
-    assert tuple(kinds(F)) in expected
-
-
 def test_one_outlier_moves_the_choice_and_is_named():
     """It stretches a range, so that all others look equally good in that objective."""
     F = pd.DataFrame(np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-0.01, 80.0]]]))

@@ -56,15 +56,6 @@ def test_units_rows_and_dominated_rows_do_not_matter(data, F):
     assert other.rank.tolist() == [expected[i] for i in rows]
 
 
-@given(data=st.data(), F=sets)
-def test_given_points_are_in_the_original_directions(data, F):
-    maximize = data.draw(directions(F.shape[1]))
-    first = rank_of_efficiency(F, maximize=maximize)
-    again = rank_of_efficiency(F, maximize=maximize, ideal=first.ideal, nadir=first.nadir)
-    np.testing.assert_array_equal(again.criteria, first.criteria)
-    np.testing.assert_array_equal(again.ideal, first.ideal)
-
-
 PUBLISHED = [
     "input1.dat",
     "ran.10pts.9d.10",

@@ -6,7 +6,7 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import CompromiseProgramming, SalukvadzeOptimum, rank_of_efficiency
+from pymoo_psi import rank_of_efficiency
 from pymoo_psi.pareto import levels, settled
 from tests.pareto.exact import exact_ranking
 
@@ -140,18 +140,6 @@ def test_an_objective_that_is_constant_but_for_noise_changes_nothing(
     assert noisy.salukvadze.tolist() == plain.salukvadze.tolist()
 
 
-@given(centres=grids(5), data=st.data(), normalize=st.booleans())
-def test_designs_of_a_cluster_have_the_rank_of_its_centre(centres, data, normalize):
-    centres = centres + 1
-    rows = data.draw(st.lists(st.integers(0, len(centres) - 1), min_size=1, max_size=40))
-    steps = data.draw(arrays(float, (len(rows), centres.shape[1]), elements=st.integers(0, 5)))
-    cluster = rank_of_efficiency(centres[rows] + 1e-15 * steps, normalize=normalize)
-    assert (
-        cluster.rank.tolist()
-        == rank_of_efficiency(centres[rows], normalize=normalize).rank.tolist()
-    )
-
-
 @given(
     values=arrays(float, st.integers(1, 40), elements=st.integers(0, 60).map(float)),
     tolerance=st.sampled_from([0.0, 0.5, 1.0, 2.0, 7.0, 100.0]),
@@ -185,10 +173,3 @@ def test_settled_values_keep_their_order_and_move_by_noise_only(F):
         order = np.argsort(raw, kind="stable")
         assert (column[order][1:] >= column[order][:-1]).all()
         assert column.min() == raw.min()
-
-
-@given(data=st.data(), normalize=st.booleans())
-def test_the_euclidean_compromise_is_the_salukvadze_optimum_of_any_set(data, normalize):
-    F = data.draw(st.one_of(*(KINDS[k] for k in ("clustered", "1e+300", "constant columns"))))
-    compromise = CompromiseProgramming(normalize=normalize).do(F)
-    assert compromise.tolist() == SalukvadzeOptimum(normalize=normalize).do(F).tolist()
