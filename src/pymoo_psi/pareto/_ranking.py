@@ -25,7 +25,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -416,7 +415,6 @@ def front_of(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], Array]:
     return front, settled(objectives.values[front] * objectives.sign)
 
 
-@dataclass(frozen=True, eq=False)
 class UtopianFrame:
     """The points U and N and the scale in which distances are measured.
 
@@ -425,31 +423,18 @@ class UtopianFrame:
         nadir: ``(m,)`` the negative utopian point N, nowhere below U.
         normalize: Measure every objective in units of N − U; an objective with N = U, which
             tells no design from another, then counts for nothing.
+        scale: ``(m,)`` the length by which each objective is divided.
+        line: ``(m,)`` the way from U to N in the scale; 0 in a constant objective.
     """
 
-    ideal: Array
-    nadir: Array
-    normalize: bool
-
-    @cached_property
-    def scale(self) -> Array:
-        """``(m,)`` the length by which each objective is divided."""
-        return self._lengths if self.normalize else np.ones_like(self.ideal)
-
-    @cached_property
-    def line(self) -> Array:
-        """``(m,)`` the way from U to N in the scale; 0 in a constant objective."""
-        return np.where(np.isfinite(self._lengths), self.nadir - self.ideal, 0.0) / self.scale
-
-    @cached_property
-    def _lengths(self) -> Array:
-        return unit_lengths(self.ideal, self.nadir)
-
-    @cached_property
-    def _direction(self) -> Array:
-        """``(m,)`` the unit vector e from U to N; zero if N = U."""
+    def __init__(self, ideal: Array, nadir: Array, normalize: bool) -> None:
+        self.ideal, self.nadir, self.normalize = ideal, nadir, normalize
+        lengths = unit_lengths(ideal, nadir)
+        self._varying = np.isfinite(lengths)
+        self.scale = lengths if normalize else np.ones_like(ideal)
+        self.line: Array = np.where(self._varying, nadir - ideal, 0.0) / self.scale
         line = self.line / (self.line.max() or 1.0)
-        return np.asarray(line / (np.linalg.norm(line) or 1.0))
+        self._direction: Array = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
 
     def scaled(self, F: Array) -> Array:
         """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
@@ -506,7 +491,7 @@ class UtopianFrame:
     def sizes(self, F: Array) -> Array:
         """Return ``(m,)`` how large values are in the scale: ``LAST_PLACES`` of it is noise."""
         size = np.maximum(np.abs(F).max(axis=0), np.maximum(abs(self.ideal), abs(self.nadir)))
-        return np.where(np.isfinite(self._lengths), size / self.scale, 0.0)
+        return np.where(self._varying, size / self.scale, 0.0)
 
 
 def _row_norm(rows: Array) -> Array:
