@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import partial
+from collections.abc import Collection, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -139,28 +138,17 @@ class Robust(WrappedProblem):
         uncertainty = uncertainty or {}
         if not tolerances and not uncertainty:
             raise invalid("tolerances", "given, or uncertainty", Received("neither"))
-        values = scenario_values(
-            integer("n_scenarios", n_scenarios, minimum=1),
-            {f"tolerances[{name!r}]": _distribution(name, d) for name, d in tolerances.items()}
-            | {f"uncertainty[{name!r}]": d for name, d in uncertainty.items()},
-        )
+        given = {f"tolerances[{n!r}]": _distribution(n, d) for n, d in tolerances.items()}
+        given |= {f"uncertainty[{n!r}]": d for n, d in uncertainty.items()}
+        values = _quantiles(integer("n_scenarios", n_scenarios, minimum=1), given)
         self.offsets, self.parameters = np.split(values, [len(tolerances)], axis=1)
-        if uncertainty:
-            make = partial(scenario_problem, "problem", problem)
-            rows = [dict(zip(uncertainty, row, strict=True)) for row in self.parameters.tolist()]
-            first = make(rows[0])
-            self.problems = [first, *(make(row, (first.n_var, first.n_obj)) for row in rows[1:])]
-        else:
-            require_problem(problem)
-            self.problems = [problem]
+        self.problems = _problems(problem, uncertainty, self.parameters.tolist())
         nominal = self.problems[0]
         self.space = design_space(nominal)
         places = {v.title: j for j, v in enumerate(self.space.variables)}
         for name in tolerances:
-            variable = self.space.variables[
-                places[known_name("a variable of tolerances", name, places)]
-            ]
-            if not variable.kind.real or variable.fixed:
+            j = places[known_name("a variable of tolerances", name, places)]
+            if not self.space.variables[j].kind.real or self.space.variables[j].fixed:
                 remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
                 raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
         self._columns = [places[name] for name in tolerances]
@@ -309,23 +297,11 @@ def _statistics(criteria: Any, m: int) -> tuple[str, ...]:
     return texts
 
 
-def scenario_values(n_scenarios: int, distributions: Mapping[str, Any]) -> Array:
-    """Return quasi-random values of independent uncertain quantities.
+def _quantiles(n_scenarios: int, distributions: Mapping[str, Any]) -> Array:
+    """Return ``(n_scenarios, k)`` quasi-random values of k independent uncertain quantities.
 
     They are LPτ points taken through the quantile functions. The first point is the centre, with
     all quantities at their medians: the origin has no quantile under an unbounded distribution.
-
-    Args:
-        n_scenarios: How many scenarios.
-        distributions: By what messages call them, from ``scipy.stats`` or anything else with the
-            quantile function ``ppf`` or ``icdf``.
-
-    Returns:
-        ``(n_scenarios, k)`` finite values, a column for each distribution.
-
-    Raises:
-        ArgumentTypeError: There is something that is no distribution.
-        ArgumentValueError: A distribution gives no finite values.
     """
     values = lp_tau(n_scenarios, len(distributions), first=2)
     for j, (name, distribution) in enumerate(distributions.items()):
@@ -341,31 +317,16 @@ def scenario_values(n_scenarios: int, distributions: Mapping[str, Any]) -> Array
     return values
 
 
-def scenario_problem(
-    argument: str,
-    make_problem: Callable[..., Any],
-    parameters: Mapping[str, float],
-    sizes: tuple[int, int] | None = None,
-) -> Any:
-    """Return the problem of a scenario.
-
-    Args:
-        argument: The user's argument that makes the problem.
-        make_problem: What makes it, called with the parameters by name.
-        parameters: Their values in this scenario.
-        sizes: ``(n_var, n_obj)`` of the first scenario, which all have.
-
-    Raises:
-        ArgumentValueError: The problem has another size, or does not take a parameter.
-        ArgumentTypeError: What is made is no problem.
-    """
-    if not callable(make_problem):
-        rule = f"a function of {', '.join(parameters)} that returns a pymoo problem"
-        raise wrong_type(argument, rule, make_problem)
-    problem = make_problem(**parameters)
-    require_problem(problem, parameters)
-    found = (problem.n_var, problem.n_obj)
-    if found != (sizes or found):
-        rule = f"of (n_var, n_obj) = {sizes} in every scenario, as in the first"
-        raise invalid(argument, rule, found)
-    return problem
+def _problems(problem: Any, names: Collection[str], rows: list[list[float]]) -> list[Any]:
+    """Return the problem of each scenario, or the one of all if no parameter is uncertain."""
+    if names and not callable(problem):
+        rule = f"a function of {', '.join(names)} that returns a pymoo problem"
+        raise wrong_type("problem", rule, problem)
+    problems = [problem(**dict(zip(names, row, strict=True))) for row in rows if names] or [problem]
+    for each in problems:
+        require_problem(each, names)
+        sizes, found = [(p.n_var, p.n_obj) for p in (problems[0], each)]
+        if found != sizes:
+            rule = f"of (n_var, n_obj) = {sizes} in every scenario, as in the first"
+            raise invalid("problem", rule, found)
+    return problems
