@@ -15,7 +15,7 @@ from ._failures import untolerant as untolerant
 from ._identification import Identification as Identification
 from ._named import NamedProblem as NamedProblem
 from ._named import Setting as Setting
-from ._outputs import Output as Output
+from ._program import Output as Output
 from ._program import Program as Program
 from ._program import ProgramProblem as ProgramProblem
 from ._program import ProgramRun as ProgramRun
