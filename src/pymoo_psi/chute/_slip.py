@@ -54,7 +54,7 @@ NONE = 1e-14
 # θ = π the error is that of sin²θ, while what counts is sin θ to the power 1.45 and more: the
 # share of ρ that is left when the direction turns, (3.5 + τ)/(1 + τ) for τ <= 4.5.
 EXACT = 1e-18
-FORTH, BACK = 12.0, -0.5  # longest steps, in units of 1/`_rate`
+FORTH, BACK = 12.0, -0.5  # longest steps, in units of 1/rate, see `_next`
 NUMBERS = SimpleNamespace(
     minimum=min,
     maximum=max,
@@ -266,16 +266,6 @@ def _finish(m: Any, slip: Slip, aim: Aim) -> tuple[Any, Any, Any, Any, Any]:
     )
 
 
-def _rate(tau: Any, q: Any) -> Any:
-    """Rate per log time λ at which the motion changes its shape: what limits a quadrature in λ.
-
-    Backwards the direction reaches θ = π, a singularity, after λ = 1/((1+τ) q) or more; complex
-    ones lie π/|τ−1| off the axis; and ρ decays over λ of order 1. With the factors 1.2 and 0.5 one
-    FORTH serves all three.
-    """
-    return (1.0 + tau) * q + 1.2 * abs(tau - 1.0) + 0.5
-
-
 def _next(m: Any, slip: Slip, aim: Aim) -> Slip:
     """Step along the path as far as aimed, or stay where that led too far."""
     t, vx, y, left, v, b, tau, invariant, longest = slip
@@ -284,7 +274,9 @@ def _next(m: Any, slip: Slip, aim: Aim) -> Slip:
     # λ(s), exact to second order and for θ near π, from dλ = (1 + cos θ) ds = 2 ds/(1 + q)
     bend = 2.0 * (tau - vx / aim.rho) * aim.ds + TINY
     step = m.minimum(2.0 * aim.ds / (1.0 + q * bend / m.expm1(bend)), longest)
-    rate = _rate(tau, q)
+    # What limits a quadrature in λ: backwards the direction reaches θ = π, a singularity, after
+    # λ = 1/((1+τ) q) or more; complex ones lie π/|τ−1| off the axis; ρ decays over λ of order 1.
+    rate = (1.0 + tau) * q + 1.2 * abs(tau - 1.0) + 0.5
     step = m.maximum(m.minimum(step, FORTH / rate), BACK / rate)
     whole = (aim.w <= -1.0) & (longest == np.inf) & (q > 0.2) & (q < 2.0) & (tau < 1.6)
     step = m.where(whole, 16.0 * (1.0 + tau), step)
@@ -332,19 +324,17 @@ def _along(
     columns = (turn, slope * step, slope / nu, by_turn, by_step / slope, q)
     if m is NUMBERS:
         nodes, weights = QUADRATURES[int(kind)]
-        found: Any = map(float, _quadrature_of(nodes, weights, kind >= LONG, *columns))
+        found: Any = map(float, _quadrature_of(nodes, weights, kind >= LONG, columns))
     else:
         order = np.argsort(kind.astype(np.int8), kind="stable")
         ordered, found = np.take(columns, order, axis=1), np.empty((3, step.size))
         i = 0
         for k, n in enumerate(np.bincount(kind).tolist()):
-            nodes, weights = QUADRATURES[k]
+            nodes, weights = (column[:, None] for column in QUADRATURES[k])
             block = EVALUATIONS // nodes.size
             for first in range(i, i + n, block):  # nodes along the first axis, designs the second
                 part = slice(first, min(first + block, i + n))
-                found[:, part] = _quadrature_of(
-                    nodes[:, None], weights[:, None], k >= LONG, *ordered[:, part]
-                )
+                found[:, part] = _quadrature_of(nodes, weights, k >= LONG, ordered[:, part])
             i += n
         back = np.empty_like(order)
         back[order] = np.arange(order.size)
@@ -356,30 +346,17 @@ def _along(
     return dt * unit, slid * (unit * scale), v_x * scale, v_y
 
 
-def _quadrature_of(
-    nodes: Array,
-    weights: Array,
-    long: bool,
-    turn: Any,
-    slide: Any,
-    ratio: Any,
-    by_turn: Any,
-    by_slide: Any,
-    q: Any,
-) -> tuple[Any, Any, Any]:
+def _quadrature_of(nodes: Array, weights: Array, long: bool, columns: Any) -> tuple[Any, Any, Any]:
     """Return the sums of dt and v_x dt, and the last v_x, in the units of `_along`.
 
     Args:
         nodes: shares of the step.
         weights: their weights.
         long: whether they are shares of λ, not of D.
-        turn: D of the step.
-        slide: (τ − 1) λ of the step.
-        ratio: (τ − 1)/ν.
-        by_turn: log S per D.
-        by_slide: log S per (τ − 1) λ.
-        q: tan²(θ/2) at the step's beginning.
+        columns: D and (τ − 1) λ of the step, (τ − 1)/ν, log S per D and per (τ − 1) λ, and q at the
+            step's beginning.
     """
+    turn, slide, ratio, by_turn, by_slide, q = columns
     if long:
         turn, ratio, by_turn, by_slide = slide, 1.0 / ratio, by_slide, by_turn
     first = nodes * turn
