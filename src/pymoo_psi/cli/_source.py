@@ -14,7 +14,6 @@ from pathlib import Path
 
 from pymoo_psi._validation import Received, instance, invalid, known_name
 from pymoo_psi.cli._app import Asked, Opening
-from pymoo_psi.page import kept_designs
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Formulation, TestTable, read_table
 
@@ -88,6 +87,8 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
         table = table.under(Formulation(limits=asked.limits)) if asked.limits else table
     require_free_names(layout.columns)
     if asked.page:  # designs that the page's reader has left out by hand
+        from pymoo_psi.page import kept_designs  # other commands need no page
+
         table = table.rows(kept_designs(table, asked))
     return table
 

@@ -10,7 +10,6 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import moocore
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,6 +48,8 @@ def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
     if n == 0:
         return 0.0, 0.0
     if m < len(_EXACT) and n <= _EXACT[m]:
+        import moocore
+
         return float(moocore.hypervolume(points, ref=1.0)), 0.0
     low = points.min(axis=0)  # nothing is dominated below
     probes, shares = lp_tau(2**11, m) if m <= MAX_DIMENSIONS else None, []
@@ -74,6 +75,8 @@ def igd_plus(F: Array, reference: Array) -> float:
         F: ``(n, m)`` points, n >= 0; infinite for no points.
         reference: ``(k, m)`` the reference set, k >= 1.
     """
+    import moocore
+
     return float(moocore.igd_plus(F, ref=reference)) if len(F) else np.inf
 
 
@@ -84,6 +87,8 @@ def epsilon_additive(F: Array, reference: Array) -> float:
         F: ``(n, m)`` points, n >= 0; infinite for no points.
         reference: ``(k, m)`` the reference set, k >= 1.
     """
+    import moocore
+
     return float(moocore.epsilon_additive(F, ref=reference)) if len(F) else np.inf
 
 
