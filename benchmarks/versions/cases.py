@@ -477,11 +477,10 @@ def formulations(rng, folder):
     if "under F" in found and rng.random() < 0.5:
         layout = tests.layout
         x = np.where(np.isfinite(layout.lower), layout.lower, 0)
-        g, h = [-1.0] * len(layout.inequalities), [0.0] * len(layout.equalities)
         f = rng.normal(size=len(layout.objectives))
 
         def prototype():
-            known = tests.with_prototype(x, f, g or None, h or None)
+            known = tests.with_prototype(x, f)
             shown = analysis("compare_with_prototype")(known)
             return {str(name): shown[name].to_numpy() for name in shown.columns}
 

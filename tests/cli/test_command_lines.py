@@ -100,7 +100,7 @@ TABLE = {
 OPENING = {
     "variables": NAMES, "units": ["f1=kg", "f2=µ", "a=kg", "=", "f1=\udcff"], "decimal": [".", ",", "x", ""],
     "thousands": [",", ".", " ", "x"], "encoding": ["utf-8", "cp1252", "utf-16", "x", ""],
-    "skip-rows": ["4", "3", "1", "2,3", "hidden", "0", "x", ""], "sheet": ["x", ""],
+    "skip-rows": ["4", "3", "1", "2,3", "0", "x", ""], "sheet": ["x", ""],
 }  # fmt: skip
 PREFER = ["knee", "chebyshev", "weights:f1=1,f2=2", "weights:a=0,b=0", "aspire:a=1,b=nan",
           "aspire:a=1,b=1e308", "x", "", "weights:f1=1,f2=-1"]  # fmt: skip

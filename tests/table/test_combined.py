@@ -82,7 +82,7 @@ def test_sets_and_ranks_are_those_of_the_union(experiments, limit):
     for x, f, ok in zip(table.X[:, 0], table.F, feasible, strict=True):
         best = bool(ok and not any(dominates(other, f) for other in front))
         # A design that several experiments have tested counts once.
-        pareto.append(best and (len(experiments) == 1 or (x, *f) not in seen))
+        pareto.append(best and (len(table.experiments) == 1 or (x, *f) not in seen))
         seen |= {(x, *f)} if best else set()
     assert table.feasible(limits).tolist() == feasible
     assert table.pareto(limits).tolist() == pareto

@@ -124,9 +124,9 @@ FILES = {
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, r"row 2 \(line 1000\) holds no number in the column 'a'"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
     "a link on ten million cells": (inserted(SHEET, b"<pageMargins", LINKED), {}, COST),
-    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, r"hides 1 row \(4\); .* --skip-rows hidden"),
-    "hidden rows left out": (workbook([["t"], *TYPED, [7, 7]], edit=hide_rows(5, 20)), {"skip_rows": ["hidden", 1]}, COST),
-    "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets with cells: S0, S1"),
+    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, "hides 1 row; .* --skip-rows 4"),
+    "hidden rows left out": (workbook([["t"], *TYPED, [7, 7]], edit=hide_rows(5, 20)), {"skip_rows": [1, 5]}, COST),
+    "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     "no workbook": (b"PK\x03\x04 and so on", {}, "it cannot be read as a workbook"),
     # What else a file may be

@@ -101,7 +101,7 @@ class Opening(Asked):
         decimal ("."|","): Decimal mark of the file [found from its numbers].
         thousands (MARK): Mark between thousands [as for --decimal].
         encoding (NAME): Of a text, such as cp1252 [UTF-8].
-        skip_rows (1,3,…): Lines to leave out: titles, units; or 'hidden' ones.
+        skip_rows (1,3,…): Lines to leave out: titles, units.
         sheet (NAME): Sheet of a workbook [the only one].
         drop_incomplete: Leave out designs that lack an objective.
     """

@@ -63,11 +63,10 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
         ArgumentValueError: It is no table, or an option does not fit it.
         OSError: It cannot be opened.
     """
-    rule = "numbers of lines to leave out, such as 1,3, or hidden"
-    skipped: list[int | str] = []
-    for part in options.skip_rows.split(",") if options.skip_rows is not None else ():
-        hidden = part.strip() == "hidden"
-        skipped += ["hidden"] if hidden else counts_in("--skip-rows", part, rule)
+    skipped: tuple[int, ...] = ()
+    if options.skip_rows is not None:
+        rule = "numbers of lines to leave out, such as 1,3"
+        skipped = counts_in("--skip-rows", options.skip_rows, rule)
     # A limit in per cent is on a column in per cent, which --units may say.
     unlimited = dict.fromkeys(asked.limits, (None, None)) if options.units else asked.limits
     table = read_table(

@@ -167,7 +167,7 @@ def decoded(content: bytes, encoding: str | None) -> str:
     return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
 
 
-def cells_of_text(text: str, skip_rows: Collection[int | str]) -> Cells:
+def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
     """Return the cells of a text.
 
     By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
@@ -195,13 +195,13 @@ def cells_of_text(text: str, skip_rows: Collection[int | str]) -> Cells:
 
 
 def rows_of_workbook(
-    content: bytes, skip_rows: Collection[int | str], name: str | None
+    content: bytes, skip_rows: Collection[int], name: str | None
 ) -> tuple[Head | None, dict[int, list[Any]]]:
     """Return the rows of a sheet of an .xlsx by number, and what a sheet of ours says of them.
 
     Raises:
         ArgumentValueError: There is no sheet of that name, it is not known which one is meant, or
-            the sheet hides rows.
+            the sheet hides rows that are not left out.
         PsiError: openpyxl is not installed.
     """
     openpyxl = workbooks()
@@ -210,31 +210,28 @@ def rows_of_workbook(
             simplefilter("ignore")  # of drawings and the like, which are not read
             # Read-only: else one merged range or link of 100 bytes becomes a million cells.
             book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
-            titles = [sheet.title for sheet in book.worksheets]
-            head = None
-            if HEAD_SHEET in titles and name in (None, titles[0]):
+            titles, head = [sheet.title for sheet in book.worksheets], None
+            if titles[1:] == [HEAD_SHEET]:
                 head = sheet_head(book[HEAD_SHEET].iter_rows(values_only=True))
-                name = titles[0]
-            asked = titles if name is None else [known_name("sheet", name, titles)]
-            sheets = {title: _rows_of_sheet(book[title], plain=head is None) for title in asked}
-            if name is None:
-                # Taking the first sheet would rank the wrong one where a cover comes first.
-                filled = [title for title in titles if sheets[title]]
-                if len(filled) != 1:
-                    what = f"it has {len(filled)} sheets with cells: {', '.join(filled) or 'none'}"
-                    raise UnfitError(f"{what}; name the one with the designs by --sheet")
-                name = filled[0]
-            hidden = _hidden_rows(book[name]) & {*sheets[name]}
+                titles = titles[:1]
+            # Taking the first sheet would rank the wrong one where a cover comes first.
+            if name is None and len(titles) != 1:
+                listed = ", ".join(titles) or "none"
+                what = f"it has {counted(len(titles), 'sheet')}: {listed}"
+                raise UnfitError(f"{what}; name the one with the designs by --sheet")
+            sheet = book[titles[0] if name is None else known_name("sheet", name, titles)]
+            rows = _rows_of_sheet(sheet, plain=head is None)
+            hidden = _hidden_rows(sheet) & rows.keys() - {*skip_rows}
     except PsiError:
         raise
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    _require_lines({*skip_rows} - {"hidden"}, max(sheets[name], default=0))
-    if hidden and "hidden" not in skip_rows:
-        what = f"the sheet hides {counted(len(hidden), 'row')} ({_listed(sorted(hidden))})"
-        raise UnfitError(f"{what}; show them, or leave them out by --skip-rows hidden")
-    gone = hidden.union(skip_rows)
-    return head, {i: row for i, row in sheets[name].items() if i not in gone}
+    _require_lines(skip_rows, max(rows, default=0))
+    if hidden:
+        what = f"the sheet hides {counted(len(hidden), 'row')}"
+        out = _listed(sorted(hidden))
+        raise UnfitError(f"{what}; show them, or leave them out by --skip-rows {out}")
+    return head, {i: row for i, row in rows.items() if i not in skip_rows}
 
 
 def _rows_of_sheet(sheet: Any, *, plain: bool) -> dict[int, list[Any]]:
@@ -283,10 +280,9 @@ def _typed(cell: Any) -> Any:
     return value if isinstance(value, bool) else str(value).removesuffix(" 00:00:00")  # of a date
 
 
-def _require_lines(skip_rows: Collection[int | str], n: int) -> None:
-    if other := [line for line in skip_rows if isinstance(line, str) or line > n]:
-        remedy = "only a workbook hides rows" if other[0] == "hidden" else ""
-        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0], remedy)
+def _require_lines(skip_rows: Collection[int], n: int) -> None:
+    if other := [line for line in skip_rows if line > n]:
+        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0])
 
 
 def _listed(lines: Collection[int]) -> str:

@@ -63,7 +63,7 @@ def read_table(
     decimal: str | None = None,
     thousands: str | None = None,
     encoding: str | None = None,
-    skip_rows: Collection[int | str] = (),
+    skip_rows: Collection[int] = (),
     sheet: str | None = None,
 ) -> TestTable:
     r"""Return the table in a source of any kind, which is read once, so that it may be a pipe.
@@ -90,9 +90,8 @@ def read_table(
         decimal: The decimal mark of texts, ``"."`` or ``","``.
         thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``.
         encoding: Of a text; by its byte-order mark, or UTF-8, unless given.
-        skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units;
-            ``"hidden"`` among them for the hidden rows of a workbook.
-        sheet: Name of the sheet of a workbook; the only one with cells unless given.
+        skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units.
+        sheet: Name of the sheet of a workbook; the only one unless given.
 
     Raises:
         OSError: The file cannot be opened.
@@ -172,7 +171,7 @@ def designs_head(
 
 
 def _opened(
-    path: Path, encoding: str | None, skipped: Collection[int | str], sheet: str | None
+    path: Path, encoding: str | None, skipped: Collection[int], sheet: str | None
 ) -> TestTable | Cells:
     """Return what a file or folder holds, by its content: a pipe has no suffix."""
     if path.is_dir():

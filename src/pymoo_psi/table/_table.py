@@ -658,7 +658,7 @@ class TestTable(Shown):
         table = known._with(layout=layout, outputs=outputs_under(layout, known)).under(formulation)
         for i, j in np.argwhere(~np.isfinite(table.F)):
             what = f"{table.layout.objectives[j]} of the prototype"
-            remedy = "give the prototype with its constraints, or after under()"
+            remedy = "give the prototype after under()"
             raise invalid(what, "known and finite", Received(str(table.F[i, j])), remedy)
         return table
 
@@ -879,22 +879,12 @@ class TestTable(Shown):
             and (self.prototype is None) == (other.prototype is None)
         )
 
-    def with_prototype(
-        self,
-        x: ArrayLike,
-        f: ArrayLike,
-        g: ArrayLike | None = None,
-        h: ArrayLike | None = None,
-        *,
-        name: str = "prototype",
-    ) -> TestTable:
+    def with_prototype(self, x: ArrayLike, f: ArrayLike, *, name: str = "prototype") -> TestTable:
         """Return the table with an existing design carried along, beside those it has.
 
         Args:
             x: ``(n_var,)`` its variables; they may lie outside the bounds.
             f: ``(m,)`` its objectives, finite, in the original direction.
-            g: ``(n_ieq,)`` its inequality constraints; not known unless given.
-            h: ``(n_eq,)`` its equality constraints; not known unless given.
             name: What it is called.
 
         Raises:
@@ -908,24 +898,22 @@ class TestTable(Shown):
         """
         layout, known = self.layout, self.prototype
         kinds = self.kinds if len(self) else layout.kinds
-        X = design_matrix("x of the prototype", [x], layout.variables, kinds)
-        F = finite_array("f of the prototype", f)[None]
-        groups = ((g, layout.inequalities), (h, layout.equalities))
-        G, H = (
-            real_array("g and h", np.full(len(names), np.nan) if v is None else v)[None]
-            for v, names in groups
-        )
         own = replace(
             layout,
             outputs=(),
+            kinds=(),  # as its values tell, whether the tests say so or not
             maximize=tuple(name for name in layout.objectives if name in layout.maximize),
             units={n: unit for n, unit in layout.units.items() if n not in layout.outputs},
             label="prototype",
         )
-        number = 1 if known is None else len(known) + 1
-        called = {"prototype": [instance("the prototype's name", name, str)]}
-        former = TestTable.of([number], X, F, G, H, layout=own, extra=called)
-        former = former._with(F=former.F * layout.sign)
+        former = TestTable.of(
+            [1 if known is None else len(known) + 1],
+            design_matrix("x of the prototype", [x], layout.variables, kinds),
+            (finite_array("f of the prototype", f) * layout.sign)[None],
+            *(np.full((1, len(names)), np.nan) for names in (own.inequalities, own.equalities)),
+            layout=own,
+            extra={"prototype": [instance("the prototype's name", name, str)]},
+        )
         return self._with(prototype=former if known is None else known.extended(former))
 
     # Frames and files
