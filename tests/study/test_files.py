@@ -1,7 +1,6 @@
 """Study files that are not there, foreign, damaged, replaced, or of another version."""
 
 import os
-import shutil
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -104,14 +103,6 @@ def test_a_replaced_study_is_noticed(study, tmp_path, replace):
         with pytest.raises(StudyMismatchError, match="has taken its place, and was left as it is"):
             call()
     assert contents(tmp_path) == before
-
-
-def test_a_copy_that_others_continued_is_taken(study, tmp_path):
-    study.append(block(9, 4))
-    os.replace(shutil.copy(study.path, tmp_path / "moved"), study.path)
-    Study(study.path).append(block(13, 4))
-    study.append(block(17, 4))
-    assert bits(read_study(study.path)[1]) == bits(block(1, 20))
 
 
 # Versions

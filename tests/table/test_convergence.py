@@ -1,7 +1,5 @@
 """What the first tests would have decided, against the tables of the first tests themselves."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from pymoo.problems import get_problem
@@ -45,17 +43,6 @@ def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
     assert found.hypervolume[-1] == 1
     same = found.optimum[1:] == found.optimum[:-1]
     np.testing.assert_array_equal(found.moved[1:] == 0, same)
-
-
-def test_senses_change_nothing(bnh):
-    """A criterion that is maximised is minimised with the other sign."""
-    turned = TestTable.of(
-        bnh.numbers, bnh.X, bnh.F, bnh.G,
-        layout=dataclasses.replace(bnh.layout, maximize=("f2",)),
-    )  # fmt: skip
-    one, other = convergence(bnh), convergence(turned)
-    assert other.to_frame().equals(one.to_frame())
-    np.testing.assert_array_equal(other.best, one.best * [1, -1])
 
 
 def test_what_the_last_doubling_brought(bnh):

@@ -247,13 +247,6 @@ def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, messa
         beam_tests().under(Formulation(limits=limits))
 
 
-def test_a_choice_cannot_be_limited():
-    table = TestTable.of([1], [["iron", 1.0]], [[1.0]])
-    with pytest.raises(TypeError, match=r"'x1' holds 'iron'; select designs .*column\('x1'\)"):
-        table.feasible({"x1": 1})
-    assert table.feasible({"x2": (1, 1)}).tolist() == [True]  # beside a choice, a number is one
-
-
 # Formulations as values and files
 
 
@@ -303,17 +296,6 @@ def test_what_the_table_does_not_have_is_refused(asked, message):
         beam_tests().under(asked)
     with pytest.raises(PsiError, match="formulation must be a Formulation, got dict"):
         beam_tests().under({})
-
-
-def test_a_variable_becomes_an_objective():
-    table = beam_tests()
-    asked = Formulation(["mass", "width"], maximize=["width"], limits={"wall kg": (0.2, None)})
-    anew = table.under(asked)
-    assert anew.layout.variables == ("wall kg",)
-    np.testing.assert_array_equal(anew.F[:, 1], -table.column("width"))
-    np.testing.assert_array_equal(anew.X[:, 0], table.column("wall kg"))
-    back = anew.under(Formulation(["mass", "gain"]))
-    np.testing.assert_array_equal(back.column("width"), table.column("width"))
 
 
 def test_limits_in_per_cent_are_those_of_columns_in_per_cent():

@@ -81,17 +81,6 @@ def test_to_maximise_a_criterion_is_to_minimise_its_negative(tables, limits):
         assert np.array_equal(ranking.ideal, its.ideal * turned.layout.sign)
 
 
-def test_tests_with_other_outputs_are_joined_with_nan_where_one_has_none():
-    first = TestTable.of([1], [[0.0]], [[1.0]], outputs={"heat": [5.0]})
-    second = TestTable.of([2], [[0.5]], [[2.0]], outputs={"noise": [7.0], "heat": [6.0]})
-    third = TestTable.of([3], [[0.75]], [[3.0]])
-    for joined in (first.extended(second, third), first.merge(second).merge(third)):
-        assert joined.layout.outputs == ("heat", "noise")
-        wanted = [[5.0, np.nan], [6.0, 7.0], [np.nan, np.nan]]
-        assert np.array_equal(joined.outputs, wanted, equal_nan=True)
-        assert joined.rows([1]).column("noise").tolist() == [7.0]
-
-
 def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
     layout = Layout.of(1, ["mass"], outputs=["gain"], maximize=["gain"], units={"gain": "W"})
     new = TestTable.of([3, 4], [[0.3], [0.4]], [[1], [1]], outputs={"gain": [5, 6]}, layout=layout)

@@ -87,22 +87,6 @@ def test_variables_of_every_kind_that_matter_and_that_do_not(n, first):
         assert (rows["first_order"][truth == 0] < 0.1).all()
 
 
-@pytest.mark.parametrize("options", [2, 3, 7, 15])
-def test_options_and_whole_numbers_count_as_what_they_do(options):
-    """y is an effect of a choice, with options in no order, and of an integer: half and half."""
-    u = lp_tau(1024, 3)
-    rng = np.random.default_rng(options)
-    effect = rng.permutation(np.linspace(-1, 1, options))
-    number = (u[:, 0] * options).astype(int)
-    whole = (u[:, 1] * 4).astype(int)
-    X = np.empty((1024, 3), dtype=object)
-    for j, column in enumerate(([f"option {k}" for k in number], whole.tolist(), u[:, 2].tolist())):
-        X[:, j] = column
-    parts = effect[number] / effect[number].std(), whole / whole.std()
-    found = sensitivities(TestTable.of(range(1, 1025), X, (parts[0] + parts[1])[:, None]))
-    np.testing.assert_allclose(found["first_order"], [0.5, 0.5, 0.0], atol=0.05)
-
-
 def test_columns_by_name_in_any_sense_and_failures_left_out():
     X = lp_tau(512, 3) * [1, 1, 0] + [0, 0, 0.5]  # the third is fixed
     F = np.column_stack([-X[:, 0], X[:, 1] - X[:, 0], np.ones(512)])

@@ -149,17 +149,6 @@ def test_designs_keep_the_types_of_their_values(X, dtype, same):
     assert [(type(v), v) for v in table.X[0].tolist()] == [(type(v), v) for v in same]
 
 
-@pytest.mark.parametrize("others", [[[0.5]], [[1]], [[True]], [["a"]]])
-@pytest.mark.parametrize("first", [[[0.5]], [[1]], [[True]], [["a"]]])
-def test_joined_designs_keep_the_types_of_their_values(first, others):
-    a, b = TestTable.of([1], first, [[1.0]]), TestTable.of([2], others, [[1.0]])
-    for start in (TestTable.empty(), TestTable.empty(a.layout), a.rows([])):
-        joined = start.extended(a, b)
-        values = [first[0][0], others[0][0]]
-        assert [(type(v), v) for v in joined.X[:, 0].tolist()] == [(type(v), v) for v in values]
-        assert joined.rows([1]).equals(b)
-
-
 KINDS = Layout.of(["a", "b", "c", "d"], 1, kinds=["real", "integer", "binary", "choice"])
 
 

@@ -13,7 +13,6 @@ from hypothesis.extra.numpy import arrays
 from pymoo_psi import Formulation, PsiError, TestTable
 from pymoo_psi.table import RESERVED, Layout, difference, read_table
 from tests.table.asked import violations
-from tests.table.exact_csv import EXACT
 
 SLOW = settings(deadline=None)  # files, and pandas imported by the first example
 texts = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
@@ -128,13 +127,6 @@ EXAMPLE = TestTable.of(
     reasons={2: 'a "solver", #7\nsaid no'},
     layout=Layout.of(["α", "teeth"], 2, 1, lower=[0, 5], upper=[1, 9]),
 )
-
-
-def test_pandas_reads_the_csv(tmp_path):
-    EXAMPLE.to_csv(tmp_path / "t.csv")
-    frame = pd.read_csv(tmp_path / "t.csv", comment="#", index_col="test_point", **EXACT)
-    expected = EXAMPLE.to_frame().replace({"violated": {"": np.nan}, "reason": {"": np.nan}})
-    pd.testing.assert_frame_equal(frame, expected, check_dtype=False, rtol=1e-14)
 
 
 def test_options_that_could_be_taken_for_others_keep_their_types(tmp_path):
