@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
 from pymoo_psi import SurrogatePSI
 
@@ -53,3 +54,18 @@ def test_designs_near_failures_are_avoided(edge):
     beyond = made[:, 0] > edge
     assert beyond[:18].mean() < 0.25  # half of the bounds is beyond, and the best designs are
     assert beyond[18:].any()
+
+
+def test_a_constraint_may_be_the_amount_of_a_violation():
+    class Amounts(Problem):
+        def __init__(self, of):
+            super().__init__(n_var=6, n_obj=2, n_ieq_constr=6, xl=of.xl, xu=of.xu)
+            self.of = of
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            found = self.of.evaluate(x, return_as_dictionary=True)
+            out["F"], out["G"] = found["F"], np.maximum(found["G"], 0)
+
+    table = minimize(Amounts(get_problem("osy")), SurrogatePSI(52), seed=1).algorithm.table
+    # none of the first designs is feasible
+    assert (table.F[table.eligible()].min(axis=0) < (-150, 20)).all()

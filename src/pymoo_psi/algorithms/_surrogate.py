@@ -21,7 +21,7 @@ from pymoo_psi.algorithms._engine import by_number
 from pymoo_psi.algorithms._proposals import GAUSSIAN, Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._run import Points
-from pymoo_psi.algorithms._surrogate_models import Fit, bounded, without_penalties
+from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
 from pymoo_psi.problems import ProgramProblem, Required
 from pymoo_psi.study import LAST, Proposal
 from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
@@ -292,13 +292,15 @@ class SurrogatePSI(PSI):
     ) -> KnownTests:
         space, failed = self._engine.space, table.status == "failed"
         names = self._learned()[table.F.shape[1] :]
-        required = table.G[:, len(names) - table.H.shape[1] :]  # behind the model's own
+        n_ieq = len(names) - table.H.shape[1]
+        required = table.G[:, n_ieq:]  # behind the model's own
         unknown = failed | (required > 0).any(axis=1)
         uniform = table.F[:n_uniform][~unknown[:n_uniform]]
         F = without_penalties(table.F, uniform)
+        G = below_zero(np.where(unknown[:, None], np.nan, table.G[:, :n_ieq]), n_uniform)
         return KnownTests(
             space.points(table.X),
-            np.column_stack([F, *map(table.column, (*names, *further))]),
+            np.column_stack([F, G, *map(table.column, (*names[n_ieq:], *further))]),
             table.eligible(self._known_limits(table)),
             failed,
             unknown,

@@ -30,6 +30,7 @@ _BEYOND = 1e6
 # What several tests share, so many ranges of all others beyond the worst of them, stands for none:
 # a tail, as of a pole, has values on the way.
 _PENALTY = 1e4
+_MET = 0.02  # of the median violation: how far below 0 a constraint is taken to be that is met
 _HUGE = 1e100  # the squares of larger values overflow
 # A priori, the logarithm of a trend's share of the variance.
 _LOG_TREND = -2.0
@@ -145,6 +146,24 @@ def without_penalties(F: Array, uniform: Array) -> Array:
                 y[y > beyond] = worst
                 u = np.minimum(u, worst)
     return F
+
+
+def below_zero(G: Array, n_uniform: int) -> Array:
+    """Return ``(n, k)`` constraints that are below 0 where they are met.
+
+    Many models give the amount of a violation, 0 where there is none. A surrogate of it is above 0
+    as often as below wherever the constraint is met.
+
+    Args:
+        G: The constraints of all tests, NaN where unknown.
+        n_uniform: How many of the first tests are at uniform points; these alone are compared.
+    """
+    G = G.copy()
+    for g in G.T:
+        first = g[:n_uniform]
+        if not (first < 0).any() and (first > 0).any():
+            g[g == 0] = -_MET * np.median(first[first > 0])
+    return G
 
 
 @dataclass(frozen=True)
