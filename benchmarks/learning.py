@@ -33,6 +33,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import moocore
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
@@ -41,13 +42,15 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from benchmarks.comparison_problems import PROBLEMS as COMPARED
 from benchmarks.comparison_problems import (
+    CMO,
+    PUBLISHED,
     REFERENCES,
     keep_reference,
     kept_reference,
     known_front,
 )
+from benchmarks.comparison_problems import PROBLEMS as COMPARED
 from benchmarks.engineering import SteppedCantilever, TenBarTruss
 from benchmarks.machine import describe_machine
 from pymoo_psi import QMCSampling, SurrogatePSI, compare, investigate, nsga3
@@ -76,10 +79,14 @@ PROBLEMS: dict[str, Callable[[], Any]] = {
     "mw1": partial(get_problem, "mw1"),
     "ten_bar_truss": TenBarTruss,
     "stepped_cantilever": SteppedCantilever,
+    **PUBLISHED,
+    **CMO,
 }
 
 
-MANY = tuple(name for name, make in PROBLEMS.items() if make().n_var >= 6)
+OPTIONAL = PUBLISHED | CMO
+N_VAR = {n: (OPTIONAL[n] if n in OPTIONAL else p()).n_var for n, p in PROBLEMS.items()}
+MANY = tuple(name for name, n_var in N_VAR.items() if n_var >= 6)
 
 
 class Watched(Problem):
@@ -211,6 +218,7 @@ def _botorch(problem: Watched, n_evaluations: int, seed: int) -> None:
     from gpytorch.mlls import ExactMarginalLogLikelihood
 
     torch.manual_seed(seed)
+    published = getattr(problem.problem, "ref_point", None)
     n_obj, n_var = problem.n_obj, problem.n_var
     cube = torch.tensor([[0.0] * n_var, [1.0] * n_var], dtype=torch.double)
     Z = (
@@ -229,8 +237,12 @@ def _botorch(problem: Watched, n_evaluations: int, seed: int) -> None:
         model = SingleTaskGP(Z, Y, outcome_transform=Standardize(Y.shape[1]))
         fit_gpytorch_mll(ExactMarginalLogLikelihood(model.likelihood, model))
         feasible = (Y[:, n_obj:] <= 0).all(dim=1)
+        if published is None:
+            ref_point = infer_reference_point(Y[feasible if feasible.any() else ~feasible, :n_obj])
+        else:
+            ref_point = torch.tensor(-published)
         acquisition = qLogNoisyExpectedHypervolumeImprovement(
-            model, infer_reference_point(Y[feasible if feasible.any() else ~feasible, :n_obj]), Z,
+            model, ref_point, Z,
             sampler=SobolQMCNormalSampler(torch.Size([128]), seed=seed),
             objective=IdentityMCMultiOutputObjective(outcomes=list(range(n_obj))),
             constraints=[lambda y, j=j: y[..., j] for j in range(n_obj, Y.shape[1])] or None,
@@ -238,7 +250,7 @@ def _botorch(problem: Watched, n_evaluations: int, seed: int) -> None:
         )  # fmt: skip
         proposed, _ = optimize_acqf(
             acquisition, cube, BATCH, num_restarts=10, raw_samples=512, sequential=True,
-            options={"batch_limit": 10, "maxiter": 50},
+            options={"batch_limit": 10, "init_batch_limit": 512, "maxiter": 50},
         )  # fmt: skip
         Z = torch.cat([Z, proposed])
 
@@ -303,22 +315,34 @@ def reference_of(name: str) -> Reference:
     return kept_reference(name)
 
 
+def _measure(name: str, F: Array) -> dict[str, float]:
+    reference = reference_of(name)
+    optimum = np.linalg.norm(reference.frame.scaled(reference.optimum))
+    mu1 = np.linalg.norm(reference.frame.scaled(F), axis=1).min() if len(F) else np.inf
+    return {
+        "hypervolume": reference.measure(F)["hypervolume"],
+        # above that of the best design known: also where several designs are as good
+        "mu1_excess": mu1 - optimum,
+    }
+
+
+def _measure_published(name: str, F: Array) -> dict[str, float]:
+    published = PUBLISHED[name]
+    found = moocore.hypervolume(F, ref=published.reference) if len(F) else 0.0
+    return {"hypervolume": found / published.maximum, "mu1_excess": np.nan}
+
+
 def run(name: str, algorithm: str, seed: int, budgets: tuple[int, ...]) -> list[dict[str, Any]]:
     """Run an algorithm once and measure what it has found at each budget."""
-    problem, reference = Watched(PROBLEMS[name]()), reference_of(name)
+    problem = Watched(PROBLEMS[name]())
+    measure = _measure_published if name in PUBLISHED else _measure
     began = time.process_time()
     ALGORITHMS[algorithm](problem, max(budgets), seed)
     took = time.process_time() - began
-    optimum = np.linalg.norm(reference.frame.scaled(reference.optimum))
     rows = []
     for budget in budgets:
-        F = problem.found(budget)
         row = {"problem": name, "algorithm": algorithm, "seed": seed, "evaluations": budget}
-        mu1 = np.linalg.norm(reference.frame.scaled(F), axis=1).min() if len(F) else np.inf
-        measured = {
-            "hypervolume": reference.measure(F)["hypervolume"],
-            # above that of the best design known: also where several designs are as good
-            "mu1_excess": mu1 - optimum,
+        measured = measure(name, problem.found(budget)) | {
             "violation": min(problem.violation[:budget]),
             "seconds_a_design": took / max(budgets),
         }
@@ -353,7 +377,8 @@ def carry_out(
 ) -> None:
     """Run what is not kept yet, and keep it."""
     for name in problems:
-        reference_of(name)
+        if name not in PUBLISHED:
+            reference_of(name)
     missing = [a for a in algorithms if not all(map(find_spec, NEEDED.get(a, ())))]
     if missing:
         print(f"not installed: {', '.join(missing)}", flush=True)
@@ -435,7 +460,7 @@ def table(frame: pd.DataFrame, indicator: str, budget: int) -> list[str]:
         cells = [_cell(ours, more)]
         cells += [f"{_cell(v, more)} {mark}".rstrip() for v, mark in rivals.values()]
         used = "" if name in TUNED else " ◦"
-        lines.append(f"| {name}{used} ({PROBLEMS[name]().n_var}) | {' | '.join(cells)} |")
+        lines.append(f"| {name}{used} ({N_VAR[name]}) | {' | '.join(cells)} |")
     return lines
 
 
