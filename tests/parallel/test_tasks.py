@@ -9,16 +9,8 @@ import pytest
 
 from pymoo_psi import JoblibRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel import evaluate_here, in_order, in_parallel
+from pymoo_psi.parallel import evaluate_here, in_parallel
 from tests.processes import until
-
-
-def test_results_come_in_order_and_as_soon_as_they_can():
-    numbered = ((number, f"task {number}") for number in (1, 0, 2, 4, 3))
-    results = in_order(numbered)
-    assert next(results) == "task 0"
-    assert next(numbered) == (2, "task 2"), "which has not been asked for"
-    assert list(in_order(enumerate("ab"))) == ["a", "b"]
 
 
 def test_what_was_evaluated_before_an_error_is_given_first():

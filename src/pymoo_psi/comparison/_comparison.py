@@ -38,7 +38,7 @@ from pymoo_psi.comparison._runs import (
     seconds_of_algorithms,
     stored_runs,
 )
-from pymoo_psi.parallel import in_order, in_parallel, progress_bar
+from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.pareto import listed
 from pymoo_psi.problems import design_space, problem_layout, problem_name, require_problem, required
 
@@ -362,11 +362,11 @@ def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.Data
     """Return the table of :meth:`Comparison.to_frame`."""
     import pandas as pd
 
-    quality = in_parallel(reference.measure, [run.F for run in runs], n_jobs)
+    quality = dict(in_parallel(reference.measure, [run.F for run in runs], n_jobs))
     rows = [
         (run.task.algorithm, run.task.n_evaluations, run.task.seed, run.n_evaluated,
-         *measured.values(), run.seconds, run.evaluation_seconds)
-        for run, measured in zip(runs, in_order(quality), strict=True)
+         *quality[number].values(), run.seconds, run.evaluation_seconds)
+        for number, run in enumerate(runs)
     ]  # fmt: skip
     # Integers of pandas, which may be missing; NumPy would make the seeds floats.
     return pd.DataFrame(rows, columns=_MEASURES).astype({"seed": "Int64"})

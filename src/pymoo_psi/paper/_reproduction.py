@@ -25,7 +25,7 @@ from pymoo_psi._output import Shown
 from pymoo_psi._validation import counted, integer, invalid, job_count
 from pymoo_psi.algorithms import investigate
 from pymoo_psi.chute import MODELS, criteria, motion
-from pymoo_psi.parallel import in_order, in_parallel
+from pymoo_psi.parallel import in_parallel
 from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.problems import VectorizedSphereChute
 from pymoo_psi.sequences import lp_tau
@@ -236,11 +236,11 @@ def reproduce(
     def solved(task: tuple[float, str]) -> Case:
         return solve_case(*task, n_points)
 
-    cases = []
-    for case in in_order(in_parallel(solved, wanted, n_jobs)):
+    cases = {}
+    for number, case in in_parallel(solved, wanted, n_jobs):
         on_case(case)
-        cases.append(case)
-    return Reproduction(n_points, tuple(cases))
+        cases[number] = case
+    return Reproduction(n_points, tuple(cases[number] for number in range(len(wanted))))
 
 
 # What figures 2 and 8 show, as numbers.

@@ -15,7 +15,7 @@ Example:
     >>> len(minimize(problem, PSI(200)).pop)
     200
 
-Other subpackages also use :func:`in_parallel` and :func:`in_order` for tasks,
+Other subpackages also use :func:`in_parallel` for tasks,
 :func:`active_workers`, :func:`progress_bar`, :func:`progress_lines`, :func:`evaluate_here`,
 :func:`one_line`, :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """

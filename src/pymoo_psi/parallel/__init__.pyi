@@ -11,5 +11,4 @@ from ._progress import progress_bar as progress_bar
 from ._progress import progress_lines as progress_lines
 from ._runner import JoblibRunner as JoblibRunner
 from ._runner import active_workers as active_workers
-from ._runner import in_order as in_order
 from ._runner import in_parallel as in_parallel

@@ -270,14 +270,3 @@ def in_parallel(
         if error.original is None:
             raise WorkerError(f"a worker process failed: {error.reason}") from error
         raise error.original from error.original.__cause__
-
-
-def in_order(numbered: Iterable[tuple[int, Any]]) -> Iterator[Any]:
-    """Give numbered results in the order of their numbers, each as soon as it can be."""
-    waiting: dict[int, Any] = {}
-    turn = 0
-    for number, result in numbered:
-        waiting[number] = result
-        while turn in waiting:
-            yield waiting.pop(turn)
-            turn += 1
