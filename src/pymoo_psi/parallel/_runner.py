@@ -62,45 +62,6 @@ def _cores() -> int:
     return int(cpu_count())
 
 
-def _evaluate(
-    f: Function,
-    waiting: Waiting,
-    cost: Cost,
-    workers: Workers,
-    timeout: float | None,
-    pool: ProcessPool,
-) -> Generator[Result]:
-    """Evaluate designs by workers of any kind; see :meth:`ProcessPool.run`."""
-    if workers.own and sys.platform != "win32":
-        yield from pool.run(f, waiting, cost, workers.count, timeout)
-        return
-    from joblib.parallel import Parallel, delayed
-
-    def tasks() -> Iterator[Any]:
-        while waiting:
-            # asked each time, since the cost becomes known on the way
-            size = min(len(waiting), cost.chunk(len(waiting), workers.count))
-            chunk = deque(waiting.popleft() for _ in range(size))
-            yield delayed(_evaluated)(f, chunk)
-
-    while waiting:  # joblib asks for no more tasks once there were none
-        # One at a time: joblib would send many together that have been short so far.
-        parallel = Parallel(workers.count, batch_size=1, return_as="generator_unordered")
-        answers = parallel(tasks())
-        try:
-            for result in chain.from_iterable(answers):
-                cost.add(result[2])
-                yield result
-        finally:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", UserWarning)  # that results are not read
-                answers.close()
-
-
-def _evaluated(f: Function, waiting: Waiting) -> list[Result]:
-    return list(evaluate_here(f, waiting, moment=0.0))
-
-
 class JoblibRunner:
     """Evaluate the designs of any pymoo problem on many workers: its ``elementwise_runner``.
 
@@ -152,11 +113,7 @@ class JoblibRunner:
     """
 
     def __init__(
-        self,
-        n_jobs: int = -1,
-        *,
-        timeout: float | None = None,
-        in_process: bool = True,
+        self, n_jobs: int = -1, *, timeout: float | None = None, in_process: bool = True
     ) -> None:
         self.n_jobs = job_count("n_jobs", n_jobs)
         self.timeout = None if timeout is None else positive_number("timeout", timeout)
@@ -224,16 +181,46 @@ class JoblibRunner:
                 yield from evaluate_here(f, waiting, self._cost, enough)
             if waiting:
                 self._started = True
-                yield from _evaluate(f, waiting, self._cost, workers, self.timeout, self._pool)
+                yield from self.by_workers(f, waiting, workers)
         except EvaluationError as error:
             # of a problem that names the design itself
             named = error.original if isinstance(error.original, EvaluationError) else error
             raise named from named.original
 
+    def by_workers(self, f: Function, waiting: Waiting, workers: Workers) -> Generator[Result]:
+        """Give what :meth:`stream` gives; no design is evaluated in this process."""
+        if workers.own and sys.platform != "win32":
+            yield from self._pool.run(f, waiting, self._cost, workers.count, self.timeout)
+            return
+        from joblib.parallel import Parallel, delayed
+
+        def tasks() -> Iterator[Any]:
+            while waiting:
+                # asked each time, since the cost becomes known on the way
+                size = min(len(waiting), self._cost.chunk(len(waiting), workers.count))
+                yield delayed(_evaluated)(f, deque(waiting.popleft() for _ in range(size)))
+
+        while waiting:  # joblib asks for no more tasks once there were none
+            # One at a time: joblib would send many together that have been short so far.
+            parallel = Parallel(workers.count, batch_size=1, return_as="generator_unordered")
+            answers = parallel(tasks())
+            try:
+                for result in chain.from_iterable(answers):
+                    self._cost.add(result[2])
+                    yield result
+            finally:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", UserWarning)  # that results are not read
+                    answers.close()
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles take the settings; workers and measurements stay."""
         settings = {name: v for name, v in vars(self).items() if not name.startswith("_")}
         return partial(type(self), **settings), ()
+
+
+def _evaluated(f: Function, waiting: Waiting) -> list[Result]:
+    return list(evaluate_here(f, waiting, moment=0.0))
 
 
 def in_parallel(
@@ -262,7 +249,7 @@ def in_parallel(
     left = enumerate(tasks)
     waiting = deque(islice(left, _TASKS_AHEAD * workers.count))
     try:
-        with closing(_evaluate(function, waiting, Cost(), workers, None, ProcessPool())) as done:
+        with closing(JoblibRunner(n_jobs).by_workers(function, waiting, workers)) as done:
             for number, result, _ in done:
                 yield number, result
                 waiting.extend(islice(left, 1))
