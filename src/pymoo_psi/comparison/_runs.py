@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -235,8 +236,11 @@ def costs(problem: Any, tasks: Sequence[Task], seconds: Mapping[str, float], n_j
     text = f"{problem_name(problem)}: {counted(len(tasks), 'run')} of {counted(n, 'evaluation')}"
     if whole < 60:
         return f"{text} in all, less than a minute"
-    parts = ", ".join(f"{name} {own / workers / 60:.1f}" for name, own in needs.items())
-    return f"{text} in all, about {whole / 60:.0f} minutes ({parts}; {each:.2g} s an evaluation)"
+    parts = ", ".join(
+        f"{name} {timedelta(seconds=round(own / workers))}" for name, own in needs.items()
+    )
+    about = timedelta(seconds=round(whole))
+    return f"{text} in all, about {about} ({parts}; {each:.2g} s an evaluation)"
 
 
 def _seconds_of_algorithm(problem: Any, algorithm: NamedAlgorithm, budgets: list[int]) -> float:
