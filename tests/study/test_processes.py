@@ -223,5 +223,5 @@ def test_what_is_read_only_can_be_read_and_is_said_to_be_so(workers, rights):
         )
         assert workers.wait(workers.start(job)) == 0
         why = "Permission denied" if rights == 0o555 else "attempt to write a readonly database"
-        assert lines(report)[0].startswith(f"study {path} cannot be used: {why}; check that its f")
+        assert lines(report)[0].startswith(f"study {path} cannot be used: {why}; see that its fol")
         assert path.read_bytes() == before

@@ -347,22 +347,17 @@ def _reported(path: str) -> Iterator[None]:
             raise
         # By their texts, since Python 3.10 does not show SQLite's codes.
         text = (isinstance(error, OSError) and error.strerror) or str(error)
-        if any(words in text for words in ("is full", "No space", "quota")):
-            raise StudyAccessError(
-                f"study {path} cannot be written, as the disk is full; what was stored before is "
-                "kept: make room, then run again to continue"
-            ) from error
         if "is locked" in text:
             raise StudyLockedError(
                 f"study {path} is kept busy by another program; close that program, then run again"
             ) from error
         if "not a database" in text:
             raise _foreign(path) from error
-        system = ("disk I/O", "readonly", "unable to open", "too many")
+        system = ("is full", "disk I/O", "readonly", "unable to open", "too many")
         if isinstance(error, OSError) or any(words in text for words in system):
             raise StudyAccessError(
-                f"study {path} cannot be used: {text}; check that its folder exists and that you "
-                "may write it; what was committed is still there"
+                f"study {path} cannot be used: {text}; see that its folder exists, that you may "
+                "write it, and that there is room; what was stored before is kept"
             ) from error
         raise _corrupt(path, text) from error
 

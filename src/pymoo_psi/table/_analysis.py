@@ -44,7 +44,7 @@ _SHUFFLES = 39
 _ENOUGH = 4096  # tests that are shuffled
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Histogram:
     """How many designs have a variable, or another column, in each of k bins.
 
@@ -73,12 +73,6 @@ class Histogram:
     feasible: NDArray[np.int64]
     pareto: NDArray[np.int64]
     outside: tuple[int, int] = (0, 0)
-
-    def __repr__(self) -> str:
-        """Return what is counted."""
-        bins = counted(len(self.tested), "bin")
-        tests = f"{self.tested.sum()} tested, {self.feasible.sum()} feasible"
-        return f"Histogram({self.variable} in {bins}: {tests}, {self.pareto.sum()} Pareto optimal)"
 
 
 def histogram(

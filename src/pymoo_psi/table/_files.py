@@ -226,13 +226,13 @@ def sheet_head(rows: Iterable[Sequence[Any]]) -> Head:
 
 
 def text_of_rows(rows: Iterable[Sequence[Any]]) -> str:
-    """Return rows of cells as CSV, for :func:`tests_of_text`."""
+    """Return rows of cells as CSV, for :func:`columns_of_text`."""
     file = StringIO(newline="")
     csv.writer(file, quoting=csv.QUOTE_NONNUMERIC).writerows([*map(inert, row)] for row in rows)
     return file.getvalue()
 
 
-def tests_of_text(head: Head | None, text: str) -> tuple[Head, Columns]:
+def columns_of_text(head: Head | None, text: str) -> tuple[Head, Columns]:
     """Return head and columns of a table by the head of its file and the rows below their names.
 
     Raises:

@@ -33,10 +33,10 @@ from pymoo_psi.table._files import (
     DESIGNS,
     MARK,
     Head,
+    columns_of_text,
     described,
     file_head,
     table_of,
-    tests_of_text,
     text_of_rows,
 )
 from pymoo_psi.table._formulation import Formulation
@@ -175,14 +175,14 @@ def _opened(
 ) -> TestTable | Cells:
     """Return what a file or folder holds, by its content: a pipe has no suffix."""
     if path.is_dir():
-        return _tests(path)
+        return read_tests(path)
     with path.open("rb") as file:  # once: what a pipe has given it does not give again
         content = file.read(16)
         if sheet is not None and not content.startswith(_ZIP):
             raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
         # SQLite opens files by name only, so a study cannot be a pipe.
         if content.startswith(b"SQLite format 3\0"):
-            return _tests(path)
+            return read_tests(path)
         content += file.read()
     if content.startswith(b"\xd0\xcf\x11\xe0"):  # an OLE compound file
         what = "it is a workbook of old, or with a password"
@@ -207,13 +207,8 @@ def _opened(
             named = {written_text(name): column for name, column in cells.columns.items()}
             return replace(cells, columns=named, head=head)
     with described(path):
-        head, columns = tests_of_text(head, text)
+        head, columns = columns_of_text(head, text)
     return table_of(head, columns, path, TestTable)
-
-
-def _tests(path: Path) -> TestTable:
-    table, missing = read_tests(path)
-    return replace(table, remarks=(f"{missing}.",)) if missing else table
 
 
 def _cells_of(source: Any) -> TestTable | Cells:

@@ -56,12 +56,12 @@ from pymoo_psi.table._files import (
     Columns,
     blocks_of,
     columns_of,
+    columns_of_text,
     described,
     file_head,
     head_of,
     marked,
     table_of,
-    tests_of_text,
 )
 from pymoo_psi.table._formulation import Formulation, formulated
 from pymoo_psi.table._joining import (
@@ -588,7 +588,7 @@ class TestTable(Shown):
         over = [
             ~within({name: ends}, self.column, len(self))[:, None] for name, ends in chosen.items()
         ]
-        own = self._violated()
+        own = violated_constraints(self.G, self.H, self.layout.eq_tolerance)
         known = np.asarray(~own.any(axis=1) | np.isfinite(self.F).any(axis=1))
         mask = np.hstack([own, *(np.where(known[:, None], each, False) for each in over)])
         mask[self.status == "failed"] = False
@@ -1024,7 +1024,7 @@ class TestTable(Shown):
         """
         content = Path(path).read_bytes()
         with described(path):
-            head, columns = tests_of_text(*file_head(content.decode("utf-8-sig")))
+            head, columns = columns_of_text(*file_head(content.decode("utf-8-sig")))
         return table_of(head, columns, path, cls)
 
     @classmethod
@@ -1049,9 +1049,9 @@ class TestTable(Shown):
             ...     TestTable.read_study(study).equals(table)
             True
         """
-        table, missing = read_tests(path)
-        if missing:
-            warnings.warn(f"{os.fspath(path)}: {missing}", stacklevel=2)
+        table = read_tests(path)
+        for remark in table.remarks:
+            warnings.warn(f"{os.fspath(path)}: {remark}", stacklevel=2)
         return table
 
     def to_study(self, path: str | PathLike[str]) -> None:
@@ -1085,10 +1085,6 @@ class TestTable(Shown):
 
     # Inside
 
-    def _violated(self) -> Mask:
-        """``(n, n_ieq + n_eq)`` which constraints a design violates; one that is NaN counts."""
-        return violated_constraints(self.G, self.H, self.layout.eq_tolerance)
-
     def _status(
         self, reasons: Mapping[int, str], given: NDArray[np.str_] | None = None
     ) -> dict[str, Any]:
@@ -1101,7 +1097,8 @@ class TestTable(Shown):
         texts = {n: str(text).encode("utf-8", "backslashreplace") for n, text in reasons.items()}
         whys = {n: text.decode("utf-8").replace("\0", "␀") for n, text in texts.items()}
         reasons = {n: why or "no reason given" for n, why in whys.items()}
-        violates = self._violated().any(axis=1)
+        broken = violated_constraints(self.G, self.H, self.layout.eq_tolerance)
+        violates = broken.any(axis=1)
         if given is not None:
             failed = given == "failed"
         else:
@@ -1150,15 +1147,16 @@ class TestTable(Shown):
             object.__setattr__(self, name, value)
 
 
-def read_tests(path: str | PathLike[str]) -> tuple[TestTable, str]:
-    """Return the tests of a study or a folder of studies, and which are missing, or nothing."""
+def read_tests(path: str | PathLike[str]) -> TestTable:
+    """Return the tests of a study or a folder of studies, a remark says which are missing."""
     from pymoo_psi.study import read_folder, read_study
 
     if os.path.isdir(path):
         head, columns, missing = read_folder(path)
     else:
         (head, columns), missing = read_study(path), ""
-    return table_of(head, columns, path, TestTable), missing
+    table = table_of(head, columns, path, TestTable)
+    return table._with(remarks=(f"{missing}.",)) if missing else table
 
 
 def _lack(table: TestTable, row: np.intp) -> str:
