@@ -87,7 +87,7 @@ class DesignComparison:
         # The largest first, NaN last; those that are equal up to rounding as they are.
         order = np.argsort(-np.round(sizes / _TIE), kind="stable")
         better, worse = order[self.gains[k][order] > 0], order[self.gains[k][order] < 0]
-        changes = _changes(self.ranking, self.units, gains, sizes, [*better, *worse])
+        changes = _changes(self, gains, sizes, [*better, *worse])
         sides = (("better", changes[: len(better)]), ("worse", changes[len(better) :]))
         parts = [sentence(side, changes=", ".join(found)) for side, found in sides if found]
         return "; ".join(parts) or sentence("equal")
@@ -186,30 +186,24 @@ class Explanation:
 
     def _standing(self) -> str:
         """Return what the design is among the others."""
-        ranking, row, optima = self.ranking, self.row, self.ranking.salukvadze
-        n, values = int(ranking.pareto.sum()), {}
-        template = ("optimum" if len(optima) == 1 else "optima") if row in optima else "ranked"
-        if n == 1:
-            template = "single"
-        if self.dominated_by >= 0:
-            template, other = "dominated", self.dominated_by
-            better = compare_designs(ranking, [row, other], units=self.units)
-            values = {"other": ranking.name_of(other), "difference": better.difference(1)}
-        return sentence(
-            template,
-            design=capital(ranking.name_of(row)),
-            front=counted(n, "Pareto-optimal design"),
-            rank=ranking.rank[row],
-            count=len(optima),
-            **values,
-        )
+        ranking, optima, other = self.ranking, self.ranking.salukvadze, self.dominated_by
+        design, n = capital(ranking.name_of(self.row)), int(ranking.pareto.sum())
+        if other >= 0:
+            better = _compared(ranking, [self.row, other], self.units).difference(1)
+            return sentence(
+                "dominated", design=design, other=ranking.name_of(other), difference=better
+            )
+        kind = "ranked" if self.row not in optima else "optima" if len(optima) > 1 else "optimum"
+        front, rank = counted(n, "Pareto-optimal design"), ranking.rank[self.row]
+        kind = "single" if n == 1 else kind
+        return sentence(kind, design=design, front=front, rank=rank, count=len(optima))
 
     def _distances(self, columns: Rows) -> str:
         """Return how far the design is from the best, where it is not the best itself."""
         names, frame = self.ranking.objectives.names, self.ranking.frame
         if not len(columns):
             return sentence("all best")
-        changes = _changes(self.ranking, self.units, self.behind, self.shares, columns)
+        changes = _changes(self, self.behind, self.shares, columns)
         parts = [sentence("behind", changes=", ".join(changes))]
         if len(changes) > 1 and self.weakest:
             parts.append(sentence("weakest", objectives=listed(self.weakest)))
@@ -417,18 +411,12 @@ def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
     return row
 
 
-def _changes(
-    ranking: EfficiencyRanking,
-    units: Mapping[Any, str],
-    sizes: Array,
-    shares: Array,
-    columns: Iterable[int],
-) -> list[str]:
-    """Return a text for each objective of some columns: by how much it changes."""
+def _changes(of: Any, sizes: Array, shares: Array, columns: Iterable[int]) -> list[str]:
+    """Return by how much objectives change, of a comparison or an explanation; some columns."""
     texts: list[str] = []
     for j in columns:
-        name = ranking.objectives.names[j]
+        name = of.ranking.objectives.names[j]
         template = "bare change" if np.isnan(shares[j]) else "change" if texts else "first change"
-        amount = f"{number(sizes[j])} {units.get(name, '')}".strip()
+        amount = f"{number(sizes[j])} {of.units.get(name, '')}".strip()
         texts.append(sentence(template, objective=name, amount=amount, share=percent(shares[j])))
     return texts
