@@ -21,14 +21,6 @@ from pymoo_psi.errors import EvaluationError
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
 
-class Unbounded(Problem):
-    def __init__(self, xl=None, xu=None, n_var=2):
-        super().__init__(n_var=n_var, n_obj=2, xl=xl, xu=xu)
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"] = x[:, :2]
-
-
 def check_pareto_set(result, problem):
     """What is returned are all feasible tests that no feasible test dominates."""
     table = result.algorithm.table
@@ -178,7 +170,7 @@ def test_an_algorithm_that_has_run_is_not_set_up_again():
     assert algorithm.result().X.shape[1] == 2
 
 
-BAD_BOUNDS = "bounds of x1 of Unbounded must be finite and in .* order, got "
+BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
 
 
 @pytest.mark.parametrize(
@@ -210,7 +202,10 @@ def test_mistakes(n, options, message):
         (lambda: investigate(CHUTE, 8, keep="best"), "keep must be one of 'all', 'feasible', "),
         (lambda: minimize(CHUTE, PSI(10), sed=1), "keyword argument 'sed'; did you mean 'seed'"),
         (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),
-        (lambda: minimize(Unbounded(0, np.inf), PSI(10)), BAD_BOUNDS + "0.0 and inf"),
+        (
+            lambda: minimize(Problem(n_var=2, n_obj=2, xl=0, xu=np.inf), PSI(10)),
+            BAD_BOUNDS + "0.0 and inf",
+        ),
     ],
 )
 def test_other_mistakes(run, message):
