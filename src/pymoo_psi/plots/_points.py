@@ -67,7 +67,7 @@ class Group(NamedTuple):
 
 # By rank, the rarer ranks on top; ranks 1 and 2 do not occur.
 MARKERS: dict[int, tuple[str, str, float, float]] = {
-    0: (".", GREY, 2.0, 2.0),
+    0: (".", GREY, 4.5, 2.0),
     3: ("^", "#9ECAE1", 5.0, 4.0),
     4: ("s", BLUE, 3.4, 3.0),
     5: ("D", "#08519C", 5.0, 5.0),
