@@ -113,38 +113,31 @@ function countBelow(sorted, value, orEqual) {
   return low
 }
 
-// The rows in the order of their values, missing ones last; equal ones stay as they are. Many are
+// The rows in the order of their values, missing ones last; equal ones stay as they are. They are
 // sorted by the leading bits of their numbers first, as a comparing function takes thirty times as
 // long and then has next to nothing left to do.
 function argsort(values, rows) {
   const n = rows.length
-  const keys = taken(values, rows)
-  for (let k = 0; k < n; k++) if (Number.isNaN(keys[k])) keys[k] = Infinity
-  const byKey = (a, b) => (keys[a] < keys[b] ? -1 : keys[a] > keys[b] ? 1 : a - b)
-  let order = upTo(n)
-  if (n < 4096) order.sort(byKey)
-  else {
-    const words = new Int32Array(keys.buffer)
-    const leading = new Uint32Array(n)
-    for (let k = 0; k < n; k++) { // negative numbers are the lower, the larger their bits
-      const word = words[2 * k + 1]
-      leading[k] = word < 0 ? ~word : word ^ 0x80000000
-    }
-    for (const shift of [0, 11, 22]) {
-      const [ends, next] = [new Int32Array(2049), new Int32Array(n)]
-      for (let k = 0; k < n; k++) ends[((leading[k] >>> shift) & 2047) + 1]++
-      for (let v = 1; v < 2049; v++) ends[v] += ends[v - 1]
-      for (let k = 0; k < n; k++) next[ends[(leading[order[k]] >>> shift) & 2047]++] = order[k]
-      order = next
-    }
-    for (let from = 0, to = 1; to <= n; to++) {
-      if (to < n && leading[order[to]] === leading[order[from]]) continue
-      if (to - from > 1) order.subarray(from, to).sort(byKey)
-      from = to
-    }
+  const keys = taken(values, rows).map((key) => (Number.isNaN(key) ? Infinity : key))
+  const words = new Int32Array(keys.buffer)
+  const leading = new Uint32Array(n)
+  for (let k = 0; k < n; k++) { // negative numbers are the lower, the larger their bits
+    leading[k] = words[2 * k + 1] < 0 ? ~words[2 * k + 1] : words[2 * k + 1] ^ 0x80000000
   }
-  for (let k = 0; k < n; k++) order[k] = rows[order[k]]
-  return order
+  let order = upTo(n)
+  for (const shift of [0, 11, 22]) {
+    const [ends, next] = [new Int32Array(2049), new Int32Array(n)]
+    for (let k = 0; k < n; k++) ends[((leading[k] >>> shift) & 2047) + 1]++
+    for (let v = 1; v < 2049; v++) ends[v] += ends[v - 1]
+    for (let k = 0; k < n; k++) next[ends[(leading[order[k]] >>> shift) & 2047]++] = order[k]
+    order = next
+  }
+  for (let from = 0, to = 1; to <= n; to++) {
+    if (to < n && leading[order[to]] === leading[order[from]]) continue
+    if (to - from > 1) order.subarray(from, to).sort((a, b) => keys[a] - keys[b] || a - b)
+    from = to
+  }
+  return order.map((k) => rows[k])
 }
 
 // The least values of the groups of values that are equal up to a tolerance, of their own size by
@@ -184,9 +177,9 @@ function frontOf(data, mask, rows) {
   for (let k = 0; k < rows.length; k++) {
     const i = rows[k]
     if (!optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])) {
-      data.boxes ??= boxesOf(data.F, data.n)
+      data.boxes ??= boxesOf(data.F, upTo(data.n))
       const stays = last?.front[i]
-      dominator[i] = stays && !more ? -1 : dominatorOf(data, i, stays ? added : mask)
+      dominator[i] = stays && !more ? -1 : dominatorOf(data.boxes, Float64Array.from(data.F, (column) => column[i]), stays ? added : mask)
     }
     front[i] = optimal[i] || dominator[i] < 0 ? 1 : 0
   }
@@ -194,61 +187,37 @@ function frontOf(data, mask, rows) {
   return picked(rows, (i) => front[i])
 }
 
-// The rows in a tree of boxes, of which each half has the lower or the higher values of an objective;
-// the boxes of at most 32 rows are not halved.
-//   order, points    the rows, those of a box side by side, and their objectives, row by row
-//   low, next        by box: the least value of each objective, and the first box not inside
-//   from, to         by box: its part of the order; empty where it is halved
-function boxesOf(F, n) {
-  const m = F.length
-  const order = upTo(n)
-  const [low, next, from, to] = [[], [], [], []]
-  function box(start, stop, depth) {
-    const column = F[depth % m]
-    const few = Float64Array.from({length: 15}, (_, k) => column[order[start + Math.floor(k * (stop - start) / 15)]])
-    const middle = few.sort()[7]
-    let half = start
-    if (stop - start > 32) {
-      for (let k = start; k < stop; k++) {
-        const row = order[k]
-        if (!(column[row] < middle)) continue
-        order[k] = order[half]
-        order[half++] = row
-      }
-      if (half === start && depth < 50) return box(start, stop, depth + 1) // equal in this objective
-    }
-    const here = next.push(0) - 1
-    from.push(start)
-    to.push(half === start ? stop : start)
-    for (const values of F) low.push(endOf(values, 1, order.subarray(start, stop)))
-    if (half > start) {
-      box(start, half, depth + 1)
-      box(half, stop, depth + 1)
-    }
-    next[here] = next.length
-  }
-  box(0, n, 0)
-  const points = new Float64Array(n * m)
-  for (let k = 0; k < n; k++) for (let j = 0; j < m; j++) points[k * m + j] = F[j][order[k]]
-  return {order, points, low: Float64Array.from(low), next: Int32Array.from(next), from: Int32Array.from(from), to: Int32Array.from(to)}
+// The rows in a tree of boxes, each with its least values and two halves, of the lower and the higher
+// values of an objective; those of at most 32 rows have these and their objectives, row by row.
+function boxesOf(F, rows, depth = 0) {
+  const column = F[depth % F.length]
+  const few = Float64Array.from({length: 15}, (_, k) => column[rows[Math.floor(k * rows.length / 15)]])
+  const middle = few.sort()[7]
+  const lower = picked(rows, (i) => rows.length > 32 && column[i] < middle)
+  // Equal in this objective: perhaps not in another.
+  if (!lower.length && rows.length > 32 && depth < 50) return boxesOf(F, rows, depth + 1)
+  const parts = lower.length ? [lower, picked(rows, (i) => !(column[i] < middle))] : []
+  const own = lower.length ? rows.subarray(0, 0) : rows
+  const points = new Float64Array(own.length * F.length)
+  F.forEach((values, j) => own.forEach((row, k) => { points[k * F.length + j] = values[row] }))
+  return {low: Float64Array.from(F, (values) => endOf(values, 1, rows)), rows: own, points,
+    halves: parts.map((half) => boxesOf(F, half, depth + 1))}
 }
 
-// One of the rows among a mask that dominates a row; -1 if there is none. It lies in boxes whose least
-// values are nowhere worse.
-function dominatorOf({F, boxes: {order, points, low, next, from, to}}, i, among) {
-  const m = F.length
-  const own = new Float64Array(m)
-  for (let j = 0; j < m; j++) own[j] = F[j][i]
-  const isWithin = (values, at) => {
-    for (let j = 0; j < m; j++) if (values[at + j] > own[j]) return false
-    return true
+// One of the rows among a mask that dominates a point; -1 if there is none. It lies in boxes whose
+// least values are nowhere worse.
+function dominatorOf({low, rows, points, halves}, point, among) {
+  const m = point.length
+  for (let j = 0; j < m; j++) if (low[j] > point[j]) return -1
+  for (let k = 0; k < rows.length; k++) {
+    if (!among[rows[k]]) continue
+    let [j, better] = [0, false]
+    for (; j < m && points[k * m + j] <= point[j]; j++) better ||= points[k * m + j] < point[j]
+    if (j === m && better) return rows[k]
   }
-  for (let box = 0; box < next.length;) {
-    if (!isWithin(low, box * m)) { box = next[box]; continue }
-    for (let k = from[box]; k < to[box]; k++) {
-      if (among[order[k]] && isWithin(points, k * m) && own.some((value, j) => points[k * m + j] < value)) return order[k]
-    }
-    box++
+  for (let k = 0; k < halves.length; k++) {
+    const found = dominatorOf(halves[k], point, among)
+    if (found >= 0) return found
   }
   return -1
 }
