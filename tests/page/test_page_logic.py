@@ -345,7 +345,6 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
         if set(case.pins[k]) <= set(rows.tolist()):
             pins = np.searchsorted(rows, case.pins[k]).tolist()
             two = compare_designs(ranking, pins, units=units)
-            assert found["compared"]["sentences"] == list(two.sentences)
             for j, objective in enumerate(found["compared"]["objectives"]):
                 assert objective["better"] == np.sign(two.gains[1:, j]).tolist()
                 shares = np.array(objective["share"], dtype=float)

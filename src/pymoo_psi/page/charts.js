@@ -200,20 +200,18 @@ const Charts = (() => {
       const at = (e) => [e.clientX - box.left, e.clientY - box.top]
       const job = down(...at(event))
       let moved = false // a hand that shakes by a pixel does not drag
-      const listeners = new AbortController()
       const move = (e) => {
         moved ||= Math.hypot(e.clientX - event.clientX, e.clientY - event.clientY) > 4
         if (moved) job.move(...at(e))
       }
       const end = (e) => {
-        listeners.abort()
+        element.onpointermove = element.onpointerup = element.onpointercancel = null
         job.up(...at(e), moved)
       }
       event.preventDefault()
       element.setPointerCapture(event.pointerId)
-      for (const [name, listener] of [["pointermove", move], ["pointerup", end], ["pointercancel", end]]) {
-        element.addEventListener(name, listener, listeners)
-      }
+      element.onpointermove = move
+      element.onpointerup = element.onpointercancel = end
     })
   }
 

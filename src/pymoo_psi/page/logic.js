@@ -55,7 +55,6 @@ function decode(payload) {
   return data
 }
 
-// The values of any column, of a geometric one those under the limits.
 const values = (data, ranking, column) => column.role === "geometric" ? ranking[column.field] : column.values
 
 // ------------------------------------------------------------------------ order, rounding, dominance
@@ -162,11 +161,9 @@ function settled(values) {
   return values.map((value) => (Number.isNaN(value) ? NaN : found[countBelow(found, value, true) - 1] + 0))
 }
 
-// The rows that no row left dominates, in ascending order.
-//
-// A row that is Pareto optimal among all is so among fewer. A dominated one stays dominated as long
-// as the dominator found last is left, and what was optimal in the last call is compared only with
-// rows that have come back since.
+// The rows that no row left dominates, in ascending order. What is Pareto optimal among all is so
+// among fewer; what is dominated stays so as long as the dominator found last is left, and what was
+// optimal in the last call is compared only with rows that have come back since.
 function frontOf(data, mask, rows) {
   const {optimal, dominator, last} = data
   if (rows.length === data.n) return picked(rows, (i) => optimal[i])
@@ -308,17 +305,14 @@ function candidates(rows, a, b, [noiseA, noiseB]) {
   return picked(rows, (i) => !(least[part(i)] < b[i] - noiseB))
 }
 
-// Number the values of rows from 0 upwards, those equal up to a tolerance alike.
-function levels(values, rows, tolerance) {
-  const own = taken(values, rows)
-  const found = leasts(own, tolerance)
-  return Int32Array.from(own, (value) => countBelow(found, value, true) - 1)
-}
-
 // The rows whose points (a, b) no other dominates; of equal ones those of the least `other`.
 function nondominatedPair(front, columns, noise) {
   const rows = candidates(front, columns[0], columns[1], noise)
-  const [a, b, other] = columns.map((values, k) => levels(values, rows, noise[k]))
+  const [a, b, other] = columns.map((values, k) => { // numbered from 0, those equal up to rounding alike
+    const own = taken(values, rows)
+    const found = leasts(own, noise[k])
+    return own.map((value) => countBelow(found, value, true) - 1)
+  })
   const first = new Int32Array(rows.length).fill(-1) // by a, the place of the least b, then other
   for (let k = 0; k < rows.length; k++) {
     const j = first[a[k]]
@@ -406,7 +400,6 @@ function left(data, state) {
   return {mask, count: sum(mask) - (total - n), rejected, times}
 }
 
-// An end of a limit as a text.
 const limitText = ({name, unit}, end, value) =>
   `${name} ${end ? "at most" : "at least"} ${apart(String(value))}${unit ? ` ${unit}` : ""}`
 
@@ -432,7 +425,7 @@ function relaxations(data, state, ranking, {mask, rejected, times}) {
       times[i] === 1 && out[i] && (end ? values[i] > limit : values[i] < limit))
     const text = limitText(column, end, limit)
     if (!alone.length) return {name, end, value: null, back: 0, best: first, text: sentence(data, "none back", {limit: text})}
-    const reached = outward(alone.reduce((nearest, i) => (end ? Math.min : Math.max)(nearest, values[i]), end ? Infinity : -Infinity), end)
+    const reached = outward(endOf(values, end ? 1 : -1, alone), end)
     const closest = alone.filter((i) => (end ? values[i] <= reached : values[i] >= reached))
     const steps = [{value: reached, rows: closest, key: "relaxed", limit: limitText(column, end, reached)}]
     if (closest.length < alone.length) steps.push({value: null, rows: alone, key: "without limit", limit: text})
@@ -535,8 +528,7 @@ function preference(data, ranking, {weights, aspiration}) {
     value[row] = greatest
     total[row] = all
   }
-  for (const i of ranking.rows) measure(i)
-  for (let i = n; i < data.total; i++) measure(i)
+  concat(ranking.rows, upTo(data.total).subarray(n)).forEach(measure)
   const noise = frame.sizes.map((size, j) =>
     LAST_PLACES * w[j] * Math.max(size, Math.abs(point[j] / frame.scale[j])))
   const nearest = (list, key, tolerance) => {
@@ -549,7 +541,6 @@ function preference(data, ranking, {weights, aspiration}) {
 
 // ----------------------------------------------------------------------------------------- wording
 
-// A template of pareto, filled.
 const sentence = (data, name, parts) =>
   data.sentences[name].replace(/\{(\w+)\}/g, (_, part) => parts[part])
 
@@ -642,7 +633,6 @@ function gainsOf(data, {frame}, rows) {
 const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
-// A row against another as a sentence of a template.
 function against(data, ranking, key, row, other) {
   const {gains, shares} = gainsOf(data, ranking, [other, row])
   const name = data.names[row]
@@ -672,8 +662,7 @@ function compared(data, ranking, state) {
   }))
 }
 
-// What rows give and take against one of them. `better` is 1, 0 or -1; `share` is of the range of
-// the Pareto set, above 0 where it is better.
+// What rows give and take against one of them. `better` is 1, 0 or -1, `share` above 0 where better.
 function compare(data, ranking, rows, base) {
   const {gains, shares} = gainsOf(data, ranking, [base, ...rows])
   return {
@@ -684,7 +673,6 @@ function compare(data, ranking, rows, base) {
       share: rows.map((_, k) => shares[k + 1][j]),
       better: rows.map((_, k) => Math.sign(gains[k + 1][j])),
     })),
-    sentences: rows.map((row) => against(data, ranking, "against", row, base)),
   }
 }
 
@@ -754,7 +742,6 @@ function explain(data, ranking, row) {
   }
 }
 
-// What a design is among the others, as a sentence.
 function standing(data, ranking, row, dominatedBy) {
   const {front, best, isBest, rank, mask} = ranking
   const parts = {design: capital(data.names[row]), front: counted(front.length, "Pareto-optimal design"),
@@ -770,7 +757,6 @@ function standing(data, ranking, row, dominatedBy) {
   return sentence(data, key, parts)
 }
 
-// How far a design is from the best of each objective, as a sentence.
 function distances(data, {frame}, ordered, behind, shares, weakest) {
   const names = (there) => listed(data.objectives.filter((_, j) => there(j)).map(({name}) => name))
   const away = ordered.filter((j) => behind[j] > 0)
@@ -841,7 +827,6 @@ function typed(text) {
 
 const isObject = (value) => typeof value === "object" && value !== null && !Array.isArray(value)
 
-// An entry of untrusted input; undefined if there is none.
 const entryOf = (object, name) =>
   isObject(object) && Object.hasOwn(object, name) ? object[name] ?? undefined : undefined
 
@@ -852,8 +837,7 @@ const byName = (entries = []) => {
   return object
 }
 
-// A state from untrusted input, an address or a file. What does not fit is left out and named in a
-// remark.
+// A state from untrusted input, an address or a file; a remark names what does not fit.
 function checked(data, anything) {
   const lost = new Set(isObject(anything) ? [] : ["what should be a state"])
   const fitting = (key, fits, otherwise, object = anything) => {
@@ -863,7 +847,6 @@ function checked(data, anything) {
     return otherwise
   }
   const kept = (key, fits) => (item) => fits(item) || (lost.add(key), false)
-  // The entries of a mapping, by names of columns, and of a list that fit.
   const entries = (key, fits, object) => byName(Object.entries(fitting(key, isObject, {}, object)).filter(
     kept(key, ([name, value]) => data.by.get(name)?.name === name && fits(data.by.get(name), value))))
   const items = (key, fits, otherwise) => {
@@ -912,12 +895,13 @@ function checked(data, anything) {
 
 const toHash = (state) => `#${encodeURIComponent(JSON.stringify(state))}`
 
-// What an address says, unchecked; null if it says nothing.
 function fromHash(hash) {
-  const text = hash.replace(/^#/, "")
-  if (!text || text.length > LONGEST_STATE * 3) return null
+  return hash.length > LONGEST_STATE * 3 ? null : parsed(() => decodeURIComponent(hash.replace(/^#/, "")))
+}
+
+function parsed(text) {
   try {
-    return JSON.parse(decodeURIComponent(text))
+    return JSON.parse(text())
   } catch {
     return null
   }
@@ -985,15 +969,11 @@ function decision(data, state, ranking, date) {
   }
 }
 
-// The state that the page opens with.
 const initial = (data) => decided(data, data.opens_with)
 
 // The state that a decision file holds, or null if it is about something else.
 function opened(data, text) {
-  let content = null
-  try {
-    content = text.length <= LONGEST_STATE * 16 ? JSON.parse(text) : null
-  } catch { /* reported below */ }
+  const content = text.length <= LONGEST_STATE * 16 ? parsed(() => text) : null
   const {objectives, maximize, normalize, page} = isObject(content) ? content : {}
   const own = data.opens_with
   const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
@@ -1020,7 +1000,7 @@ function decided(data, {limits, chosen, reason, page: {values, state: view}}) {
 
 return {
   decode, initial, checked, toHash, fromHash, values, left, ranked, order, preference, verdict, explain,
-  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, short, apart, percent, sum,
+  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, short, apart, percent, sum, endOf,
   csv, decision, opened, MOST_PINS,
 }
 })()

@@ -74,7 +74,7 @@ const page = (() => {
   let at = -1 // the present one
   let saved = "" // the state that a file has
   let left, ranking, verdict, order
-  let before = null // the ranking when the limits rested last, and these
+  let before = null // the ranking when the limits rested last
   let filtered = "" // the part of the state that left and ranking were made from
   let [selected, hovered] = [new Set(), -1]
   const step = {last: 0} // milliseconds of the last update
@@ -126,7 +126,7 @@ const page = (() => {
     const keepFocus = focusKept()
     waiting = false
     const filter = JSON.stringify([state.limits, state.categories, state.kept, state.fixed])
-    if (filter !== filtered || everything) {
+    if (filter !== filtered) {
       filtered = filter
       left = Logic.left(data, state)
       ranking = Logic.ranked(data, left.mask, state.fixed ? data.whole.frame : null)
@@ -153,19 +153,13 @@ const page = (() => {
     step.last = performance.now() - start
   }
 
-  // Buttons are made anew or disabled: who works by keys stays on the one that was pressed, or
-  // else at the first beside it.
+  // Buttons go or are disabled: who works by keys stays at the first beside the one that was pressed.
   function focusKept() {
-    const nameOf = (element) => element.getAttribute("aria-label") ?? element.textContent
     const element = document.activeElement
     const place = element?.closest("section .bar, section, .actions")
-    if (!place) return () => 0
-    const name = nameOf(element)
     return () => {
-      if (element.isConnected && !element.disabled) return
-      const buttons = [...place.querySelectorAll("button:enabled")]
-      const next = buttons.find((button) => nameOf(button) === name) ?? buttons[0]
-      ;(next ?? $("verdict")).focus({preventScroll: true})
+      if (!place || (element.isConnected && !element.disabled)) return
+      (place.querySelector("button:enabled") ?? $("verdict")).focus({preventScroll: true})
     }
   }
 
@@ -196,28 +190,26 @@ const page = (() => {
 
   // What the last change of the limits has done; announced, too.
   function showSince() {
-    const now = {ranking, filter: filtered}
-    if (before && now.filter !== before.filter) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before.ranking)}`))
-    before = now
+    if (before && ranking !== before) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before)}`))
+    before = ranking
   }
 
   // Designs.
 
   const rowOf = (name) => data.rowOf.get(name) ?? -1
-  const isPrototype = (row) => row >= data.n
   const called = (row) => data.names[row]
   const chosenRow = () => rowOf(state.chosen)
   const proposedRow = () => ranking.best[0] ?? -1
   const isPinned = (row) => state.pins.includes(called(row))
 
   function look(row) {
-    if (isPrototype(row)) return "prototype"
+    if (row >= data.n) return "prototype"
     if (!ranking.pareto[row]) return "dominated"
     if (ranking.isBest[row]) return "6"
     return ranking.rank[row] > 0 ? String(ranking.rank[row]) : "unranked"
   }
   const rankText = (row) => {
-    if (isPrototype(row)) return "prototype"
+    if (row >= data.n) return "prototype"
     if (!ranking.mask[row]) return "outside the limits"
     if (!ranking.pareto[row]) return "dominated"
     return ranking.rank[row] === 0 ? "unranked" : `rank ${ranking.rank[row]}`
@@ -253,7 +245,7 @@ const page = (() => {
     if (!verdict) {
       renew($("verdict-words"), make("p.warning", {}, "No design is left. What each limit costs is said below."),
         ...(clear ? [make("p", {}, `${called(chosen)} is chosen. `, clear)] : []))
-      for (const id of ["verdict-more", "verdict-table", "verdict-variables"]) renew($(id))
+      for (const id of ["verdict-more", "verdict-rows", "verdict-variables"]) renew($(id))
     } else {
       const {row, proposed, instead, remarks, sentences} = verdict
       const isBest = instead === ""
@@ -263,7 +255,7 @@ const page = (() => {
           clear ?? chooseButton(row), pinButton(row)),
         ...(isBest ? [] : [make("p.instead", {}, readable(instead), " ", pinButton(proposed))]),
         ...(chosen < 0 ? [make("p.hint.screen", {}, "Nothing is chosen yet: choose here, in the table or by a click in a chart.")] : []))
-      renew($("verdict-table"), ...verdictRows())
+      renew($("verdict-rows"), ...verdictRows())
       // Long numbers need the room of the bars.
       $("verdict-table").classList.toggle("long", verdict.objectives.some(({name, value, best}) =>
         [value, best].some((number) => written(data.by.get(name), number).length > 9)))
@@ -284,8 +276,7 @@ const page = (() => {
   }
 
   function verdictRows() {
-    const heads = [["", "Objective"], [".number", "Value"], [".number", "Best left"], [".number", "From its best"], [".share", "of range"]]
-    const rows = verdict.objectives.map(({name, value, best, away, share}) => {
+    return verdict.objectives.map(({name, value, best, away, share}) => {
       const column = data.by.get(name)
       const weak = verdict.weakest.includes(name)
       const bar = make("i", {})
@@ -295,7 +286,6 @@ const page = (() => {
         make("td.number", {}, written(column, value)), make("td.number", {}, written(column, best)), make("td.number", {}, difference(away)),
         make("td.share", {}, make("span.bar-of-share", {"aria-hidden": "true"}, bar), make("span", {}, percent(share))))
     })
-    return [make("thead", {}, make("tr", {}, heads.map(([name, text]) => make(`th${name}`, {scope: "col"}, text)))), make("tbody", {}, rows)]
   }
 
   function showCounts() {
@@ -387,6 +377,12 @@ const page = (() => {
 
   const hasValues = (column) => column.values.some(Number.isFinite)
 
+  function numberField(properties, taken) {
+    const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", ...properties})
+    input.addEventListener("change", () => taken(Logic.typed(input.value)))
+    return input
+  }
+
   const STEPS = 1000 // finer than a pixel of the track
   function limitControl(column) {
     if (column.texts) return categoryControl(column)
@@ -400,11 +396,9 @@ const page = (() => {
     controls.set(column, control)
     control.fields = [0, 1].map((k) => {
       const end = written(column, k ? high : low)
-      const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off",
-        placeholder: end.length <= 9 ? end : readable((k ? high : low).toExponential(2)), title: `${k ? "Greatest" : "Least"} shown: ${end}`,
-        "aria-label": `${label}, ${k ? "at most" : "at least"}`, "aria-describedby": `note-${column.field}`})
-      input.addEventListener("change", () => {
-        const {value, wrong: why} = Logic.typed(input.value)
+      const shown = {placeholder: end.length <= 9 ? end : readable((k ? high : low).toExponential(2)), title: `${k ? "Greatest" : "Least"} shown: ${end}`,
+        "aria-label": `${label}, ${k ? "at most" : "at least"}`, "aria-describedby": `note-${column.field}`}
+      return numberField(shown, ({value, wrong: why}) => {
         const next = [...(limitOf(column) ?? [null, null])]
         next[k] = value
         const wrong = why ?? (next[0] !== null && next[1] !== null && next[0] > next[1] ? "The lower end is above the upper one." : "")
@@ -412,7 +406,6 @@ const page = (() => {
         control.wrong[k] = wrong && {why: wrong, beside: JSON.stringify(limitOf(column))}
         wrong ? soon() : setLimit(column, next, true)
       })
-      return input
     })
     control.thumbs = [0, 1].map((k) => {
       const input = make("input", {type: "range", min: 0, max: STEPS, step: 1, "aria-label": `${label}, ${k ? "upper" : "lower"} limit`})
@@ -454,12 +447,6 @@ const page = (() => {
         boxes.length ? null : make("span.hint", {}, `${countText(found.length)} different texts, too many to tick`)), note)
   }
 
-  function noteOf(column) {
-    const out = left.rejected.get(column.name)
-    return [out ? `rejects ${countText(Logic.sum(out))}` : "",
-      column.clipped > 0 ? `${countText(column.clipped)} beyond the ends of the slider` : ""].filter(Boolean).join("; ")
-  }
-
   function showLimits() {
     for (const control of controls.values()) {
       const {column, fields, thumbs, note, boxes, wrong = []} = control
@@ -484,7 +471,9 @@ const page = (() => {
         // Where both ends meet at the right, the lower one is the one that can still move.
         thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
       }
-      renew(note, [...mistakes, noteOf(column)].filter(Boolean).join(" "))
+      const out = left.rejected.get(column.name)
+      renew(note, [...mistakes, out ? `rejects ${countText(Logic.sum(out))}` : "",
+        column.clipped > 0 ? `${countText(column.clipped)} beyond the ends of the slider` : ""].filter(Boolean).join("; "))
       note.classList.toggle("warning", mistakes.some(Boolean))
       note.closest(".limit").classList.toggle("set", Boolean(limit) || own(state.categories, column.name) !== null)
     }
@@ -510,13 +499,12 @@ const page = (() => {
       $("limit-groups").append(make("details", {open},
         make("summary", {}, `Limits on ${text.toLowerCase()} `, make("b.hint", {})), columns.map(limitControl)))
     }
-    const ranks = [["6", "rank 6, nearest to the ideal"], ["5", "rank 5"], ["4", "rank 4"], ["3", "rank 3"], ["0", "unranked"], ["dominated", "dominated"]]
-    const boxes = ranks.map(([value]) => make("input", {type: "checkbox", value, onchange: () => {
+    const boxes = [...$("ranks").querySelectorAll("input")]
+    for (const box of boxes) box.after(Charts.icon(box.value === "0" ? "unranked" : box.value))
+    $("ranks").addEventListener("change", () => {
       const on = boxes.slice(0, -1).filter((box) => box.checked).map((box) => Number(box.value))
-      change({dominated: boxes.at(-1).checked, ranks: on.length === ranks.length - 1 ? null : on})
-    }}))
-    $("ranks").append(...ranks.map(([rank, text], k) =>
-      make("label", {}, boxes[k], Charts.icon(rank === "0" ? "unranked" : rank), make("span", {}, text), make("b.hint", {}))))
+      change({dominated: boxes.at(-1).checked, ranks: on.length === boxes.length - 1 ? null : on})
+    })
     $("ranks").append(make("p.key", {}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned",
       data.total > data.n ? [Charts.icon("prototype"), "prototype"] : null))
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", {}, text)))
@@ -531,9 +519,7 @@ const page = (() => {
     const rows = data.objectives.map((column) => {
       const inputs = [["weights", "1", "weight"], ["aspiration", "its best", "aspiration"]].map(([kind, placeholder, word]) => {
         const name = `${column.label}, ${word}`
-        const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", placeholder, "aria-label": name})
-        input.addEventListener("change", () => {
-          const {value, wrong: why} = Logic.typed(input.value)
+        const input = numberField({placeholder, "aria-label": name}, ({value, wrong: why}) => {
           const wrong = why ?? (kind === "weights" && value < 0 ? "A weight is 0 or more." : "")
           input.setAttribute("aria-invalid", String(wrong !== ""))
           if (wrong) return say([`${name}: ${wrong}`])
@@ -545,8 +531,7 @@ const page = (() => {
       })
       return make("tr", {}, make("th", {scope: "row"}, Charts.broken(column.label)), inputs)
     })
-    $("preference-table").append(
-      make("thead", {}, make("tr", {}, ["Objective", "Weight", "Aspiration"].map((text) => make("th", {scope: "col"}, text)))), make("tbody", {}, rows))
+    $("preference-table").append(make("tbody", {}, rows))
   }
 
   function showPreference() {
@@ -600,11 +585,8 @@ const page = (() => {
     return scales.get(column)
   }
 
-  function endsOf(ranking, column) {
-    const values = Logic.values(data, ranking, column)
-    const known = Float64Array.from(state.dominated ? ranking.rows : ranking.front, (row) => values[row]).sort()
-    return [known[0] ?? Infinity, known.findLast((value) => value === value) ?? -Infinity] // missing ones are last
-  }
+  const endsOf = (ranking, column) => [1, -1].map((sign) =>
+    Logic.endOf(Logic.values(data, ranking, column), sign, state.dominated ? ranking.rows : ranking.front))
 
   function modelOfCharts() {
     const marks = []
@@ -692,14 +674,12 @@ const page = (() => {
     tip.style.top = `${Math.max(4, Math.min(y + 12, innerHeight - height - 6))}px`
   }
 
-  const brushed = (column, limit, done) =>
-    setLimit(column, limit.map((end) => (end === null ? null : rounded(column, end))), done)
-  const parallel = Charts.parallel($("parallel-chart"), {limit: brushed, pick: choose, hover})
+  const parallel = Charts.parallel($("parallel-chart"), {pick: choose, hover,
+    limit: (column, limit, done) => setLimit(column, limit.map((end) => (end === null ? null : rounded(column, end))), done)})
 
   function buildColours() {
     const columns = data.columns.filter(({texts}) => texts && texts.length <= 8) // so many hues
     $("colour").append(make("option", {}, "rank"), ...columns.map(({label}) => make("option", {}, label)))
-    show("colours", false)
     $("colour").addEventListener("change", () => {
       const column = columns[$("colour").selectedIndex - 1]
       hues = column ? (row) => Charts.hue(column.values[row]) : null
@@ -727,9 +707,7 @@ const page = (() => {
       return make("label", {}, axis, element)
     }
     section.append(make("div.bar", {}, choice("y"), choice("x")), area)
-    const plot = Charts.scatter(area, {
-      select: selectRows, pick: choose, hover,
-    })
+    const plot = Charts.scatter(area, {select: selectRows, pick: choose, hover})
     const setAxes = () => {
       area.setAttribute("aria-label", `${columns.y.label} against ${columns.x.label}; the table holds the same designs`)
       plot.setAxes(columns.x, columns.y)
@@ -758,12 +736,8 @@ const page = (() => {
     const view = {top: 0, height: box.clientHeight}
     // As wide as the longest text: of numbers those at the ends of the range have it.
     const longest = (texts) => texts.reduce((most, text) => Math.max(most, text.length), 1)
-    const length = (column) => {
-      if (column.texts) return longest(column.texts)
-      if (column.role === "geometric") return 9
-      const known = column.values.filter((value) => value === value)
-      return longest([known.reduce((a, b) => (b < a ? b : a), Infinity), known.reduce((a, b) => (b > a ? b : a), -Infinity)].map((end) => written(column, end)))
-    }
+    const length = (column) => column.texts ? longest(column.texts) : column.role === "geometric" ? 9
+      : longest([1, -1].map((sign) => written(column, Logic.endOf(column.values, sign))))
     const columns = [
       {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ""},
       {text: "rank", width: 13, order: {by: "rank"}, cell: rankText, kind: ""},
