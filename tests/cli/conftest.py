@@ -53,12 +53,6 @@ class Mended(Root):
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = [abs(x[0]), 1 - x[1]]
 
-class Never(ElementwiseProblem):
-    def __init__(self):
-        super().__init__(n_var=2, n_obj=2, n_ieq_constr=2, xl=-1, xu=1)
-    def _evaluate(self, x, out, *args, **kwargs):
-        out["F"], out["G"] = [x[0], -x[1]], [x[0], 2 - x[1]]
-
 class Mixed(ElementwiseProblem):
     def __init__(self):
         variables = {"a": Real(bounds=(0, 1)), "n": Integer(bounds=(1, 9)),
@@ -111,7 +105,6 @@ class Moves(Slow):
         os.chdir("/")
         out["F"] = [x[0], 1 - x[0]]
 
-number = 3
 def broken():
     raise RuntimeError("no licence")
 '''

@@ -1,12 +1,10 @@
 """``pymoo-psi reproduce`` and ``compare``: what they write is the library's."""
 
-import numpy as np
 import pandas as pd
 import pytest
-from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, VectorizedSphereChute, compare, rank_of_efficiency
+from pymoo_psi import compare
 from pymoo_psi.cli import _experiments
 
 
@@ -30,16 +28,6 @@ def test_the_papers_tables_are_written_and_printed(run, drawn, tmp_path):
     assert table.loc[table["model"] == "rolling", "paper_f1"].tolist() == [1.9829, 2.0454, 2.0454]
     assert list(pd.read_csv(out / "table_6_2.csv").columns) == list(table.columns)
     assert printed.count("1.9829") == (table["paper_f1"] == 1.9829).sum()
-
-
-def test_another_chute_is_compared_with_nothing(run, tmp_path):
-    words = ["--mu", "0.3", "--model", "full", "--points", 32]
-    assert run("reproduce", "--out", ".", *words)[0] == 0
-    table = pd.read_csv(tmp_path / "table_6_1.csv")
-    assert table["paper_f1"].notna().sum() == 0
-    result = minimize(VectorizedSphereChute(0.3), PSI(32))
-    best = rank_of_efficiency(result.F, normalize=False).salukvadze
-    np.testing.assert_allclose(table.loc[:0, "f1":"f4"], result.F[best], rtol=1e-12)
 
 
 def test_a_comparison_is_the_librarys_and_goes_on(run, tmp_path):

@@ -15,8 +15,6 @@ from pymoo_psi import (
     Knee,
     ReferencePoint,
     TestTable,
-    cautions,
-    explain,
     rank_of_efficiency,
 )
 from pymoo_psi.page import decision_page
@@ -161,20 +159,6 @@ def joined(printed):
     return " ".join(printed.split())
 
 
-@pytest.mark.parametrize("normalize", [True, False])
-def test_reasons_and_cautions_are_the_librarys(sources, normalize):
-    plain = [] if normalize else ["--no-normalize"]
-    options = [*OBJECTIVES, "--maximize", "range [km]", *plain]
-    printed = joined(sources("rank", "cars.csv", *options)[1])
-    frame = CARS.iloc[:, :2].set_axis([f"row {i + 1}" for i in range(len(CARS))])
-    more = {"maximize": ["range [km]"], "normalize": normalize}
-    ranking = rank_of_efficiency(frame, **more)
-    why = explain(frame, int(ranking.salukvadze[0]), **more)
-    said = [str(caution) for caution in cautions(ranking)]
-    assert all(sentence in printed for sentence in why.sentences[:2])
-    assert all(f"Attention: {text}" in printed for text in said)
-
-
 def test_preferences_are_the_selectors(sources):
     names = ["cost, k€", "range [km]"]
     options = {
@@ -240,15 +224,6 @@ def test_existing_designs_on_the_page(sources, tmp_path):
     assert "old" in (tmp_path / "page.html").read_text("utf-8")
     code, _, err = sources("page", "beam.db", "--prototype", "none.csv", "--out", "q.html")
     assert (code, err) == (2, "pymoo-psi: error: none.csv: No such file or directory\n")
-
-
-def test_no_feasible_design_is_code_1_of_a_report(sources, tmp_path):
-    code, printed, _ = sources("report", "beam.db", "--limits", "mass<=-1")
-    assert code == 1
-    assert "no feasible design" in printed
-    assert (tmp_path / "report.html").exists()
-    code, _, err = sources("rank", "beam.db", "--limits", "mass<=-1")
-    assert (code, "feasible design" in err) == (2, True)
 
 
 def test_a_design_is_chosen_by_the_column_that_numbers_designs(run, tmp_path):

@@ -18,7 +18,6 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from importlib import import_module
 from io import StringIO, TextIOWrapper
 from pathlib import Path
@@ -203,11 +202,12 @@ def _declared(field: str, hint: Any, metavar: str | None, text: str) -> Any:
     """Return the type of a field as typer reads it, with how it is called and what it means."""
     if field == "context":
         return hint
-    name = f"--{'try' if field == 'trial' else field.replace('_', '-')}"
-    # Named, an option has no second name such as --no-fill.
-    declared = partial(typer.Argument) if field in _ARGUMENTS else partial(typer.Option, name)
     parser = path_in if Path in (hint, *get_args(hint)) else None
-    return Annotated[hint, declared(metavar=metavar, help=text, parser=parser)]
+    if field in _ARGUMENTS:
+        return Annotated[hint, typer.Argument(metavar=metavar, help=text, parser=parser)]
+    # Named, an option has no second name such as --no-fill.
+    name = f"--{'try' if field == 'trial' else field.replace('_', '-')}"
+    return Annotated[hint, typer.Option(name, metavar=metavar, help=text, parser=parser)]
 
 
 @app.callback()

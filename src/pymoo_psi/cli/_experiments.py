@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 
 from pymoo_psi._validation import counted, integer, job_count
+from pymoo_psi.chute import MODELS
 from pymoo_psi.cli._app import Compare, Reproduce
 from pymoo_psi.cli._output import keeping, print_frame, progress, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
@@ -18,8 +19,6 @@ from pymoo_psi.paper import PAPER_MU, Case, reproduce
 from pymoo_psi.parallel import in_parallel
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures, shown_case
 from pymoo_psi.problems import problem_name
-
-_MODELS = ("rolling", "full")
 
 # What the headings and the words of the tables mean.
 _HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point
@@ -74,7 +73,7 @@ def run_reproduce(options: Reproduce) -> int:
     """Compute the tables, print them with the paper's rows, and write them."""
     out, points, jobs = options.out, integer("--points", options.points, minimum=1), options.jobs
     job_count("--jobs", jobs)
-    models = _MODELS if options.model is None else (options.model,)
+    models = MODELS if options.model is None else (options.model,)
     mu = tuple(options.mu or PAPER_MU)
     folder, done, places = results_folder(out), count(1), []
     # A set of figures for each model, beside the cases.
