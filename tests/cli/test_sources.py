@@ -191,6 +191,18 @@ def decision(**more):
     return ["beam.db", "--decision", "decision.json"]
 
 
+@pytest.mark.parametrize("writer", ["export", "rank"])
+@pytest.mark.parametrize("suffix", ["csv", "xlsx"])
+def test_the_choice_comes_back_with_the_designs(sources, writer, suffix):
+    """Objectives, directions and units, too: the decision is not asked for again."""
+    assert sources(writer, *decision(units={"mass": "kg"}), "--out", f"c.{suffix}")[0] == 0
+    for command in ("rank", "report", "page"):
+        printed = sources(command, f"c.{suffix}")[1]
+        assert "Reason: in stock" in printed
+        assert "Chosen: test point 7" in printed
+    assert read_table(f"c.{suffix}").layout.units["mass"] == "kg"
+
+
 def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
     row = TestTable.read_study("beam.db").rows([6])
     values = {name: float(row.column(name)[0]) for name in ("mass", "deflection")}

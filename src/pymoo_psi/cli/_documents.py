@@ -16,7 +16,7 @@ from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.cli._app import Analyze, Export, Page, Report
 from pymoo_psi.cli._output import print_frame, require_output, results_folder, say, write_frame
 from pymoo_psi.cli._rank import decision_remarks, preferences_in, say_source
-from pymoo_psi.cli._source import formulation_of, opened
+from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import ArgumentValueError, PsiError, StudyError
 from pymoo_psi.table import STATUSES, Formulation, TestTable
 
@@ -33,6 +33,7 @@ def run_page(options: Page) -> int:
     asked = formulation_of(options)
     question = replace(asked, limits={}, page={})
     table = opened(path, options, question)
+    asked = with_choice(asked, table)
     former = None
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
@@ -70,6 +71,7 @@ def run_report(options: Report) -> int:
     asked = formulation_of(options)
     # What each limit costs is reported, so that they are not among the constraints.
     table = opened(path, options, replace(asked, limits={}))
+    asked = with_choice(asked, table)
     selectors = preferences_in(options.prefer, table.layout.objectives, normalize=asked.normalize)
     limited = table.under(Formulation(limits=asked.limits))
     decided = decision_remarks(path, limited, asked)

@@ -18,6 +18,7 @@ from pymoo_psi.cli._source import (
     opened,
     pairs_in,
     require_free_names,
+    with_choice,
 )
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
@@ -126,6 +127,7 @@ def run_rank(options: Rank) -> int:
     require_output(out, (".csv", ".xlsx"), path, options.decision)
     asked = formulation_of(options)
     table = opened(path, options, asked)
+    asked = with_choice(asked, table)
     if not table.eligible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
     rows, ranking = table.ranked(normalize=asked.normalize)

@@ -92,6 +92,14 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
     return table
 
 
+def with_choice(asked: Formulation, table: TestTable) -> Formulation:
+    """Return a formulation with the design that the table says is chosen, and why."""
+    if not table.chosen:
+        return asked
+    name, reason = table.chosen
+    return replace(asked, chosen=name, reason=reason)
+
+
 def require_free_names(names: Iterable[str]) -> None:
     """Refuse columns that are named as those of a ranking, beside which they stand in results."""
     if taken := [name for name in names if name in RANKING_COLUMNS]:

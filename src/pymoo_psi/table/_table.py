@@ -175,6 +175,8 @@ class TestTable(Shown):
         for name, names in layout.blocks.items():
             if values[name].shape != (shape := (n, len(names))):
                 raise invalid(name, f"of shape {shape}", Received(f"shape {values[name].shape}"))
+        if len(self.chosen) not in (0, 2):
+            raise invalid("chosen", "a name and a reason", self.chosen)
         self._set(values)
         given = None if self.status is None else np.array(self.status, dtype=str)
         self._set(self._status(self.reasons, given))
