@@ -29,10 +29,8 @@ from pymoo_psi.algorithms._run import (
     RunOptions,
     Store,
     in_groups,
-    points_of_run,
     stored_at_termination,
 )
-from pymoo_psi.algorithms._sampling import UniformSampling
 from pymoo_psi.errors import EvaluationError, PsiError
 from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, in_parallel
 from pymoo_psi.problems import (
@@ -151,17 +149,17 @@ class Engine:
         self.points, first, last = Points(np.zeros(0, dtype=np.int64), n_dim), options.first, LAST
         if n_points is not None:
             integer("n_points", n_points, minimum=1)
-            sampling = options.sampling_in(n_dim)
             if options.fill:
-                n_points = self._points_to_fill(n_points, sampling, options)
-            self.points = points_of_run(options, n_points, sampling, n_dim)
+                n_points = self._points_to_fill(n_points, options)
+            self.points = options.points(n_points, n_dim)
             last = first + n_points - 1 + further
         self.table = TestTable.empty(layout)
         # Shares must be of the same points, whether they are stored or not; a run without a study
         # needs no identity that a file can hold.
         strict = options.study is not None or options.part.of > 1
         with nullcontext() if strict else suppress(PsiError):
-            name = "" if n_points is None else sampling.identity(n_points, options.seed)
+            sampling = options.sampling_in(n_dim)
+            name = sampling.identity(n_points, options.seed) if n_points else ""
             identity = problem_identity(self.problem, self.space)
             text = identity_text(identity | {"sampling": name + method, "key": options.study_key})
             self.table = replace(self.table, problem=json.loads(text))
@@ -315,17 +313,17 @@ class Engine:
             rows = rows[~unmet]
         return rows
 
-    def _points_to_fill(self, n_points: int, sampling: UniformSampling, options: RunOptions) -> int:
+    def _points_to_fill(self, n_points: int, options: RunOptions) -> int:
         """Return how many points it takes until so many meet the requirements."""
         if not isinstance(self.problem, Required):
             return n_points
-        if not sampling.extendable or options.share:
+        n_dim = len(self.space.searched)
+        if not options.sampling_in(n_dim).extendable or options.share:
             rule = "used without share and with a sequence that can be continued"
             raise invalid("fill", rule, True)
         for doublings in range(11):
             n = n_points << doublings
-            points = points_of_run(options, n, sampling, len(self.space.searched))
-            above = self.problem.amounts(points.matrix(self.space))
+            above = self.problem.amounts(options.points(n, n_dim).matrix(self.space))
             met = np.flatnonzero((above <= 0).all(axis=1))
             if len(met) >= n_points:
                 return int(met[n_points - 1]) + 1

@@ -146,6 +146,34 @@ class RunOptions:
         default = LPTauSampling() if few else QMCSampling("sobol", scramble=False)
         return uniform_sampling(self.sampling) or default
 
+    def points(self, n_points: int, n_dim: int) -> Points:
+        """Return the points of which a run, or its share of one, consists.
+
+        Those of LPτ are made when they are asked for, in a worker process too.
+
+        Args:
+            n_points: How many points the run has, those of other shares too.
+            n_dim: In how many dimensions they lie.
+        """
+        first, last, sampling = self.first, self.first + n_points - 1, self.sampling_in(n_dim)
+        units = None
+        if isinstance(sampling, LPTauSampling):
+            lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
+        else:  # any part needs all before it, or all
+            state = np.random.default_rng(self.seed)
+            made = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
+            units = finite_array("unit_points of sampling", made)
+            if units.shape != (n_points, n_dim) or (units < 0).any() or (units > 1).any():
+                rule = f"{n_points} points of the unit cube of {n_dim} variables, in [0, 1)"
+                raise invalid("unit_points of sampling", rule, made)
+        rounds = self.part.rounds(first, last)
+        if len(rounds) == 0:
+            rule = f"one that gets a point of points {first} to {last}"
+            remedy = "test as many points as there are shares"
+            raise invalid("share", rule, Received(self.part), remedy)
+        numbers = self.part.numbers(np.arange(rounds.start, rounds.stop))
+        return Points(numbers, n_dim, None if units is None else units[numbers - first])
+
     @property
     def part(self) -> Share:
         """The share of the points that is tested."""
@@ -221,38 +249,6 @@ class Points:
         rounds = np.append(rounds, np.full(len(numbers), float(number_of_round)))
         numbers, units = np.append(self.numbers, numbers), np.vstack([self.units, units])
         return Points(numbers, self.n_dim, units, rounds)
-
-
-def points_of_run(
-    options: RunOptions, n_points: int, sampling: UniformSampling, n_dim: int
-) -> Points:
-    """Return the points of a sequence of which a run, or its share of one, consists.
-
-    Those of LPτ are made when they are asked for, in a worker process too.
-
-    Args:
-        options: The options of the run.
-        n_points: How many points the run has, those of other shares too.
-        sampling: Where they lie.
-        n_dim: In how many dimensions.
-    """
-    first, last, share = options.first, options.first + n_points - 1, options.part
-    units = None
-    if isinstance(sampling, LPTauSampling):
-        lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
-    else:  # any part needs all before it, or all
-        state = np.random.default_rng(options.seed)
-        made = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
-        units = finite_array("unit_points of sampling", made)
-        if units.shape != (n_points, n_dim) or (units < 0).any() or (units > 1).any():
-            rule = f"{n_points} points of the unit cube of {n_dim} variables, in [0, 1)"
-            raise invalid("unit_points of sampling", rule, made)
-    rounds = share.rounds(first, last)
-    if len(rounds) == 0:
-        rule = f"one that gets a point of points {first} to {last}"
-        raise invalid("share", rule, Received(share), "test as many points as there are shares")
-    numbers = share.numbers(np.arange(rounds.start, rounds.stop))
-    return Points(numbers, n_dim, None if units is None else units[numbers - first])
 
 
 class Store:
