@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.page._document import html_of
-from pymoo_psi.page._payload import columns_of, payload
+from pymoo_psi.page._payload import payload, values_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
 from pymoo_psi.table import Bounds, Formulation, Limits, TestTable, bounds_of, read_table
 
@@ -82,8 +82,7 @@ class DecisionPage:
             "relaxed": list(asked.relaxed),
         }
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
-        content["origin"] = self.origin
-        return html_of(self.title, content)
+        return html_of(self.title, content | {"origin": self.origin})
 
     def _repr_html_(self) -> str:
         """Return the page as a notebook shows it: in a frame that reaches nothing outside."""
@@ -232,10 +231,9 @@ def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_
     state = formulation.page.get("state", {})
     kept = state.get("kept")
     mask = np.full(len(table), True) if kept is None else np.isin(table.names, kept)
-    columns = {column.name: column.values for column in columns_of(table, None)}
     for name, texts in state.get("categories", {}).items():
-        known_name("categories", name, columns)
-        mask &= np.isin(columns[name].astype(str), texts)
+        known_name("categories", name, [*table.layout.columns, *table.extra])
+        mask &= np.isin(values_of(name, table).astype(str), texts)
     return mask
 
 

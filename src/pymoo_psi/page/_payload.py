@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -13,8 +12,6 @@ from numpy.typing import NDArray
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Kind, TestTable
 
-Role = Literal["objective", "variable", "output"]
-
 # Under these names ``rank --out`` writes them.
 _GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
 _DIGITS = 4  # that a written number resolves within the range of its column
@@ -22,27 +19,6 @@ _DIGITS = 4  # that a written number resolves within the range of its column
 # perhaps. Of an exponential distribution that is one value in a thousand, of a normal one none.
 _FENCE = 5.0
 _DECADES = 2.0  # that a logarithmic scale spans at least: on a straight one a tenth is all below
-
-
-@dataclass(frozen=True, eq=False)
-class Column:
-    """A column of the page.
-
-    Attributes:
-        name: The user's name.
-        unit: The user's unit; empty if there is none.
-        role: What it is.
-        maximize: Whether more is better.
-        log: Whether it is a variable on a logarithmic scale.
-        values: ``(n,)`` float64, or texts; those of existing designs last.
-    """
-
-    name: str
-    unit: str
-    role: Role
-    maximize: bool
-    log: bool
-    values: NDArray[Any]
 
 
 def payload(
@@ -71,7 +47,12 @@ def payload(
         taken = set(names)
         names += [f"{name} (existing)" if name in taken else name for name in former.names]
         labels += _labels(former)
-    columns = columns_of(table, former)
+    roles = {
+        "objective": layout.objectives,
+        "variable": layout.variables,
+        "output": (*layout.outputs, *(name for name in table.extra if name != layout.label)),
+    }
+    columns = [(role, name) for role, names in roles.items() for name in names]
     return {
         "title": title,
         "file": "_".join("".join(c if c.isalnum() else " " for c in title).split())[:60] or "page",
@@ -81,7 +62,10 @@ def payload(
         "n": len(table),
         "normalize": opens_with["normalize"],
         "columns": [
-            *(_packed(f"c{j}", column, optimal) for j, column in enumerate(columns)),
+            *(
+                _packed(f"c{j}", role, name, table, former, optimal)
+                for j, (role, name) in enumerate(columns)
+            ),
             *(_geometric(field, name) for field, name in _GEOMETRIC.items()),
         ],
         "optimal": _base64(optimal.view(np.uint8)),
@@ -91,39 +75,13 @@ def payload(
             "maximized": layout.maximize,
             "variables": layout.variables,
             "outputs": layout.outputs,
-            "units": {column.name: column.unit for column in columns if column.unit},
+            "units": {name: layout.units[name] for _, name in columns if layout.units.get(name)},
         },
         "opens_with": dict(opens_with),
         "remarks": list(table.remarks),
         "cautions": list(said),
         "sentences": SENTENCES,
     }
-
-
-def columns_of(table: TestTable, former: TestTable | None) -> list[Column]:
-    """Return the columns of designs, those of existing designs behind: objectives first."""
-    layout = table.layout
-    extra = [name for name in table.extra if name != layout.label]
-    texts = {
-        name for name, k in zip(layout.variables, table.kinds, strict=True) if k is Kind.CHOICE
-    }
-    groups: list[tuple[Role, Iterable[str]]] = [
-        ("objective", layout.objectives),
-        ("variable", layout.variables),
-        ("output", (*layout.outputs, *extra)),
-    ]
-    return [
-        Column(
-            name,
-            layout.units.get(name, ""),
-            role,
-            name in layout.maximize,
-            layout.is_log(name),
-            _values(name, table, former, texts=name in texts or name in extra),
-        )
-        for role, names in groups
-        for name in names
-    ]
 
 
 def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent"], int]:
@@ -175,21 +133,21 @@ def _without_outliers(values: NDArray[np.float64]) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
-def _values(name: str, table: TestTable, former: TestTable | None, *, texts: bool) -> NDArray[Any]:
-    """Return the values of a column, NaN or empty where existing designs have none."""
-    blocks = [_cells(name, table)]
-    if former is not None:
-        have = {*former.layout.columns, *former.extra}
-        blocks.append(_cells(name, former) if name in have else [None] * len(former))
-    cells = [cell for block in blocks for cell in block]
-    if texts:
+def values_of(name: str, table: TestTable, former: TestTable | None = None) -> NDArray[Any]:
+    """Return ``(n,)`` numbers or texts, those of existing designs last, NaN or empty if none."""
+    layout = table.layout
+    cells: list[Any] = []
+    for one in (table, former) if former is not None else (table,):
+        if name in one.extra:
+            cells += one.extra[name].tolist()
+        elif name in one.layout.columns:
+            cells += one.column(name).tolist()
+        else:
+            cells += [None] * len(one)
+    kinds = dict(zip(layout.variables, table.kinds, strict=True))
+    if name in table.extra or kinds.get(name) is Kind.CHOICE:
         return np.array(["" if c is None or c != c else str(c) for c in cells], dtype=object)
     return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
-
-
-def _cells(name: str, table: TestTable) -> list[Any]:
-    column = table.extra[name] if name in table.extra else table.column(name)
-    return [*column.tolist()]
 
 
 def _labels(table: TestTable) -> list[Any]:
@@ -199,32 +157,40 @@ def _labels(table: TestTable) -> list[Any]:
     return [cell if type(cell) is int else str(cell) for cell in table.extra[label].tolist()]
 
 
-def _packed(field: str, column: Column, optimal: NDArray[np.bool_]) -> dict[str, Any]:
+def _packed(
+    field: str,
+    role: str,
+    name: str,
+    table: TestTable,
+    former: TestTable | None,
+    optimal: NDArray[np.bool_],
+) -> dict[str, Any]:
     """Return a column as the payload has it; ``field`` is free of the user's characters."""
+    layout = table.layout
     packed: dict[str, Any] = {
         "field": field,
-        "name": column.name,
-        "unit": column.unit,
-        "role": column.role,
-        "maximize": column.maximize,
+        "name": name,
+        "unit": layout.units.get(name, ""),
+        "role": role,
+        "maximize": name in layout.maximize,
         "texts": None,
     }
-    if column.values.dtype == object:
-        texts, places = np.unique(column.values.astype(str), return_inverse=True)
+    every = values_of(name, table, former)
+    if every.dtype == object:
+        texts, places = np.unique(every.astype(str), return_inverse=True)
         return packed | {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
-    values = column.values[: len(optimal)]  # without those of existing designs
+    values = every[: len(optimal)]  # without those of existing designs
     known = np.isfinite(values)
     low, high, crowded = scale_of(values[known & optimal])
     # what is spread over decades has its digits in each of them
-    decades = column.log and high > 10**_DECADES * low
+    decades = layout.is_log(name) and high > 10**_DECADES * low
     beyond = known & ((values < low) | (values > high))
+    near = values[known & optimal & ~beyond]
     return packed | {
-        "values": _base64(column.values),
-        "notation": ("exponent", _DIGITS - 1)
-        if decades
-        else notation_of(values[known & optimal & ~beyond]),
+        "values": _base64(every),
+        "notation": ("exponent", _DIGITS - 1) if decades else notation_of(near),
         "range": [low, high],
-        "log": crowded or (column.log and low > 0),
+        "log": crowded or (layout.is_log(name) and low > 0),
         "clipped": int((beyond & optimal).sum()),
         "beyond": int(beyond.sum()),
     }
