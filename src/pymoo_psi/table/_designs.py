@@ -177,21 +177,17 @@ def _normal(name: str, array: NDArray[Any], *, listed: bool) -> NDArray[Any]:
     cells = [[_plain(name, cell) for cell in row] for row in array.tolist()]
     if listed and {type(cell) for row in cells for cell in row} == {int, float}:
         cells = [[*map(float, row)] for row in cells]
-    return _narrowest(cells, array.shape)
+    types = {type(cell) for row in cells for cell in row} or {float}
+    narrowest = _KIND_OF_TYPE[types.pop()] if len(types) == 1 else Kind.CHOICE
+    matrix = np.empty(array.shape, dtype=DTYPES[narrowest])
+    if matrix.size:  # numpy cannot spread an empty list over shape (0, n_var)
+        matrix[:] = cells
+    return matrix
 
 
 def _of_values(kinds: Sequence[Kind]) -> tuple[Kind, ...]:
     """Return what values of these kinds are by themselves."""
     return tuple(Kind.REAL if kind.real else kind for kind in kinds)
-
-
-def _narrowest(cells: list[list[Any]], shape: tuple[int, ...]) -> NDArray[Any]:
-    types = {type(cell) for row in cells for cell in row} or {float}
-    kind = _KIND_OF_TYPE[types.pop()] if len(types) == 1 else Kind.CHOICE
-    array = np.empty(shape, dtype=DTYPES[kind])
-    if array.size:  # numpy cannot spread an empty list over shape (0, n_var)
-        array[:] = cells
-    return array
 
 
 def _as_kind(cell: Any, kind: Kind) -> Any:

@@ -32,11 +32,10 @@ from pymoo_psi._validation import (
     instance,
     invalid,
     known_name,
-    real_array,
     wrong_type,
 )
 from pymoo_psi._validation import mapping as mapping_of
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._layout import (
     RESERVED,
@@ -49,9 +48,6 @@ from pymoo_psi.table._layout import (
 )
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
-Computation: TypeAlias = str | Callable[[Columns], Any]
-"""An expression, or a function of the ``(n,)`` columns by name, in the original direction."""
-
 Array = NDArray[np.float64]
 
 
@@ -102,11 +98,10 @@ class Formulation:
         relaxed: Constraints that are left out and become outputs; another bound than theirs is a
             limit on such a column.
         computed: Further columns by name, each an expression of others, such as
-            ``"mass / stress"``, or a function of them: ``lambda t: t["mass"] / t["stress"]``. Each
-            may use those before it. In an expression, names of other than letters, digits and
-            ``_`` stand in backquotes; it knows + - * / ** and parentheses, abs, sqrt, exp, log
-            (natural), log2, log10, sin, cos, tan (of radians), asin, acos, atan, sinh, cosh,
-            tanh, min, max and pi, and nothing of Python.
+            ``"mass / stress"``. Each may use those before it. Names of other than letters, digits
+            and ``_`` stand in backquotes; an expression knows + - * / ** and parentheses, abs,
+            sqrt, exp, log (natural), log2, log10, sin, cos, tan (of radians), asin, acos, atan,
+            sinh, cosh, tanh, min, max and pi, and nothing of Python.
         units: Units of columns by name, those of the limits, too; a table that has a column in
             another unit is refused.
         normalize: Whether designs are ranked in units of the objectives' ranges.
@@ -137,7 +132,7 @@ class Formulation:
     minimize: Sequence[str] = ()
     limits: Mapping[str, Limit] = field(default_factory=dict)
     relaxed: Sequence[str] = ()
-    computed: Mapping[str, Computation] = field(default_factory=dict)
+    computed: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     normalize: bool = True
     chosen: str | None = None
@@ -160,9 +155,8 @@ class Formulation:
         limits = {name: _plain(name, limit) for name, limit in self.limits.items()}
         object.__setattr__(self, "limits", limits)
         object.__setattr__(self, "units", unit_texts(self.units))
-        for how in self.computed.values():
-            if not callable(how):
-                Expression.of(how)
+        for text in self.computed.values():
+            Expression.of(text)
         boolean("normalize", self.normalize)
         instance("chosen", self.chosen or "", str)
         instance("reason", self.reason, str)
@@ -176,15 +170,14 @@ class Formulation:
             ('mass', 'x1', 'f2', 'f1')
         """
         used = [*self.objectives, *self.maximize, *self.minimize, *self.relaxed, *self.limits]
-        for how in self.computed.values():
-            used += [] if callable(how) else Expression.of(how).columns
+        for text in self.computed.values():
+            used += Expression.of(text).columns
         return tuple(name for name in dict.fromkeys(used) if name not in self.computed)
 
     def to_json(self, path: str | PathLike[str]) -> None:
         """Write the formulation as JSON, which :meth:`read_json` reads and hands can edit.
 
         Raises:
-            ArgumentTypeError: A column is computed by a function, which no file can hold.
             OSError: The file cannot be written.
 
         Example:
@@ -201,10 +194,6 @@ class Formulation:
             <BLANKLINE>
             True
         """
-        for name, how in self.computed.items():
-            if callable(how):
-                rule = f"{name!r} must be computed by an expression to be written"
-                raise ArgumentTypeError(f'{rule}, got a function; say it as text: "mass / stress"')
         blank = Formulation()
         # One line for each attribute: short enough to be read, and to be edited by hand.
         content = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -259,7 +248,11 @@ def formulated(
     Raises:
         ArgumentValueError: A column is not there, or cannot be what is asked of it.
     """
-    whole = computed_columns(formulation, columns)
+    whole = dict(columns)
+    for name, text in formulation.computed.items():
+        if name in whole or name in RESERVED:
+            raise invalid("a computed column", "named unlike other columns", name)
+        whole[name] = Expression.of(text).values(whole)
     objectives = tuple(formulation.objectives) or layout.objectives
     for name in objectives:
         known_name("objectives", name, whole)
@@ -311,24 +304,6 @@ def formulated(
                     limits[f"{name}{sign}{_whole(end)}"] = over
     asked = replace(asked, inequalities=(*inequalities, *limits))
     return asked, whole | limits, tuple(limits)
-
-
-def computed_columns(formulation: Formulation, columns: Columns) -> dict[str, NDArray[Any]]:
-    """Return columns with those that a formulation computes from them."""
-    whole = dict(columns)
-    for name, how in formulation.computed.items():
-        if name in whole or name in RESERVED:
-            raise invalid("a computed column", "named unlike other columns", name)
-        if not callable(how):
-            whole[name] = Expression.of(how).values(whole)
-            continue
-        with np.errstate(all="ignore"):  # as in expressions: the values show it
-            values = np.array(real_array(f"what {name!r} is computed to", how(dict(whole))))
-        if values.shape != (shape := next(iter(columns.values())).shape):
-            found = Received(f"shape {values.shape}")
-            raise invalid(f"what {name!r} is computed to", f"of shape {shape}", found)
-        whole[name] = values
-    return whole
 
 
 def _plain(name: str, limit: Any) -> Any:
