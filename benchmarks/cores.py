@@ -23,6 +23,7 @@ import json
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -57,13 +58,20 @@ def apart(case: str, exponent: int, n_jobs: int) -> list[float]:
     return figures
 
 
+def compare_cores(exponent: int) -> Iterator[tuple[str, int, list[float], list[float]]]:
+    """Yield what is kept, of how many points, and the figures of one core and of two."""
+    problem = VectorizedSphereChute(0.4)
+    for name, (part, options) in CASES.items():
+        one, two = (investigate(problem, 2**18, n_jobs=jobs, **options) for jobs in (1, 2))
+        assert one.equals(two), "two cores do not give the table of one"
+        runs = [(apart(name, exponent, 1), apart(name, exponent, 2)) for _ in range(2)]
+        one, two = map(min, zip(*runs, strict=True))  # other work only lengthens a run
+        yield name, 2**exponent // part, one, two
+
+
 def main(exponent: int) -> None:
     """Print every figure."""
     print(describe_machine())
-    problem = VectorizedSphereChute(0.4)
-    for _, options in CASES.values():
-        one, two = (investigate(problem, 2**18, n_jobs=jobs, **options) for jobs in (1, 2))
-        assert one.equals(two), "two cores do not give the table of one"
     name = next(iter(CASES))
     alone = apart(name, exponent, 1)[0]
     with ThreadPoolExecutor(2) as pool:
@@ -73,10 +81,7 @@ def main(exponent: int) -> None:
         f"{2 * alone / beside:.2f} times one",
         flush=True,
     )
-    for name, (part, _) in CASES.items():
-        n = 2**exponent // part
-        runs = [(apart(name, exponent, 1), apart(name, exponent, 2)) for _ in range(2)]
-        one, two = map(min, zip(*runs, strict=True))  # other work only lengthens a run
+    for name, n, one, two in compare_cores(exponent):
         print(
             f"{name}, {one[1]} of {n} points: one core {one[0]:.1f} s ({n / one[0]:.0f} points a "
             f"second, {one[2]:.0f} MB), two {two[0]:.1f} s ({n / two[0]:.0f}, {two[2]:.0f} MB), "
