@@ -41,7 +41,7 @@ SEEDS = 11
 
 
 def whole_benchmark(folder: Path, jobs: int) -> None:
-    """Run everything; write references, pictures, CSV files and the tables of the README."""
+    """Run everything; write references, pictures, CSV files and the table of the README."""
     comparisons: dict[str, Comparison] = {}
     for name, make in PROBLEMS.items():
         problem = make()
@@ -54,7 +54,7 @@ def whole_benchmark(folder: Path, jobs: int) -> None:
     every = _joined(comparisons, lambda c: c.summary())
     every.to_csv(HERE / "comparison.csv", index=False)
     pictures(comparisons)
-    text = "\n".join([*wins(comparisons), "", *table(comparisons)])
+    text = "\n".join(wins(comparisons))
     marks = "<!-- comparison: written by python -m benchmarks.comparison -->", "<!-- end -->"
     block = f"{marks[0]}\n\nOn {describe_machine()}.\n\n{text}\n\n{marks[1]}"
     pattern = f"{re.escape(marks[0])}.*?{re.escape(marks[1])}"
@@ -84,32 +84,6 @@ def _joined(comparisons: dict[str, Comparison], frame_of: Any) -> pd.DataFrame:
     frames = [frame_of(c).assign(problem=name) for name, c in comparisons.items()]
     joined = pd.concat(frames, ignore_index=True)
     return joined[["problem", *joined.columns.drop("problem")]]
-
-
-def table(comparisons: dict[str, Comparison]) -> list[str]:
-    """Return the hypervolumes as a table in Markdown."""
-    lines = [
-        f"| problem | evaluations | {' | '.join(ALGORITHMS)} |",
-        f"|---|---|{'---|' * len(ALGORITHMS)}",
-    ]
-    for name, comparison in comparisons.items():
-        summary, tests = comparison.summary(), comparison.tests()
-        for budget in BUDGETS:
-            rows = summary[summary["evaluations"] == budget].set_index("algorithm")
-            best = rows["hypervolume"].idxmax()
-            at = tests[(tests["evaluations"] == budget) & (tests["p_holm"] < SIGNIFICANCE)]
-            beaten = set(at[at["better"] == best]["worse"])
-            cells = []
-            for algorithm in ALGORITHMS:
-                row = rows.loc[algorithm]
-                cell = f"{row['hypervolume']:.4f}"
-                if algorithm not in beaten:
-                    cell = f"**{cell}**"
-                if row["runs"] > 1:
-                    cell += f" ({row['hypervolume_q1']:.4f}–{row['hypervolume_q3']:.4f})"
-                cells.append(cell)
-            lines.append(f"| {name} | {budget} | {' | '.join(cells)} |")
-    return lines
 
 
 def wins(comparisons: dict[str, Comparison]) -> list[str]:

@@ -26,7 +26,7 @@ slip by a slope half to two thirds steeper. For a design, trust ``full``; ``roll
 check the printed tables.
 
 The motion is solved, not integrated: in a logarithmic time the slip velocity has a closed form, and
-two quadratures remain, accurate to 1e-12. :func:`motion` takes more than a million designs a second
+two quadratures remain, accurate to 1e-12. :func:`motion` takes some two million designs a second
 on one core (``python -m benchmarks.motion`` in a checkout). :func:`integrate` is the same by
 SciPy's ``solve_ivp``, as a reference; :func:`trajectory` gives the motion and the forces along the
 way.
