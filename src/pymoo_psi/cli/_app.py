@@ -177,14 +177,10 @@ def _command(module: str, *examples: str, more: str = "") -> Callable[[type[Kind
             field: _declared(field, hints[field], *described.get(field, ("", "")))
             for field in fields
         }
+        known = inspect.signature(kind).parameters
         parameters = [
-            inspect.Parameter(
-                field,
-                inspect.Parameter.KEYWORD_ONLY,
-                default=getattr(kind, field, inspect.Parameter.empty),
-                annotation=annotation,
-            )
-            for field, annotation in command.__annotations__.items()
+            known[field].replace(annotation=declared)
+            for field, declared in command.__annotations__.items()
         ]
         command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
         app.command(
