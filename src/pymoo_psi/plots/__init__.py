@@ -26,31 +26,7 @@ Names and files:
     :func:`save_figures`: figures as files, all of them or none.
 """
 
-from pymoo_psi.plots._analysis import (
-    plot_convergence,
-    plot_feasibility,
-    plot_identification,
-    plot_indicator,
-    plot_indicators,
-    plot_sensitivities,
-)
-from pymoo_psi.plots._paper import paper_figures, shown_case
-from pymoo_psi.plots._style import Drawing, literal, save_figures
-from pymoo_psi.plots._tables import plot_objectives, plot_ranking, plot_table
+import lazy_loader
 
-__all__ = [
-    "Drawing",
-    "literal",
-    "paper_figures",
-    "plot_convergence",
-    "plot_feasibility",
-    "plot_identification",
-    "plot_indicator",
-    "plot_indicators",
-    "plot_objectives",
-    "plot_ranking",
-    "plot_sensitivities",
-    "plot_table",
-    "save_figures",
-    "shown_case",
-]
+# Each name at its first use: figures of tests need neither pymoo nor the paper.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -12,12 +13,14 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import NullLocator
 
 from pymoo_psi._validation import Received, counted, instance, integer, invalid, known_name
-from pymoo_psi.comparison import INDICATORS, Comparison
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.plots._points import Column, checked, points_of_table
 from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels
-from pymoo_psi.problems import Identification
 from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
+
+if TYPE_CHECKING:  # what tests are drawn of needs neither, nor pymoo and SciPy
+    from pymoo_psi.comparison import Comparison
+    from pymoo_psi.problems import Identification
 
 _PANELS = 3  # side by side
 _BEST = 3  # curves over measurements
@@ -120,6 +123,8 @@ def plot_identification(
         >>> ax.get_title(), ax.get_xlabel(), ax.get_ylabel()
         ('cooling', 't', 'T')
     """
+    from pymoo_psi.problems import Identification
+
     instance("problem", problem, Identification)
     if integer("best", best, minimum=1) > _BEST:
         raise invalid("best", f"at most {_BEST}, which are told apart", best)
@@ -259,9 +264,11 @@ def plot_indicators(comparison: Comparison) -> Drawing:
         >>> print(*(ax.get_ylabel().split(" (")[0] for ax in plot_indicators(comparison).axes))
         hypervolume IGD+ additive epsilon optimum distance
     """
+    from pymoo_psi.comparison import Comparison
+
     instance("comparison", comparison, Comparison, "compare(...) gives one")
     with panels(4, 2, height=61.0) as (figure, axes):
-        for ax, indicator in zip(axes, INDICATORS, strict=True):
+        for ax, indicator in zip(axes, _MEANINGS, strict=True):
             plot_indicator(comparison, indicator, ax)
         legend_of(figure, axes, Patch(color="0.8", label="bands: quartiles"), ncols=4)
         seeds = counted(max(comparison.measures["seed"].dropna().nunique(), 1), "seed")
@@ -284,7 +291,7 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
     Raises:
         ArgumentValueError: The indicator is unknown.
     """
-    known_name("indicator", indicator, INDICATORS)
+    known_name("indicator", indicator, _MEANINGS)
     frame = comparison.summary().set_index("algorithm")
     columns = [indicator, f"{indicator}_q1", f"{indicator}_q3"]
     found = frame[columns].to_numpy(float)
