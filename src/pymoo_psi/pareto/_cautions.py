@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -161,20 +162,23 @@ class _Checks:
         """Return the name of a Pareto-optimal design, as sentences begin with it."""
         return capital(self.ranking.name_of(int(self.rows[i])))
 
+    @cached_property
+    def near(self) -> Rows:
+        """The Pareto-optimal designs, and those that would be without these."""
+        dominated = np.flatnonzero(~self.ranking.pareto)
+        second = nondominated(self.ranking.objectives.minimized[dominated])
+        return np.concatenate([self.rows, dominated[second]])
+
     def of_values(self) -> Iterator[Caution]:
         """What is the case of single values, whatever the ranking makes of them."""
         objectives, rows, later = self.ranking.objectives, self.rows, list[Caution]()
-        # The designs that would be optimal without the front, where that has few values.
-        dominated = np.flatnonzero(~self.ranking.pareto)
-        second = nondominated(objectives.minimized[dominated])
-        near = np.concatenate([rows, dominated[second]])
         columns = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
         for name, sign, column in columns:
             if sign < 0 and column.max() <= 0 > column.min():
                 later.append(_caution("sign", objective=name))
             front, every = column[rows], np.unique(column)
-            pool = np.unique(front)
-            pool = pool if len(pool) > _OTHERS else np.unique(column[near])
+            pool = np.unique(front)  # a front of few values tells little of what is usual
+            pool = pool if len(pool) > _OTHERS else np.unique(column[self.near])
             for value, others in ((pool[0], pool[1:]), (pool[-1], pool[:-1])):
                 found, between = np.flatnonzero(front == value), np.abs(every - value)
                 if len(others) < _OTHERS or not len(found):
