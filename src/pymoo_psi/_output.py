@@ -9,7 +9,6 @@ import os
 import re
 import secrets
 import stat
-import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from os import PathLike
@@ -199,9 +198,6 @@ def _write_workbook(
         about.append([name, *(text[i : i + 30_000] for i in range(0, len(text), 30_000))])
     with whole_file(path) as written:
         book.save(written)
-        # What a file is, for those who look at its ends as at those of a CSV.
-        with zipfile.ZipFile(written, "a") as archive:
-            archive.comment = f"{','.join([*columns][-3:])}\n{' '.join(head)}".encode()[:60_000]
 
 
 class Shown:

@@ -1123,6 +1123,9 @@ class TestTable(Shown):
         texts = (", ".join(compress(names, row)) for row in mask.tolist())
         violated = np.fromiter(texts, object)
         columns = columns_of(self)
+        for name, cells in self.extra.items():  # 7 is a number to a spreadsheet, "7" is a text
+            pairs = zip(cells.tolist(), columns[name], strict=True)
+            columns[name] = np.fromiter((c if type(c) is int else t for c, t in pairs), object)
         reason = columns.pop("reason")
         return columns | {"violated": violated, "reason": reason, "pareto": self.pareto()}
 
