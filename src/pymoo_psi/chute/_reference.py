@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -79,27 +80,23 @@ def _one_design(row: Sequence[float]) -> tuple[float, ...]:
         rho = math.hypot(v_x, v_y)
         return [rho / b, v_c * rho / b, tau * rho - v_x, tau * rho - 3.5 * v_x, -2.5 * v_y, rho**2]
 
-    def at_exit(s: float, y: NDArray[np.float64]) -> float:
-        return float(y[1] - length)
-
-    def stalled(s: float, y: NDArray[np.float64]) -> float:
-        return float(y[2])
-
-    def still(s: float, y: NDArray[np.float64]) -> float:
-        return math.hypot(y[3], y[4]) - _STILL
-
-    for event in (at_exit, stalled, still):
-        event.terminal = True  # type: ignore[attr-defined]
+    events: list[Any] = [  # at the exit, stalled, no slip any more
+        lambda s, y: y[1] - length,
+        lambda s, y: y[2],
+        lambda s, y: math.hypot(y[3], y[4]) - _STILL,
+    ]
+    for event in events:
+        event.terminal = True
 
     y = np.array([0.0, 0.0, c, c - r * wy0, r * wx0 - v_p, 0.0])
     slips_out = stalls = False
-    if still(0.0, y) > 0:
+    if math.hypot(y[3], y[4]) > _STILL:
         solution = solve_ivp(
             field,
             (0.0, _LONGEST),
             y,
             "DOP853",
-            events=(at_exit, stalled, still),
+            events=events,
             rtol=1e-12,
             atol=[1e-14, 1e-14, 1e-14, _NOISE, _NOISE, 1e-14],
         )
