@@ -34,5 +34,6 @@ and the templates of all sentences (:data:`SENTENCES`).
 
 import lazy_loader
 
-# Each name at its first use: sentences and numbers need no geometry.
+# Each name at its first use: sentences need no geometry. (Of another size than the stub, for whose
+# bytecode pdoc would take that of this file if both had the same size and time.)
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
