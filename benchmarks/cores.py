@@ -27,8 +27,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from benchmarks.investigation import peak_megabytes
-from benchmarks.machine import describe_machine
+from benchmarks.machine import describe_machine, peak_megabytes
 from pymoo_psi import VectorizedSphereChute, investigate
 
 LIMITS = {"f1": 2.5, "f4": 0.6}

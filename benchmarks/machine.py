@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import platform
+import resource
+import sys
 import time
 from collections.abc import Callable
 from importlib.metadata import version
@@ -24,14 +26,10 @@ def describe_machine() -> str:
     return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}, {packages}"
 
 
-def seconds(function: Callable[[], object], repeat: int = 1) -> float:
-    """Return the shortest wall time of several calls."""
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
-        function()
-        times.append(time.perf_counter() - start)
-    return min(times)
+def peak_megabytes() -> float:
+    """Return the largest memory the process has had."""
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 
 def processor_seconds(function: Callable[[], object], repeat: int = 1) -> float:

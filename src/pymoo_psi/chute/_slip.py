@@ -101,7 +101,8 @@ def _quadrature(m: int, crowding: float = 0.0, fall: float = 1e-9) -> tuple[Arra
 # The quadratures, and for each but the last the longest step, in units of `_along`. Measured over
 # τ in [0, 10⁴] and all θ, to and fro: dt and v_x dt err by 1e-13 of themselves. From LONG on they
 # are in λ: steps as long as FORTH (2e-14 of ρ/b and ρ²/b), and the whole way to the end of slip,
-# where ρ falls by exp(-40), for the τ and q named in `_next` (1e-14). Half of all steps take 3 or 5.
+# where ρ falls by exp(-40), for the τ and q named in `_next` (1e-14). Half of all steps take 3
+# nodes or 5.
 QUADRATURES = (*map(_quadrature, (3, 5, 7, 10)), _quadrature(24, 8.0), _quadrature(26, 4.0, 3.7))
 LONGEST, LONG = (0.0045, 0.1, 0.4, 0.75, 1e300), 4
 
