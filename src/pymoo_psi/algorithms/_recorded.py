@@ -174,7 +174,7 @@ class Recorded(WrappedProblem):
         for x, reason in zip(X, out.pop("failure"), strict=True):
             if reason:
                 raise EvaluationError(x, reason)
-        return dict(self._format_dict(out, len(X), return_values_of))
+        return self.formatted(X, out, return_values_of)
 
     def _read(self) -> None:
         """Take over what is stored and not known yet, by this run or others."""

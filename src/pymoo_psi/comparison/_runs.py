@@ -169,9 +169,7 @@ class ObservedProblem(WrappedProblem):
         self.evaluation_seconds += time.perf_counter() - began
         self.n_evaluated += len(X)
         self._kept.append((designs, {name: out[name] for name in ("F", "G", "H", "failure")}))
-        out |= dict.fromkeys({*return_values_of} - {*out})
-        formatted: dict[str, Any] = self._format_dict(out, len(X), return_values_of)
-        return formatted
+        return self.formatted(X, out, return_values_of)
 
     def tests(self) -> TestTable:
         """Return all designs that were evaluated, numbered from 1."""

@@ -217,7 +217,8 @@ class Program:
         if code != 0:
             lines = (text_of(err).strip() or text_of(out).strip() or "no message").splitlines()
             how = f"exit code {code}" if code > 0 else f"ended by {signal.Signals(-code).name}"
-            raise RunError(f"{how}: {_readable(lines[-1]):.120}")
+            last = lines[-1].encode(errors="surrogateescape").decode(errors="replace")
+            raise RunError(f"{how}: {last:.120}")
 
 
 @dataclass
@@ -502,11 +503,6 @@ class ProgramProblem(NamedProblem):
             where = f"; see {run.folder}" if run.folder.exists() else ""
             raise EvaluationError(dict(design), run.flaw + where)
         return run.outputs
-
-
-def _readable(text: str) -> str:
-    """Return a text whose bytes that were no UTF-8 are shown as such."""
-    return text.encode(errors="surrogateescape").decode(errors="replace")
 
 
 def _shown(value: Any, form: str) -> str:
