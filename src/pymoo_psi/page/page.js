@@ -133,7 +133,10 @@ const page = (() => {
       relaxLater()
     }
     verdict = Logic.verdict(data, ranking, chosenRow())
-    if (!dragging) showSince()
+    if (!dragging) { // what the last change of the limits has done; announced, too
+      if (before && ranking !== before) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before)}`))
+      before = ranking
+    }
     order = Logic.order(data, ranking, state)
     if (selected.size) {
       const shown = new Set(order)
@@ -186,12 +189,6 @@ const page = (() => {
     keepFocus()
     const stuck = !ranking.count && found.every(({back}) => back === 0)
     if (stuck) $("verdict-words").append(make("p", {}, readable(Logic.nearestDesign(data, state, left))))
-  }
-
-  // What the last change of the limits has done; announced, too.
-  function showSince() {
-    if (before && ranking !== before) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before)}`))
-    before = ranking
   }
 
   // Designs.
@@ -779,9 +776,13 @@ const page = (() => {
       const marks = {row: true, hovered: row === hovered, chosen: row === chosenRow(), selected: selected.has(row), cursor: k === cursor, pinned: isPinned(row)}
       const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
         "aria-rowindex": k + 2, "aria-selected": marks.selected, "data-k": k}
+      if (line.dataset.k !== String(k)) line.style.top = `${k * HEIGHT}px`
       for (const [name, value] of Object.entries(attributes)) if (line.getAttribute(name) !== String(value)) line.setAttribute(name, value)
-      line.style.top = `${k * HEIGHT}px`
-      columns.forEach((column, j) => renew(line.children[j], ...(j === 1 ? [Charts.icon(look(row))] : []), column.cell(row)))
+      renewElement(line.children[1].firstChild, Charts.icon(look(row)))
+      columns.forEach(({cell}, j) => {
+        const [text, old] = [cell(row), line.children[j].lastChild]
+        if (old.data !== text) old.data = text
+      })
     }
 
     function show() {
