@@ -478,6 +478,11 @@ def test_relaxing_and_fixed_ranges(reader):
     told = reader.page.locator("#relax-table tr").all_inner_texts()
     assert "brings back" in told[0]
     assert best in told[1]
+    reader.page.get_by_label("Relax: mass, upper").focus()
+    reader.page.keyboard.press("Enter")
+    reader.settle()
+    reader.until("D.resting")  # who works by keys stays where the limit was
+    assert reader.ask("document.activeElement.closest('#relax') !== null")
     reader.click(reader.page.get_by_label("Remove limit: mass, upper"))
     reader.settle()
     assert reader.state["limits"] == {}
