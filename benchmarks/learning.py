@@ -37,6 +37,7 @@ import moocore
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
@@ -55,7 +56,6 @@ from benchmarks.engineering import SteppedCantilever, TenBarTruss
 from benchmarks.machine import describe_machine
 from pymoo_psi import QMCSampling, SurrogatePSI, compare, investigate, nsga3
 from pymoo_psi.comparison import Reference, effect_size, holm, p_value
-from pymoo_psi.comparison._algorithms import named_algorithms
 from pymoo_psi.pareto import nondominated
 
 Array = NDArray[np.float64]
@@ -127,14 +127,6 @@ def _surrogate(problem: Watched, n_evaluations: int, seed: int) -> None:
 
 def _psi(problem: Watched, n_evaluations: int, seed: int) -> None:
     investigate(problem, n_evaluations, first=1 + (seed + 1) * max(BUDGETS))
-
-
-def _psi_scrambled(problem: Watched, n_evaluations: int, seed: int) -> None:
-    investigate(problem, n_evaluations, sampling=QMCSampling("sobol"), seed=seed)
-
-
-def _half_and_half(problem: Watched, n_evaluations: int, seed: int) -> None:
-    named_algorithms(["psi-scrambled+nsga3"])[0].search(problem, n_evaluations, seed)
 
 
 def _nsga3(problem: Watched, n_evaluations: int, seed: int) -> None:
@@ -265,39 +257,33 @@ def _outputs(problem: Watched, X: Array) -> Array:
 ALGORITHMS: dict[str, Callable[[Watched, int, int], None]] = {
     "surrogate": _surrogate,
     "psi": _psi,
-    "psi-scrambled": _psi_scrambled,
     "nsga3": _nsga3,
-    "psi+nsga3": _half_and_half,
     "tpe": partial(_optuna, "TPESampler"),
-    "optuna-nsga3": partial(_optuna, "NSGAIIISampler"),
     "optuna-gp": partial(_optuna, "GPSampler"),
     "parmoo": _parmoo,
     "botorch": _botorch,
 }
 NEEDED = {
-    "tpe": ("optuna",), "optuna-nsga3": ("optuna",), "optuna-gp": ("optuna", "torch"),
+    "tpe": ("optuna",), "optuna-gp": ("optuna", "torch"),
     "parmoo": ("parmoo",), "botorch": ("botorch",),
 }  # fmt: skip
-OF_BUDGET = ("nsga3", "psi+nsga3", "optuna-nsga3")  # with a run for each budget
-OURS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
+GAUSSIAN = ("optuna-gp", "parmoo", "botorch")
+OF_BUDGET = ("nsga3",)  # with a run for each budget
+OURS = ("psi", "nsga3")
 
 FEW = BUDGETS[:3]
 SLOW = ("osy", "welded_beam", "zdt3", "stepped_cantilever")
 # problems, algorithms, budgets and number of seeds, one after the other
+STUDIED = ("branin_currin", "c2dtlz2", "disc_brake", "truss2d")  # with rivals of its own kind
+OLD = tuple(name for name in PROBLEMS if name not in OPTIONAL)
 PLAN: tuple[tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...], int], ...] = (
-    (MANY, OURS, (256, 1024), 21),
-    (MANY, ("surrogate",), FEW, 3),
-    (tuple(PROBLEMS), ("surrogate",), FEW, 3),
-    (tuple(PROBLEMS), OURS, (256, 1024), 21),
-    (tuple(PROBLEMS), ("tpe",), FEW, 3),
-    (MANY, ("surrogate",), FEW, 21),
-    (tuple(PROBLEMS), OURS, BUDGETS, 21),
-    (tuple(PROBLEMS), ("surrogate",), FEW, 21),
-    (SLOW, ("optuna-nsga3",), FEW, 5),
-    (SLOW, ("optuna-gp", "parmoo", "botorch"), FEW[:1], 3),
-    (tuple(PROBLEMS), ("surrogate",), BUDGETS[:4], 5),
-    (tuple(PROBLEMS), ("tpe",), FEW, 21),
-    (tuple(PROBLEMS), ("surrogate",), BUDGETS[:4], 21),
+    (OLD, OURS, BUDGETS, 21),
+    (tuple(PROBLEMS), ("surrogate", "nsga3"), FEW, 3),
+    (OLD, ("nsga3",), (2048, 4096, 8192, 16384), 2),
+    (STUDIED, ("surrogate", "optuna-gp", "botorch"), FEW[:2], 5),
+    (SLOW, ("parmoo",), FEW[:1], 3),
+    (tuple(PROBLEMS), ("tpe", "psi"), FEW, 3),
+    (tuple(PROBLEMS), ("surrogate", "nsga3", "tpe"), FEW, 21),
 )
 
 
@@ -411,33 +397,28 @@ def results() -> pd.DataFrame:
 
 
 def compared(
-    frame: pd.DataFrame, indicator: str, budget: int
+    frame: pd.DataFrame, budget: int
 ) -> Iterator[tuple[str, Array, dict[tuple[str, int], tuple[Array, str]]]]:
-    """Yield a problem, the surrogates' values at a budget, and of each rival values and a mark.
+    """Yield a problem, the surrogates' hypervolumes at a budget, and each rival's with a mark.
 
     The mark is + where the surrogates are surely better, - where they are surely worse. The last
     rival is NSGA-III with four times the budget.
     """
     known = set(zip(frame["algorithm"], frame["evaluations"], strict=True))
     entries = [(a, budget) for a in ALGORITHMS if a != "surrogate" and (a, budget) in known]
-    entries += [("nsga3", b) for b in BUDGETS if b == 4 * budget]
-    more = 1 if indicator == "hypervolume" else -1
+    entries += [("nsga3", b) for b in BUDGETS if b == 4 * budget and ("nsga3", b) in known]
+    runs = frame.groupby(["problem", "algorithm", "evaluations"])["hypervolume"]
+    values = {key: group.to_numpy() for key, group in runs}
     for name in PROBLEMS:
         ours, *others = (
-            frame.loc[
-                (frame["problem"] == name)
-                & (frame["algorithm"] == algorithm)
-                & (frame["evaluations"] == evaluations),
-                indicator,
-            ].to_numpy(dtype=float)
-            for algorithm, evaluations in [("surrogate", budget), *entries]
+            values.get((name, *entry), np.zeros(0)) for entry in [("surrogate", budget), *entries]
         )
         if not len(ours):
             continue
         p = [p_value(ours, v, fixed=(False, False)) if len(v) else np.nan for v in others]
         marks = []
         for v, adjusted in zip(others, holm(np.array(p)), strict=True):
-            better = adjusted < SIGNIFICANCE and more * (effect_size(ours, v) - 0.5) > 0
+            better = adjusted < SIGNIFICANCE and effect_size(ours, v) > 0.5
             marks.append("+" if better else "-" if adjusted < SIGNIFICANCE else "")
         yield name, ours, dict(zip(entries, zip(others, marks, strict=True), strict=True))
 
@@ -446,111 +427,149 @@ def _title(algorithm: str, evaluations: int, budget: int) -> str:
     return algorithm if evaluations == budget else f"{algorithm}, {evaluations}"
 
 
-def table(frame: pd.DataFrame, indicator: str, budget: int) -> list[str]:
-    """Return medians at a budget, with the marks of :func:`compared`."""
+def table(frame: pd.DataFrame, budget: int) -> list[str]:
+    """Return median hypervolumes at a budget, with the marks of :func:`compared`."""
     lines = []
-    more = 1 if indicator == "hypervolume" else -1
-    for name, ours, rivals in compared(frame, indicator, budget):
+    for name, ours, rivals in compared(frame, budget):
         if not lines:
             titles = [_title(*entry, budget) for entry in rivals]
             lines = [
                 f"| problem (variables) | surrogate | {' | '.join(titles)} |",
                 f"|---|---|{'---|' * len(titles)}",
             ]
-        cells = [_cell(ours, more)]
-        cells += [f"{_cell(v, more)} {mark}".rstrip() for v, mark in rivals.values()]
+        cells = [_cell(ours), *(f"{_cell(v)} {mark}".rstrip() for v, mark in rivals.values())]
         used = "" if name in TUNED else " ◦"
         lines.append(f"| {name}{used} ({N_VAR[name]}) | {' | '.join(cells)} |")
     return lines
 
 
-def verdicts(frame: pd.DataFrame, budget: int) -> list[str]:
-    """Return on how many problems the surrogates' hypervolumes are ahead of each rival's.
+def verdicts(frame: pd.DataFrame) -> list[str]:
+    """Return on how many problems the surrogates are ahead of each rival, and where behind.
 
     Problems where nobody has a feasible design count, and are neither ahead nor behind.
     """
-    seconds = frame.groupby(["algorithm", "problem"])["seconds_a_design"].median()
-    counts: dict[tuple[str, str], list[Array]] = {}
-    for name, ours, rivals in compared(frame, "hypervolume", budget):
-        size = "6 or more" if name in MANY else "2 to 4"
-        for (rival, evaluations), (theirs, mark) in rivals.items():
-            if not len(theirs):
-                continue
-            a, b = np.median(ours), np.median(theirs)
-            row = [
-                1, mark == "+", mark == "-", a > b, ours.min() > b, a < 0.95 * b,
-                seconds["surrogate", name] / seconds[rival, name],
-            ]  # fmt: skip
-            counts.setdefault((_title(rival, evaluations, budget), size), []).append(np.array(row))
+    counts: dict[tuple[int, str, str], list[Array]] = {}
+    behind = []
+    for budget in FEW:
+        for name, ours, rivals in compared(frame, budget):
+            size = "6 or more" if name in MANY else "2 to 5"
+            for (rival, evaluations), (theirs, mark) in rivals.items():
+                if not len(theirs):
+                    continue
+                a, b = np.median(ours), np.median(theirs)
+                row = [1, mark == "+", mark == "-", a > b, ours.min() > b, a < 0.95 * b]
+                title = _title(rival, evaluations, budget)
+                counts.setdefault((budget, title, size), []).append(np.array(row))
+                if a < 0.95 * b and evaluations == budget:
+                    behind.append(f"{name} at {budget} {a:.3f}, {rival} {b:.3f}")
     lines = [
-        "| against | variables | problems | surely better | surely worse | median ahead "
-        "| worst run above its median | more than 5 % behind | seconds a design, ours / its |",
+        "| evaluations | against | variables | problems | surely better | surely worse "
+        "| median ahead | worst run above its median | more than 5 % behind |",
         f"|---|---|{'---|' * 7}",
     ]
-    for (title, size), rows in counts.items():
-        *totals, _ = np.sum(rows, axis=0).astype(int)
-        ratio = np.exp(np.log([row[-1] for row in rows]).mean())
-        cells = [title, size, *map(str, totals), f"{ratio:.2g}" if title in NEEDED else ""]
+    for key, rows in counts.items():
+        cells = [*map(str, key), *map(str, np.sum(rows, axis=0).astype(int))]
         lines.append(f"| {' | '.join(cells)} |")
-    return lines
+    found = "; ".join(behind) or "none"
+    return [*lines, "", f"More than 5 % behind a rival of the same budget (medians): {found}."]
 
 
-def _cell(values: Array, more: int) -> str:
+def _cell(values: Array) -> str:
     if not len(values):
         return "–"
-    worst = (more * values).min() * more
-    return f"{np.median(values):.3f} ({worst:.3f}, {len(values)})".replace("inf", "∞")
+    return f"{np.median(values):.3f} ({values.min():.3f}, {len(values)})"
 
 
-def violations(frame: pd.DataFrame) -> list[str]:
-    """Return the least violations on problems where some find no feasible design."""
-    lines = []
-    for (name, budget), rows in frame.groupby(["problem", "evaluations"], sort=True):
-        least = rows.dropna(subset="violation").groupby("algorithm")["violation"]
-        found = {a: least.get_group(a).to_numpy() for a in ALGORITHMS if a in least.groups}
-        if budget in (256, 1024) and any(np.median(v) > 0 for v in found.values()):
-            told = ", ".join(f"{a} {_cell(v, -1)}" for a, v in found.items())
-            lines.append(f"- {name}, {budget}: {told}")
+def differences(frame: pd.DataFrame) -> list[str]:
+    """Return the logarithms of what is missing to the published maximum, as BoTorch draws them."""
+    runs = frame[frame["problem"].isin(PUBLISHED)].groupby(["problem", "evaluations", "algorithm"])
+    medians = runs["hypervolume"].median()
+    shown = [a for a in ALGORITHMS if a in medians.index.unique("algorithm")]
+    lines = [
+        f"| problem (variables), evaluations | {' | '.join(shown)} |",
+        f"|---|{'---|' * len(shown)}",
+    ]
+    for name, problem in PUBLISHED.items():
+        for budget in FEW if problem.published else ():
+            cells = []
+            for algorithm in shown:
+                missing = problem.maximum * (1 - medians.get((name, budget, algorithm), np.nan))
+                above = "above" if missing <= 0 else "–"
+                cells.append(f"{np.log10(missing):.2f}" if missing > 0 else above)
+            lines.append(f"| {name} ({problem.n_var}), {budget} | {' | '.join(cells)} |")
     return lines
 
 
-def feasible_mw1() -> float:
-    """Return a bound of the feasible part of the box of mw1.
+def evaluations_needed(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return how many evaluations NSGA-III needs, in the median, for what the surrogates have.
 
-    Fourteen terms, each of a variable of its own, must add up to 0.5 at most, as its constraint is
-    0.15 f1 + sum(terms) <= 0.5 sin(..)^8. The densities of the terms are folded.
+    One row for each problem, one column for each of their budgets; infinite where its longest runs
+    have less, NaN where nobody has a hundredth yet.
     """
-    n, width = 15, 0.002
-    u = (np.arange(2_000_000) + 0.5) / 2_000_000
-    total = np.ones(1)
-    for i in range(1, n):
-        term = 1 - np.exp(-10 * (u ** (n - 2) - 0.5 - i / (2 * n)) ** 2)
-        density = np.bincount((term / width).astype(int)) / len(u)
-        total = np.convolve(total, density)[: round(0.5 / width)]
-    return float(total.sum())
+    medians = frame.groupby(["algorithm", "problem", "evaluations"])["hypervolume"].median()
+    found: dict[str, list[float]] = {}
+    for name in PROBLEMS:
+        if name not in medians["surrogate"].index or max(medians["nsga3", name].index) < 10_000:
+            continue
+        theirs = medians["nsga3", name].cummax()
+        row = []
+        for budget in FEW:
+            ours = medians["surrogate", name].get(budget, np.nan)
+            k = int(np.searchsorted(theirs, ours))
+            if not ours > 0.01:
+                row.append(np.nan)
+            elif k == len(theirs):
+                row.append(np.inf)
+            else:  # between two budgets by the logarithm
+                ends = np.log(theirs.index[[max(k - 1, 0), k]])
+                row.append(np.exp(np.interp(ours, theirs.iloc[[max(k - 1, 0), k]], ends)))
+        found[name] = row
+    return pd.DataFrame(found, index=list(FEW)).T.dropna(how="all")
+
+
+def picture(frame: pd.DataFrame) -> None:
+    """Draw :func:`evaluations_needed`."""
+    needed = evaluations_needed(frame).sort_values(FEW[-1])
+    most = frame.loc[frame["algorithm"] == "nsga3", "evaluations"].max()
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    axes = figure.subplots()
+    rows = np.arange(len(needed))
+    for budget, shade in zip(FEW, ("#9ecae1", "#4292c6", "#08306b"), strict=True):
+        values = needed[budget].to_numpy()
+        reached = np.isfinite(values)
+        axes.plot(values[reached], rows[reached], "o", color=shade, label=f"{budget}")
+        beyond = rows[np.isinf(values)]
+        axes.plot(
+            np.full(len(beyond), most * 1.3 ** (1 + FEW.index(budget))), beyond, ">", color=shade
+        )
+        axes.axvline(budget, color=shade, linewidth=1)
+    axes.set_xscale("log", base=2)
+    axes.set_xticks([2**k for k in range(6, 15)], [f"{2**k}" for k in range(6, 15)])
+    axes.set_yticks(rows, [f"{name} ({N_VAR[name]})" for name in needed.index])
+    axes.set_xlabel(f"Evaluations that NSGA-III needs (arrows: more than {most})")
+    axes.legend(title="for what SurrogatePSI has after", loc="lower right", ncols=3)
+    figure.savefig(HERE / "pictures" / "learning_evaluations.png", dpi=110)
 
 
 def tables(frame: pd.DataFrame) -> list[str]:
     """Return all tables in Markdown, and what a design costs."""
-    lines = []
-    for indicator, budget in (
-        *(("hypervolume", b) for b in (256, 64, 128, 512)), ("mu1_excess", 256),
-    ):  # fmt: skip
-        what = "hypervolume" if indicator == "hypervolume" else "excess of μ1"
-        rows = table(frame, indicator, budget)
-        if not rows:  # no runs yet
-            continue
-        lines += [f"**{budget} evaluations, {what}**", "", *rows, ""]
-        if indicator == "hypervolume":
-            lines += [*verdicts(frame, budget), ""]
+    slow = frame["algorithm"].isin(GAUSSIAN)
+    lines = [*verdicts(frame), ""]
+    for budget in (64, 256):
+        lines += [f"**Hypervolume, {budget} evaluations**", "", *table(frame[~slow], budget), ""]
+    some = frame[frame["problem"].isin(frame.loc[slow, "problem"])]
+    for budget in FEW[:2]:
+        shown = some[some["algorithm"].isin(("surrogate", *GAUSSIAN))]
+        shown = shown[
+            shown["problem"].isin(shown.loc[slow & (shown["evaluations"] == budget), "problem"])
+        ]
+        if rows := table(shown, budget):
+            lines += [f"**Other surrogates, {budget} evaluations**", "", *rows, ""]
+    lines += ["**log10 of the hypervolume that is missing to the published maximum**", ""]
+    lines += [*differences(frame), ""]
     costs = frame.groupby("algorithm")["seconds_a_design"].median()
     told = ", ".join(f"{a} {costs[a]:.3f}" for a in ALGORITHMS if a in costs)
-    return [
-        *lines, f"Processor seconds a design, medians: {told}.", "",
-        "Least violation of a run's designs, where the median run of some is not feasible:", "",
-        *violations(frame), "",
-        f"Of the box of mw1 less than {feasible_mw1():.0e} is feasible.",
-    ]  # fmt: skip
+    return [*lines, f"Processor seconds a design, medians: {told}."]
 
 
 def main() -> None:
@@ -570,6 +589,7 @@ def main() -> None:
         for part in (asked,) if given.problems else PLAN:
             carry_out(*part, jobs=given.jobs)
     lines = tables(results())
+    picture(results())
     print("\n".join(lines))
     marks = "<!-- learning: written by python -m benchmarks.learning -->", "<!-- end learning -->"
     pattern = f"{re.escape(marks[0])}\\n\\n(.*?)\\n.*?{re.escape(marks[1])}"
