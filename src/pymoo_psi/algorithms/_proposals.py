@@ -22,7 +22,7 @@ from scipy.spatial.distance import cdist
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import Fit, GaussianProcesses, bounded
+from pymoo_psi.algorithms._surrogate_models import Fit, GaussianProcess, bounded
 from pymoo_psi.pareto import front_numbers, nondominated
 from pymoo_psi.problems import DesignSpace
 
@@ -60,9 +60,8 @@ class Goal:
 
     Attributes:
         n_obj: The first so many outputs are objectives, to be small.
-        n_ieq: So many follow that must not exceed 0.
-        n_eq: So many follow that must be 0.
-        bounds: ``(column, least, greatest)`` of outputs that have limits; infinite if open.
+        bounds: ``(column, least, greatest)`` of constraints and of outputs that have limits;
+            infinite if open.
         low: ``(d,)`` where designs begin that keep the limits on variables, in the unit cube.
         high: ``(d,)`` where they end.
         required: From ``(n, d)`` points to ``(n, k)`` by how much they violate requirements, which
@@ -72,8 +71,6 @@ class Goal:
     """
 
     n_obj: int
-    n_ieq: int
-    n_eq: int
     bounds: Sequence[tuple[int, float, float]]
     low: Array
     high: Array
@@ -87,14 +84,12 @@ class Goal:
     def excess(self, T: Array, fit: Fit) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed what is allowed."""
         columns = [np.zeros((len(T), 0))]
-        for j in range(self.n_obj, self.n_obj + self.n_ieq + self.n_eq):
-            above = T[:, j] - fit.scales[j].to(0.0)
-            columns.append(above if j < self.n_obj + self.n_ieq else np.abs(above) - _EQUALITY)
         for j, least, greatest in self.bounds:
+            within = _EQUALITY if least == greatest else 0.0
             if least > -np.inf:
-                columns.append(fit.scales[j].to(least) - T[:, j])
+                columns.append(fit.scales[j].to(least) - T[:, j] - within)
             if greatest < np.inf:
-                columns.append(T[:, j] - fit.scales[j].to(greatest))
+                columns.append(T[:, j] - fit.scales[j].to(greatest) - within)
         return np.column_stack(columns)
 
 
@@ -164,12 +159,20 @@ def propose(
         nothing = np.full((batch, tests.Y.shape[1]), np.nan)
         return Proposals(_far(seen, encode, risk, batch, goal, random), "", nothing, nothing)
     T = fit.to(bounded(tests.Y[known]))
-    surrogate = GaussianProcesses(Z, T, fit)
+    processes = [GaussianProcess(Z, *of) for of in zip(T.T, fit.lengths, strict=True)]
+
+    def predict(points: Array) -> Array:
+        at = encode(points)
+        predicted = np.column_stack([process(at) for process in processes])
+        return goal.expected(points, predicted, fit)
+
+    def spread(points: Array) -> Array:
+        at = encode(points)
+        return np.column_stack([process.deviation(at) for process in processes])
 
     def judge(points: Array) -> tuple[Array, Array]:
-        at = encode(points)
-        predicted = goal.expected(points, surrogate(at), fit)
-        excess = np.hstack([goal.excess(predicted, fit), risk(at), goal.required(points)])
+        predicted, unwanted = predict(points), risk(encode(points))
+        excess = np.hstack([goal.excess(predicted, fit), unwanted, goal.required(points)])
         return predicted[:, : goal.n_obj], excess
 
     inward = _inward(fit, goal.n_obj)
@@ -177,26 +180,21 @@ def propose(
     best = tests.points[known][order]
     found = _search(judge, *_start(best, turn % _NEARBY == 1, goal, random), inward, random)
     found = found[(goal.required(found) <= 0).all(axis=1)]
-    both = np.vstack([found, tests.pending])
-    at, n = encode(both), len(found)
-    predicted = goal.expected(both, surrogate(at), fit)
-    optimistic = fit.back(predicted - _OPTIMISM * surrogate.deviation(at))[:, : goal.n_obj]
+    both, n = np.vstack([found, tests.pending]), len(found)
+    optimistic = fit.back(predict(both) - _OPTIMISM * spread(both))[:, : goal.n_obj]
     violated = np.maximum(judge(both)[1], 0).sum(axis=1)
     expected = optimistic[n:][violated[n:] <= 0]
     front = np.vstack([tests.Y[tests.eligible, : goal.n_obj], expected])
-    chosen = _choice(front, optimistic[:n], violated[:n], at[:n], seen, batch, inward)
-    points = found[chosen]
+    at = encode(found)
+    points = found[_choice(front, optimistic[:n], violated[:n], at, seen, batch, inward)]
     if len(points) < batch:  # all that was found is tested: of a few discrete designs, say
         seen = np.vstack([seen, encode(points)])
         rest = _far(seen, encode, risk, batch - len(points), goal, random)
         points = np.vstack([points, rest])
-    at = encode(points)
-    T = goal.expected(points, surrogate(at), fit)
-    predicted = fit.back(T)
+    T, deviation = predict(points), spread(points)
     # half of what is between one deviation above and below: scales need not be linear
-    spread = surrogate.deviation(at)
-    deviation = (fit.back(T + spread) - fit.back(T - spread)) / 2
-    return Proposals(points, GAUSSIAN, predicted, deviation)
+    deviation = (fit.back(T + deviation) - fit.back(T - deviation)) / 2
+    return Proposals(points, GAUSSIAN, fit.back(T), deviation)
 
 
 def encoded(space: DesignSpace, points: Array) -> Array:
@@ -348,29 +346,28 @@ def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]
         inward: See :func:`_inward`.
     """
     violated = np.maximum(C, 0).sum(axis=1)
-    kept = np.flatnonzero(violated <= 0)
-    rest = np.flatnonzero(violated > 0)
-    rest = rest[np.argsort(violated[rest], kind="stable")]
-    if len(kept) and F.shape[1] == 2:
-        rank = front_numbers(F[kept])
-        kept = kept[np.lexsort((-_crowding(F[kept], rank), rank))]
-    elif len(kept):
+    kept = violated <= 0
+    first, second = np.zeros((2, len(F)))
+    if kept.any() and F.shape[1] == 2:
+        first[kept] = rank = front_numbers(F[kept])
+        second[kept] = -_crowding(F[kept], rank)
+    elif kept.any():
         values = _achievements(_scaled(F[kept], F[kept]), inward)
-        place = np.argsort(np.argsort(values, axis=0, kind="stable"), axis=0).min(axis=1)
-        kept = kept[np.lexsort((values.min(axis=1), place))]
-    return np.concatenate([kept, rest])[:size]
+        first[kept] = np.argsort(np.argsort(values, axis=0, kind="stable"), axis=0).min(axis=1)
+        second[kept] = values.min(axis=1)
+    return np.lexsort((second, first, violated))[:size]
 
 
 def _crowding(F: Array, rank: NDArray[np.integer]) -> Array:
     """Return ``(n,)`` how far the neighbours of each design in its front are from each other."""
     gaps = np.zeros(len(F))
-    for j in range(F.shape[1]):
-        order = np.lexsort((F[:, j], rank))
-        value, front = F[order, j], rank[order]
+    for f in F.T:
+        order = np.lexsort((f, rank))
+        value, front = f[order], rank[order]
         gap = np.full(len(F), np.inf)  # at the ends of a front
         inner = (front[1:-1] == front[:-2]) & (front[1:-1] == front[2:])
         gap[1:-1][inner] = (value[2:] - value[:-2])[inner]
-        gaps[order] += gap / max(np.ptp(F[:, j]), 1e-300)
+        gaps[order] += gap / max(np.ptp(f), 1e-300)
     return gaps
 
 

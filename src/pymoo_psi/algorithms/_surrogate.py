@@ -194,9 +194,8 @@ class SurrogatePSI(PSI):
         turn = len(self._rounds) + 1
         stored = study.proposals(first, LAST - first)
         if not stored:  # another process may propose the same meanwhile: one file, one truth
-            stored = study.propose(
-                _rows(self._proposed(size, table, pending), turn, first, pending)
-            )
+            made = self._proposed(size, table, pending)
+            stored = study.propose(_rows(made, turn, first, pending))
         stored = [proposal for proposal in stored if proposal[1] == turn]
         named = ("point", "predicted", "deviation")
         values = ([content[name] for *_, content in stored] for name in named)
@@ -237,7 +236,8 @@ class SurrogatePSI(PSI):
         layout, space = table.layout, self._engine.space
         names, known = [v.name for v in space.searched], len(self._learned())
         low, high = np.zeros(len(names)), np.ones(len(names))
-        bounds: list[tuple[int, float, float]] = []
+        n_obj, n_eq = len(layout.objectives), len(layout.equalities)
+        bounds = [(j, -np.inf if j < known - n_eq else 0.0, 0.0) for j in range(n_obj, known)]
         further: list[str] = []
         for name, (least, greatest) in bounds_of(self._known_limits(table), layout).items():
             if name in layout.objectives:
@@ -249,9 +249,7 @@ class SurrogatePSI(PSI):
             elif name in names:
                 j = names.index(name)
                 low[j], high[j] = space.searched[j].between(least, greatest)
-        n_obj, n_eq = len(layout.objectives), len(layout.equalities)
-        n_ieq = len(self._learned()) - n_obj - n_eq
-        goal = Goal(n_obj, n_ieq, n_eq, bounds, low, high, self._required)
+        goal = Goal(n_obj, bounds, low, high, self._required)
         problem = self._engine.problem
         problem = problem.wrapped if isinstance(problem, Required) else problem
         outputs = problem.outputs if isinstance(problem, ProgramProblem) else {}
@@ -333,22 +331,19 @@ class SurrogatePSI(PSI):
             True
         """
         table = self.table.rows(np.arange(self._n_uniform, self.n_tested))
-        n, rounds = len(table), self._rounds
-        sizes = [len(made.points) for made in rounds]
+        n, rounds, names = len(table), self._rounds, self._learned()
+        turns = [turn for turn, made in enumerate(rounds) for _ in made.points][:n]
         columns: dict[str, Any] = {"test_point": table.numbers}
-        columns["round"] = np.repeat(np.arange(len(rounds)) + 1, sizes)[:n]
-        columns["surrogate"] = np.repeat([made.kind for made in rounds], sizes)[:n]
+        columns["round"] = np.array(turns, dtype=int) + 1
+        columns["surrogate"] = [rounds[turn].kind for turn in turns]
         columns["status"] = table.status
-        names = self._learned()
-        signs = np.append(table.layout.sign, np.ones(len(names) - table.F.shape[1]))
-        found = np.column_stack([table.column(name) for name in names]) * signs
-        found[table.status == "failed"] = np.nan
-        none = np.zeros((0, found.shape[1]))
+        none = np.zeros((0, len(names)))
         predicted = np.vstack([none, *(made.predicted for made in rounds)])[:n]
         deviation = np.vstack([none, *(made.deviation for made in rounds)])[:n]
-        for j, (name, sign) in enumerate(zip(names, signs, strict=True)):
-            columns[name] = found[:, j] * sign
-            columns[f"{name}_predicted"] = predicted[:, j] * sign
+        for j, name in enumerate(names):
+            found = np.where(table.status == "failed", np.nan, table.column(name))
+            sign = -1 if name in table.layout.maximize else 1
+            columns |= {name: found, f"{name}_predicted": predicted[:, j] * sign}
             columns[f"{name}_deviation"] = deviation[:, j]
         return pd.DataFrame(columns)
 

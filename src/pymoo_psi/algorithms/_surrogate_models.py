@@ -222,27 +222,6 @@ class Fit:
         return np.column_stack([s.back(t) for s, t in zip(self.scales, T.T, strict=True)])
 
 
-class GaussianProcesses:
-    """A Gaussian process for each output.
-
-    Args:
-        Z: ``(n, d)`` designs in the unit cube.
-        T: ``(n, q)`` their outputs on the scales of the fit.
-        fit: Scales and lengths.
-    """
-
-    def __init__(self, Z: Array, T: Array, fit: Fit) -> None:
-        self._each = [GaussianProcess(Z, *of) for of in zip(T.T, fit.lengths, strict=True)]
-
-    def __call__(self, Z: Array) -> Array:
-        """Return the ``(k, q)`` means at designs, on the scales."""
-        return np.column_stack([each(Z) for each in self._each])
-
-    def deviation(self, Z: Array) -> Array:
-        """Return the ``(k, q)`` standard deviations at designs, on the scales."""
-        return np.column_stack([each.deviation(Z) for each in self._each])
-
-
 class GaussianProcess:
     """A Gaussian process with constant mean, Matérn's kernel, ν = 5/2, and trends.
 
