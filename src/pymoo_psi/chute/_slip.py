@@ -183,7 +183,7 @@ def follow_slip(
     end, ids = np.empty((5, b.size)), np.arange(b.size)
     for _ in range(STEPS):
         left = [
-            _follow(m, ids[i : i + POOL], _of(slip, slice(i, i + POOL)), end)
+            _follow(m, ids[i : i + POOL], Slip(*(entry[i : i + POOL] for entry in slip)), end)
             for i in range(0, ids.size, POOL)
         ]
         if not left:
@@ -213,9 +213,9 @@ def _follow(m: Any, ids: NDArray[np.intp], slip: Slip, end: Array) -> tuple[NDAr
     return ids, slip
 
 
-def _of(entries: Any, chosen: Any) -> Any:
+def _of(entries: Any, chosen: NDArray[np.intp]) -> Any:
     """Return the Slip or Aim of the chosen designs."""
-    return type(entries)(*(entry[chosen] for entry in entries))
+    return type(entries)(*(entry.take(chosen) for entry in entries))
 
 
 def _aim(m: Any, slip: Slip) -> Aim:
