@@ -3,8 +3,8 @@
 An executor treats a worker that dies or hangs as its own end, or ends the worker but not what the
 model has started in it. Here each worker has its own channel and reports every design it finishes,
 so the pool knows which design a worker is at and for how long: that one is recorded, its worker is
-replaced, and nothing else is touched. How a worker ends with all it has started, and why a model
-cannot speak in its place, is described in ``_worker``.
+replaced, and nothing else is touched. How a worker ends with all it has started is described in
+``_worker``.
 
 Why not a library: joblib's loky gives up all tasks when one worker dies, and has no time limit for
 one. Pebble has the limit and replaces a dead worker alone, and a task costs it little; but a solver

@@ -23,12 +23,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._design_space import design_space, given_names
 from pymoo_psi.problems._evaluation import evaluate_designs
-from pymoo_psi.problems._pymoo import (
-    WrappedProblem,
-    own_parameters,
-    problem_name,
-    require_problem,
-)
+from pymoo_psi.problems._pymoo import WrappedProblem, own_parameters, problem_name, require_problem
 from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]

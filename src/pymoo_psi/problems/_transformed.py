@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import (
-    Received,
-    boolean,
-    finite_number,
-    invalid,
-    known_name,
-    real_array,
-)
+from pymoo_psi._validation import Received, boolean, finite_number, invalid, known_name, real_array
 from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 
