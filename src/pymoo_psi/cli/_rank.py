@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -29,14 +29,10 @@ from pymoo_psi.pareto import (
     measured_in,
     number,
 )
-from pymoo_psi.selection import (
-    CompromiseProgramming,
-    Knee,
-    RankingSelector,
-    ReferencePoint,
-    compare_selectors,
-)
 from pymoo_psi.table import Formulation, TestTable, constraint_costs
+
+if TYPE_CHECKING:
+    from pymoo_psi.selection import RankingSelector
 
 _REASONS = 4  # sentences that a reader takes in at a glance
 _SHOWN = 12  # designs printed; all are in the file
@@ -151,6 +147,8 @@ def run_rank(options: Rank) -> int:
     title = "The best compromises, the nearest to the ideal point first:"
     say_best(frame, title, ranking, units, out)
     if selectors:
+        from pymoo_psi.selection import compare_selectors  # which takes pymoo
+
         optimum = int(ranking.salukvadze[0])
         for entry, chosen in compare_selectors(ranking, selectors).items():
             say(f"{entry}: {alternative(ranking, chosen, optimum, units)}")
@@ -218,6 +216,8 @@ def preferences_in(
 
 
 def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSelector:
+    from pymoo_psi.selection import CompromiseProgramming, Knee, ReferencePoint
+
     method, colon, text = entry.partition(":")
     methods = ("weights", "chebyshev", "aspire", "knee")
     method = known_name("--prefer", method.strip(), methods)
