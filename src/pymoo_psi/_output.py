@@ -170,6 +170,7 @@ def _write_workbook(
     path: str | PathLike[str], columns: Mapping[str, Any], head: Mapping[str, Any]
 ) -> None:
     book = workbooks().Workbook(write_only=True)
+    book.properties.creator = "pymoo-psi"  # by which the command knows what it may overwrite
     from openpyxl.cell.cell import (  # type: ignore[import-untyped]
         ILLEGAL_CHARACTERS_RE,
         WriteOnlyCell,

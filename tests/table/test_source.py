@@ -311,6 +311,21 @@ def test_missing_shares_are_a_remark(tmp_path):
     assert "missing" in table.remarks[0]
 
 
+def test_objects_in_json_are_designs_and_time_stamps_are_texts(tmp_path):
+    stamps = pd.DatetimeIndex(["2026-01-02 03:04:05", "2026-01-03 00:00:01"])
+    frame = pd.DataFrame({**COST, "begun": stamps, "took": stamps - stamps[0]})
+    table = read_table(frame, Formulation(["cost", "mass"]))
+    assert table.to_frame()["begun"].tolist() == ["2026-01-02 03:04:05", "2026-01-03 00:00:01"]
+    (tmp_path / "set.json").write_text(frame.to_json(orient="records", date_format="iso"))
+    read = read_table(tmp_path / "set.json")
+    np.testing.assert_array_equal(read.F, table.F)
+    assert read.layout.objectives == ("cost", "mass")
+    for text in ('{"a": 1}', '[{"a": 1}, 2]', '[{"a": 1'):
+        (tmp_path / "set.json").write_text(text)
+        with pytest.raises(PsiError, match="no list of designs"):
+            read_table(tmp_path / "set.json")
+
+
 def test_arrays_and_frames():
     table = read_table(np.array([[1.0, 2.0], [2.0, 1.0]]))
     assert (table.layout.objectives, table.names) == (("f1", "f2"), ["row 1", "row 2"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import math
 import os
+import re
 import shutil
 import sys
 from collections import deque
@@ -19,13 +20,16 @@ from unicodedata import east_asian_width
 
 import pandas as pd
 
-from pymoo_psi._output import write_table
+from pymoo_psi._output import workbooks, write_table
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import REPORTED, print_error, printable
 from pymoo_psi.pareto import number, wrapped
 from pymoo_psi.table import Layout, designs_head
 
 _FIRST, _EVERY = 10.0, 60.0  # seconds until the first line of a log, and between later ones
+_HEAD = 65_536  # bytes at an end of a file, in which its names of columns are
+# How CSV and HTML of ours are known: a ranking by its columns, all else by a mark.
+_OURS = re.compile(rb'mu3"?,"?rank"?[,\r\n]|pymoo_psi_|name="generator" content="pymoo-psi')
 _REDRAWN = 0.2  # seconds between two states of the line of a terminal
 
 
@@ -131,10 +135,10 @@ def keeping(kept: Callable[[], str]) -> Iterator[None]:
 
 
 def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | None) -> Path | None:
-    """Refuse a file that cannot be written, or is read and must stay, before the work is done.
+    """Refuse a file that cannot be written, or must stay, before the work is done.
 
     Args:
-        path: The file to write, which may be there; None for none.
+        path: The file to write, which may be there if it is ours; None for none.
         suffixes: Those of the formats that can be written.
         inputs: Files that are read.
 
@@ -142,7 +146,7 @@ def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | N
         The absolute path, which stays right if a model changes the working directory.
 
     Raises:
-        ArgumentValueError: The file has another suffix, or is one of the inputs.
+        ArgumentValueError: The file has another suffix, is one of the inputs, or of others.
         OSError: Its folder is not there, or nothing can be written to it.
     """
     if path is None:
@@ -156,7 +160,21 @@ def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | N
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
+    if path.is_file() and path.stat().st_size and not _is_ours(path):
+        rule = "a new file, or one that pymoo-psi has written"
+        raise invalid("--out", rule, str(path), "choose another name, or remove the file first")
     return _writable(path.absolute().parent, path) / path.name
+
+
+def _is_ours(path: Path) -> bool:
+    """Return whether we have written a file: a later result may take its place."""
+    with path.open("rb") as file:
+        content = file.read(_HEAD)
+        file.seek(max(path.stat().st_size - _HEAD, 0))
+        content += file.read()
+    if content.startswith(b"PK"):
+        return str(workbooks().load_workbook(path).properties.creator) == "pymoo-psi"
+    return _OURS.search(content) is not None or content.startswith(b"SQLite")  # refused later
 
 
 def results_folder(out: Path) -> Path:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,9 @@ from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import RESERVED, Layout
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
 # Columns that name designs, and those that number the rows of a file, which names of its designs
 # say better. Not "no", which is also an exhaust gas.
@@ -51,6 +55,7 @@ _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed
 _DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from the others
 # As programs write integers, so not 007, a label. 18 digits are below 2^63.
 _WHOLE = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
+_RECORDS = re.compile(r"\s*\[\s*\{")  # of JSON; a name in a header may have a bracket, too
 _DAMAGED = "remove that line, and say --objectives and --maximize"
 
 
@@ -82,8 +87,8 @@ def read_table(
     Args:
         source: A path: a study or a folder of studies; text with commas, semicolons, tabs, bars or
             spaces between its cells; a workbook (.xlsx); a test table as either; a ranking that
-            ``pymoo-psi rank --out`` wrote; an export of the page. Or a data
-            frame, an ``(n, m)`` array of objectives, all minimised, or a :class:`TestTable`.
+            ``pymoo-psi rank --out`` wrote; an export of the page; a list of objects in JSON. Or a
+            data frame, an ``(n, m)`` array of objectives, all minimised, or a :class:`TestTable`.
         formulation: What is asked; see :meth:`TestTable.under`.
         variables: Names of the columns with design variables; as the source tells unless given.
         drop_incomplete: Let designs without a finite objective fail, instead of refusing them.
@@ -194,8 +199,8 @@ def _opened(
         text = text_of_rows(rows.values())
     else:
         text = decoded(content, encoding)
-        if text.startswith("{"):
-            raise UnfitError("it is JSON; give the designs as CSV or .xlsx")
+        if text.lstrip().startswith("{") or _RECORDS.match(text):
+            return _cells_of(_records(text))
         try:
             head, text = file_head(text)
         except ValueError as error:
@@ -209,6 +214,20 @@ def _opened(
     with described(path):
         head, columns = columns_of_text(head, text)
     return table_of(head, columns, path, TestTable)
+
+
+def _records(text: str) -> pd.DataFrame:
+    """Return the designs of a JSON text, one object each."""
+    import pandas as pd
+
+    try:
+        rows = json.loads(text)
+    except ValueError:
+        rows = None
+    if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
+        rule = 'it is JSON, but no list of designs such as [{"name": "A", "cost": 1.5}]'
+        raise UnfitError(rule)
+    return pd.DataFrame(rows)
 
 
 def _cells_of(source: Any) -> TestTable | Cells:
@@ -311,7 +330,7 @@ def _table(
     taken |= {*outputs}
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
     extra = {
-        name: _integers(column.cells) or column.cells
+        name: _integers(column.cells) or [*map(_plain, column.cells)]
         for name, column in columns.items()
         if name not in taken
     }
@@ -449,6 +468,11 @@ def _values(column: Column) -> list[Any]:
         return _integers(column.cells) or column.numbers.tolist()
     texts = [str(cell) for cell in column.cells]
     return [text == "True" for text in texts] if {*texts} <= {"True", "False"} else texts
+
+
+def _plain(cell: Any) -> Any:
+    """Return a cell that no role has as a file holds it: a time stamp as a text."""
+    return cell if cell is None or isinstance(cell, (str, int, float)) else str(cell)
 
 
 def _integers(cells: Sequence[Any]) -> list[int]:
