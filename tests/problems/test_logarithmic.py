@@ -70,7 +70,7 @@ def test_every_search_is_that_of_the_logarithms(search):
 @pytest.mark.parametrize("name", ["area", "x1"])
 def test_the_option_is_as_the_attribute(name):
     expected = investigate(Wide(), 16)
-    assert investigate(Wide(log=()), 16, log=[name]).equals(expected)
+    assert investigate(Wide(log=()), 16, log=np.array([name, name])).equals(expected)
     X = LPTauSampling(log=[name]).do(Wide(log=()), 16).get("X")
     np.testing.assert_array_equal(X, expected.X)
     assert not investigate(Wide(), 16, log=[]).equals(expected)

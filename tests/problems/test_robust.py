@@ -187,7 +187,8 @@ CHUTE = SphereChute()
 @pytest.mark.parametrize(
     ("problem", "options", "kind", "message"),
     [
-        (CHUTE, {}, ValueError, "tolerances must be given, or uncertainty, got neither"),
+        (CHUTE, {}, ValueError, "uncertainty or tolerances must be given, got neither"),
+        (Linear, {"uncertainty": ["load"]}, TypeError, "uncertainty must map names to distributions"),
         (CHUTE, {"tolerances": {"x3": 1}}, ValueError, "a variable of tolerances must be one of 'x1', 'x2'"),
         (CHUTE, {"tolerances": {"x1": 0.1}, "criteria": "cvar:1"}, ValueError, "criteria must be"),
         (lambda mu: SphereChute(mu) if mu < 0.16 else Linear(), {"uncertainty": {"mu": stats.uniform(0.1, 0.1)}}, ValueError, "in every scenario, as in the first"),

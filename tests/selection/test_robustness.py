@@ -162,7 +162,7 @@ SHIFT = {"load": stats.uniform(0.5, 1)}
 @pytest.mark.parametrize(
     ("make_problem", "X", "options", "kind", "message"),
     [
-        (Beam, X, {"uncertainty": {}}, ValueError, "tolerances must be given, or uncertainty"),
+        (Beam, X, {"uncertainty": {}}, ValueError, "uncertainty or tolerances must be given"),
         (Beam, X[:, :1], {"uncertainty": LOAD}, ValueError, "X must be designs of 2 variables"),
         (lambda laod: Problem(n_var=2, n_obj=3, laod=laod), X, {"uncertainty": {"laod": stats.uniform(0.5, 1)}}, ValueError, "of parameters that Problem takes, got 'laod'"),
         (Misfit, X, {"uncertainty": SHIFT}, ValueError, r"in every scenario, as in the first, got \(2, 2\)"),

@@ -138,7 +138,7 @@ class Engine:
         self.problem = required(untolerant(problem), options.requirements)
         self._model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
         default = {own: name for name, own in (options.names or {}).items()}
-        log = options.log and [default.get(name, name) for name in options.log]
+        log = options.log if options.log is None else [default.get(n, n) for n in options.log]
         self.space = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units
         layout = problem_layout(self.problem, self.space, *columns)

@@ -1,4 +1,4 @@
-"""Figures of tables, rankings, robustness and comparisons, and the paper's figures.
+"""Figures of tables, rankings and comparisons, and the paper's figures.
 
 This is the only subpackage that imports matplotlib. Nothing here opens a window, needs ``pyplot``
 or changes matplotlib's settings: figures are to be saved. They have panel letters and no titles:

@@ -162,19 +162,6 @@ class Required(WrappedProblem):
         none = np.zeros((len(matrix), 0))
         return np.column_stack([none, *(each.violation(columns) for each in self.required)])
 
-    def values_without_run(self, amounts: Array) -> dict[str, Array]:
-        """Return what stands for the values of designs that violate a requirement.
-
-        Args:
-            amounts: ``(..., k)`` by how much.
-        """
-        shape, n_ieq = amounts.shape[:-1], self.wrapped.n_ieq_constr
-        return {
-            "F": np.full((*shape, self.n_obj), np.inf),
-            "G": np.concatenate([np.zeros((*shape, n_ieq)), amounts], axis=-1),
-            "H": np.zeros((*shape, self.n_eq_constr)),
-        }
-
     def spread(self, X: Any, evaluate: Callable[[Any], Mapping[str, Any]]) -> dict[str, Any]:
         """Return the values of all designs; those that meet the requirements are evaluated.
 
@@ -182,14 +169,18 @@ class Required(WrappedProblem):
             X: n designs as the problem takes them.
             evaluate: Returns values of some of them for the problem within.
         """
-        above = self.amounts(self._space.to_matrix(X))
-        out: dict[str, Any] = self.values_without_run(above)
-        met = np.flatnonzero((above <= 0).all(axis=1))
-        self.n_not_run += len(X) - len(met)
+        above, n = self.amounts(self._space.to_matrix(X)), len(X)
+        met, n_ieq = np.flatnonzero((above <= 0).all(axis=1)), self.wrapped.n_ieq_constr
+        out: dict[str, Any] = {  # of designs that are not evaluated
+            "F": np.full((n, self.n_obj), np.inf),
+            "G": np.hstack([np.zeros((n, n_ieq)), above]),
+            "H": np.zeros((n, self.n_eq_constr)),
+        }
+        self.n_not_run += n - len(met)
         for name, values in evaluate(X[met]).items() if len(met) else ():
             if name not in out:  # what else the model gives, nothing where it did not run
-                out[name] = np.full(len(X), None, dtype=object)
-            column = out[name][:, : self.wrapped.n_ieq_constr] if name == "G" else out[name]
+                out[name] = np.full(n, None, dtype=object)
+            column = out[name][:, :n_ieq] if name == "G" else out[name]
             for row, value in zip(met, values, strict=True):
                 column[row] = value
         return out

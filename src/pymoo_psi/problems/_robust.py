@@ -130,9 +130,9 @@ class Robust(WrappedProblem):
         failure_probability: float = 0.0,
     ) -> None:
         tolerances = mapping("tolerances", tolerances or {}, "names to tolerances")
-        uncertainty = uncertainty or {}
+        uncertainty = mapping("uncertainty", uncertainty or {}, "names to distributions")
         if not tolerances and not uncertainty:
-            raise invalid("tolerances", "given, or uncertainty", Received("neither"))
+            raise invalid("uncertainty or tolerances", "given", Received("neither"))
         given = {f"tolerances[{n!r}]": _distribution(n, d) for n, d in tolerances.items()}
         given |= {f"uncertainty[{n!r}]": d for n, d in uncertainty.items()}
         values = _quantiles(integer("n_scenarios", n_scenarios, minimum=1), given)

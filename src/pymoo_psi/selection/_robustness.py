@@ -156,9 +156,9 @@ def robustness(
         Shares, statistics of the objectives and regret for each design.
 
     Raises:
-        ArgumentValueError: A count is out of range, a distribution gives no finite values, no
-            problem can be made in a scenario, it is of another size or does not take a parameter,
-            or all designs fail in a scenario.
+        ArgumentValueError: A count is out of range, a distribution gives no finite values, a
+            problem is of another size than the first or does not take a parameter, or all designs
+            fail in a scenario.
         ArgumentTypeError: An argument has the wrong type; ``make_problem`` gives no problem.
 
     Example:

@@ -288,7 +288,7 @@ def compare_selectors(
         {'Salukvadze': array([2]), 'L1': array([1]), 'L2': array([2])}
     """
     ranking = ranking_from(F, normalize, maximize)
-    front = np.flatnonzero(ranking.pareto)
+    front, n = np.flatnonzero(ranking.pareto), int(ranking.pareto.sum())
     objectives, chosen = ranking.objectives.rows(front), {}
     for name, selector in mapping("selectors", selectors, "names to selectors").items():
         if isinstance(selector, RankingSelector):
@@ -296,11 +296,11 @@ def compare_selectors(
         else:
             with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all of them off
                 answer = selector.do(objectives.minimized)
-        rows = np.atleast_1d(np.array([] if answer is None else answer)).astype(np.intp)
-        if len(rows) and not 0 <= rows.min() <= rows.max() < len(front):
-            rule = f"a selector that returns indices from 0 to {len(front) - 1}"
+        rows = np.atleast_1d([] if answer is None else answer)
+        if len(rows) and (rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= n):
+            rule = f"a selector that returns indices from 0 to {n - 1}"
             raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
-        chosen[name] = front[rows]
+        chosen[name] = front[rows.astype(np.intp)]
     return chosen
 
 
