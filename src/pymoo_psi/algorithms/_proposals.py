@@ -35,7 +35,6 @@ _NEARBY = 3
 # Of the cube's width, in every variable; and of how many best tests, some for each part of a front.
 # Both were chosen once and not varied, like the optimism below.
 _NEAR, _CENTRES = 0.2, 10
-GAUSSIAN = "gaussian process"  # what proposals are made by, in studies
 _FORGIVING = 4  # every so many rounds, designs near failed ones are not avoided
 
 # The search: as large and as long as the time for a proposal allows, below 0.1 s with 512 tests of
@@ -121,13 +120,11 @@ class Proposals:
 
     Attributes:
         points: ``(k, d)`` points of the unit cube.
-        kind: Of the surrogate, :data:`GAUSSIAN`; empty if there was none.
-        predicted: ``(k, q)`` the outputs that it expects; NaN without one.
-        deviation: ``(k, q)`` their standard deviations; NaN where it knows none.
+        predicted: ``(k, q)`` the outputs that surrogates expect; NaN without any.
+        deviation: ``(k, q)`` their standard deviations.
     """
 
     points: Array
-    kind: str
     predicted: Array
     deviation: Array
 
@@ -157,7 +154,7 @@ def propose(
     risk = _risk(Z, seen[: len(known)][tests.failed], turn)
     if fit is None:
         nothing = np.full((batch, tests.Y.shape[1]), np.nan)
-        return Proposals(_far(seen, encode, risk, batch, goal, random), "", nothing, nothing)
+        return Proposals(_far(seen, encode, risk, batch, goal, random), nothing, nothing)
     T = fit.to(bounded(tests.Y[known]))
     processes = [GaussianProcess(Z, *of) for of in zip(T.T, fit.lengths, strict=True)]
 
@@ -194,7 +191,7 @@ def propose(
     T, deviation = predict(points), spread(points)
     # half of what is between one deviation above and below: scales need not be linear
     deviation = (fit.back(T + deviation) - fit.back(T - deviation)) / 2
-    return Proposals(points, GAUSSIAN, fit.back(T), deviation)
+    return Proposals(points, fit.back(T), deviation)
 
 
 def encoded(space: DesignSpace, points: Array) -> Array:

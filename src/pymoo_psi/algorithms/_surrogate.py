@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Received, boolean, instance, integer, invalid
 from pymoo_psi.algorithms._engine import by_number
-from pymoo_psi.algorithms._proposals import GAUSSIAN, Goal, KnownTests, Proposals, encoded, propose
+from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._run import Points
 from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
@@ -37,6 +37,7 @@ _GROWTH = 1.1
 # test: they pay most while little is known.
 _BATCH, _FEW, _LITTLE = 8, 4, 64
 _POINTS = 20  # a sample that shows a heavy tail; more tell less than as many proposals
+_GAUSSIAN = "gaussian process"  # what proposals are made by, in studies
 _LEAST = 4  # tests that are known, below which no surrogate is made
 
 # Several threads would spin at matrices as small as these, ten times as long where other work is
@@ -65,6 +66,7 @@ class SurrogatePSI(PSI):
 
     Where a model gives infinity, or one large number, for an objective of designs without meaning,
     surrogates take the worst value of the others for it, if several tests of the sequence show it.
+    A constraint may be the amount of a violation, 0 where it is met; others are learned better.
 
     It pays where a test takes seconds or more, and where many variables leave most of the space
     empty; from some hundred tests on, proposals take longer than cheap models. It tests designs
@@ -200,7 +202,7 @@ class SurrogatePSI(PSI):
         named = ("point", "predicted", "deviation")
         values = ([content[name] for *_, content in stored] for name in named)
         units, *outputs = (np.array(value, dtype=np.float64) for value in values)
-        return Proposals(units, stored[0][2] if stored[0][2] == GAUSSIAN else "", *outputs)
+        return Proposals(units, *outputs)
 
     @_one_thread
     def _proposed(self, size: int, table: TestTable, pending: Points) -> Proposals:
@@ -332,14 +334,14 @@ class SurrogatePSI(PSI):
         """
         table = self.table.rows(np.arange(self._n_uniform, self.n_tested))
         n, rounds, names = len(table), self._rounds, self._learned()
-        turns = [turn for turn, made in enumerate(rounds) for _ in made.points][:n]
-        columns: dict[str, Any] = {"test_point": table.numbers}
-        columns["round"] = np.array(turns, dtype=int) + 1
-        columns["surrogate"] = [rounds[turn].kind for turn in turns]
-        columns["status"] = table.status
         none = np.zeros((0, len(names)))
         predicted = np.vstack([none, *(made.predicted for made in rounds)])[:n]
         deviation = np.vstack([none, *(made.deviation for made in rounds)])[:n]
+        columns: dict[str, Any] = {"test_point": table.numbers}
+        sizes = [len(made.points) for made in rounds]
+        columns["round"] = np.repeat(np.arange(len(rounds)) + 1, sizes)[:n]
+        columns["surrogate"] = np.where(np.isnan(predicted).all(axis=1), "", _GAUSSIAN)
+        columns["status"] = table.status
         for j, name in enumerate(names):
             found = np.where(table.status == "failed", np.nan, table.column(name))
             sign = -1 if name in table.layout.maximize else 1
@@ -354,7 +356,8 @@ def _rows(made: Proposals, number: int, first: int, pending: Points) -> list[Pro
     All tests before them were known but those that are ``pending``.
     """
     named = {"point": made.points, "predicted": made.predicted, "deviation": made.deviation}
-    nothing, kind = np.array(None), made.kind or "far from all tests"
+    nothing = np.array(None)
+    kind = "far from all tests" if np.isnan(made.predicted).all() else _GAUSSIAN
     lists = {n: np.where(np.isnan(v), nothing, v).tolist() for n, v in named.items()}
     more = {"pending": pending.numbers.tolist()} if len(pending) else {}
     return [
