@@ -474,18 +474,6 @@ def formulations(rng, folder):
     if found.get("under") != "refused":
         again = random_formulation(rng, tests.under(asked))
         attempt(found, "again", lambda: of_table(tests.under(asked).under(again)))
-    if "under F" in found and rng.random() < 0.5:
-        layout = tests.layout
-        x = np.where(np.isfinite(layout.lower), layout.lower, 0)
-        f = rng.normal(size=len(layout.objectives))
-
-        def prototype():
-            known = tests.with_prototype(x, f)
-            shown = analysis("compare_with_prototype")(known)
-            return {str(name): shown[name].to_numpy() for name in shown.columns}
-
-        if not layout.outputs and analysis("compare_with_prototype"):
-            attempt(found, "prototype", prototype)
     return found
 
 

@@ -13,8 +13,6 @@ from pymoo_psi import (
     Formulation,
     PsiError,
     TestTable,
-    VectorizedSphereChute,
-    investigate,
     rank_of_efficiency,
 )
 from pymoo_psi.page import decision_page, kept_designs
@@ -70,11 +68,6 @@ def test_what_a_table_of_tests_knows_is_on_its_page():
 
 
 def test_existing_designs_have_names_of_their_own():
-    table = investigate(VectorizedSphereChute(0.4, model="rolling"), 64)
-    table = table.with_prototype([0.5, 1.0], [2.0, 0.1, 0.5, 1.0], name="P1")
-    sent = payload_of(decision_page(table))
-    assert sent["names"][-1] == "P1"
-    assert column_of(sent, "f1")[-1] == 2.0
     old = beams().iloc[[3]].set_index("number")
     assert payload_of(page_of_beams(prototype=old))["names"][-1] == "B1004 (existing)"
 

@@ -11,8 +11,7 @@ from pymoo_psi.table import Layout
 
 @pytest.fixture(scope="session")
 def chute():
-    table = investigate(VectorizedSphereChute(0.4, model="rolling"), 512)
-    return table.with_prototype([0.6, 0.9], [1.9, 0.1, 0.6, 0.9], name="old chute")
+    return investigate(VectorizedSphereChute(0.4, model="rolling"), 512)
 
 
 @pytest.fixture(scope="session")
@@ -30,8 +29,7 @@ def mixed():
         ["length", "count", "hollow", "metal"], 2, 1,
         lower=[1, 3, np.nan, np.nan], upper=[2, 7, np.nan, np.nan],
     )  # fmt: skip
-    table = TestTable.of(1 + k, X, F, G=(k % 4 - 2.0)[:, None], layout=layout)
-    return table.with_prototype([1.5, 5, True, "gold"], [3.0, 3.0])
+    return TestTable.of(1 + k, X, F, G=(k % 4 - 2.0)[:, None], layout=layout)
 
 
 @pytest.fixture(scope="session")

@@ -40,13 +40,11 @@ def test_every_test_is_in_its_group_in_every_plane(chute, limits):
     assert_whole(figure)
 
 
-def test_a_prototype_and_a_chosen_design_are_marked(chute):
+def test_a_chosen_design_is_marked(chute):
     figure = plot_objectives(chute, objectives=["f1", "f4"], design=7)
     (ax,) = shown(figure)
-    (star,) = [line for line in ax.lines if line.get_marker() == "*"]
-    np.testing.assert_allclose(star.get_xydata(), [[1.9, 0.9]])
     np.testing.assert_array_equal(ax.lines[-1].get_xydata(), chute.F[[6]][:, [0, 3]])
-    assert {"prototype", "proposed or chosen"} <= {*texts(figure)}
+    assert "proposed or chosen" in texts(figure)
 
 
 def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):
@@ -131,10 +129,10 @@ def test_options_and_whole_numbers_have_places_of_their_own(mixed):
     assert names == [["False", "True"], ["brass", "steel", "tin"]]
     assert count.get_xlim() == (2.5, 7.5)
     for ax, exact in ((count, mixed.column("count")), (length, mixed.column("length"))):
-        drawn = np.concatenate([xy for name, xy in points(ax).items() if name != "prototype"])
+        drawn = np.concatenate([*points(ax).values()])
         off = np.sort(drawn[:, 0]) - np.sort(exact.astype(float))
         assert (off == 0).all()
-    drawn = np.concatenate([xy for name, xy in points(metal).items() if name != "prototype"])
+    drawn = np.concatenate([*points(metal).values()])
     assert len({*drawn[:, 0]}) == len(drawn)  # tests of one option stand side by side
     assert_whole(figure)
 
@@ -153,7 +151,6 @@ def test_any_name_can_be_drawn():
     layout = Layout.of(names, ["$f$", "_g"])
     random = np.random.default_rng(1)
     table = TestTable.of(range(1, 6), random.random((5, 3)), random.random((5, 2)), layout=layout)
-    table = table.with_prototype([0.5, 0.5, 0.5], [0.5, 0.5])
     figure = plot_table(table, {"_g": 0.5})
     assert r"\$x_1\$" in [ax.get_xlabel() for ax in figure.axes]
     assert "limit _g ≤ 0.5" in texts(figure)

@@ -195,17 +195,6 @@ def test_every_column_stays_a_column():
     assert all("width<=0.75" in v for v in anew.to_frame()["violated"][beyond])
 
 
-def test_the_prototype_is_judged_with_the_tests():
-    table = beam_tests().with_prototype([0.5, 0.4], [3.0, 1.0])
-    asked = Formulation(["mass", "r"], limits={"width": (0.6, None)}, computed={"r": "gain / mass"})
-    old = table.under(asked).prototype
-    assert old.F.tolist() == [[3.0, 1 / 3]]
-    assert old.G[0, -1] == pytest.approx(0.1)
-    for unknown in ("heat", "stress"):
-        with pytest.raises(PsiError, match=f"{unknown} of the prototype must be known and finite"):
-            table.under(Formulation(["mass", unknown]))
-
-
 # Limits without a formulation
 
 

@@ -1,4 +1,4 @@
-"""Histograms, refined boxes and the prototype."""
+"""Histograms and refined boxes."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,6 @@ from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, TestTable, explain, lp_tau
 from pymoo_psi.table import Layout, histogram
-from tests.table.asked import freed
 
 ring = lp_tau(512, 2)
 RING = TestTable.of(
@@ -121,37 +120,9 @@ def test_refined_bounds_of_mixed_variables():
     np.testing.assert_allclose(upper, [1.8, 19, np.nan, np.nan, np.nan])
 
 
-# The prototype
-
-
-def test_a_prototype_is_carried_along():
-    table = RING.with_prototype([0.5, 0.5], [1.0, 1.0, 1.0], name="today's chute")
-    for other in (
-        table.rows(slice_of(table)),
-        table.sorted_by("f1"),
-        table.extended(TestTable.empty()),
-    ):
-        assert other.prototype.names == ["today's chute"]
-    assert RING.prototype is None
-    assert TestTable.empty().extended(table).equals(table)
-    assert not table.equals(RING)
-
-
-def slice_of(table):
-    return np.arange(3, min(9, len(table)))
-
-
-@pytest.mark.parametrize(
-    ("make", "kind", "message"),
-    [
-        (lambda: histogram(RING, "x3"), ValueError, "variable must be one of 'x1', 'x2', got 'x3'"),
-        (lambda: freed(RING.with_prototype([0.5, 0.5], [1, 1, 1]), "g1"), ValueError, "g1 of the prototype must be known and finite, got nan; give the prototype after"),
-    ],
-)  # fmt: skip
-def test_bad_arguments(make, kind, message):
-    with pytest.raises(kind, match=message) as caught:
-        make()
-    assert isinstance(caught.value, PsiError)
+def test_an_unknown_column_has_no_histogram():
+    with pytest.raises(PsiError, match="variable must be one of 'x1', 'x2', got 'x3'"):
+        histogram(RING, "x3")
 
 
 def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():

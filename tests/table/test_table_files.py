@@ -25,7 +25,7 @@ visible = st.text(st.characters(exclude_categories=["Cs", "Cc", "Cn", "Zl", "Zp"
 
 @st.composite
 def tables(draw, texts=texts):
-    names = texts.filter(lambda name: name and name not in (*RESERVED, "prototype"))
+    names = texts.filter(lambda name: name and name not in RESERVED)
     choices = st.one_of(finite, st.integers(1 - 2**63, 2**63 - 1), st.booleans(), texts)
     columns = [finite, st.integers(1 - 2**63, 2**63 - 1), st.booleans(), texts, choices]
     n, n_var, m, n_ieq, n_eq = (
@@ -58,12 +58,7 @@ def tables(draw, texts=texts):
     failed = draw(st.sets(st.sampled_from(numbers))) if n else set()
     reasons = {number: draw(texts) for number in failed}
     numbers = np.array(numbers, dtype=int)
-    table = TestTable.of(numbers, X, F, G, H, outputs=outputs, reasons=reasons, layout=layout)
-    if draw(st.booleans()):
-        x = list(X[0]) if n else [draw(kind) for kind in kinds]
-        f = draw(arrays(float, m, elements=finite))
-        table = table.with_prototype(x, f, name=draw(texts))
-    return table
+    return TestTable.of(numbers, X, F, G, H, outputs=outputs, reasons=reasons, layout=layout)
 
 
 def bits(table):
@@ -76,10 +71,6 @@ def check_same(read, table):
     assert bits(read) == bits(table)
     assert read.reasons == table.reasons
     assert not difference(read, table)
-    assert (read.prototype is None) == (table.prototype is None)
-    if table.prototype is not None:
-        check_same(read.prototype, table.prototype)
-        assert read.prototype.names == table.prototype.names
 
 
 @pytest.fixture(scope="module")
@@ -208,18 +199,16 @@ def test_no_damage_raises_anything_else(folder, content, position, cut):
 
 
 def test_a_table_of_an_earlier_version_keeps_its_directions(tmp_path):
-    """The head of 0.2.0 has "maximized", and one prototype; a study of it comes as such a file."""
+    """The head of 0.2.0 has "maximized" and stands first; a study of it comes as such a file."""
     layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, -3.0], [2.0, -4.0]], layout=layout)
-    table = table.with_prototype([0.3], [1.5, -2.0], name="now")
     path = tmp_path / "table.csv"
     table.to_csv(path)
     rest, _, last = path.read_text("utf-8").rstrip().rpartition("\n")
     head = json.loads(last[2:])
     head["pymoo_psi_test_table"] = 3
     head["maximized"] = head.pop("maximize")
-    one = head["prototype"]
-    head["prototype"] = {"name": one["names"][0]} | {key: one[key][0] for key in "xf"}
+    head["prototype"] = {"name": "now", "x": [0.3], "f": [1.5, -2.0]}  # which is not read
     path.write_text(f"# {json.dumps(head)}\n{rest}", "utf-8")
     assert TestTable.read_csv(path).equals(table)
 

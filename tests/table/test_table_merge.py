@@ -46,9 +46,6 @@ def failed(reason):
     )
 
 
-PROTOTYPE = run(8).with_prototype([0.0, 0.0], [1.0, 1.0])
-
-
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
@@ -58,19 +55,12 @@ PROTOTYPE = run(8).with_prototype([0.0, 0.0], [1.0, 1.0])
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, upper=[1, 2]))), ValueError, "got bounds of x2 .0.0, 1.0. against .0.0, 2.0"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, eq_tolerance=0.0))), ValueError, "got eq_tolerance 0.0001 against 0.0"),
         (lambda: run(8).merge(freed(run(8), "g1")), ValueError, "objectives .* against .*g1"),
-        (lambda: PROTOTYPE.merge(run(8).with_prototype([0.0, 0.0], [1.0, 2.0])), ValueError, "got prototype .* against"),
     ],
 )  # fmt: skip
 def test_what_does_not_belong_together_is_refused(make, kind, message):
     with pytest.raises(kind, match=message) as caught:
         make()
     assert isinstance(caught.value, PsiError)
-
-
-def test_the_prototype_of_either_table_is_kept():
-    later = run(8, 9)
-    assert PROTOTYPE.merge(later).equals(later.merge(PROTOTYPE))
-    assert PROTOTYPE.merge(later).prototype.F.tolist() == [[1.0, 1.0]]
 
 
 def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined():

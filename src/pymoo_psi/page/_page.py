@@ -145,8 +145,8 @@ def decision_page(
             choice and its reason. Or names of the objectives, all minimised.
         variables: Names of the columns with design variables; as the source tells unless given.
         units: Units of columns by name, beside those that the source tells.
-        prototype: Existing designs to compare with, a source as above; as the table has them
-            unless given. They are not ranked and stay on the page whatever the limits.
+        prototype: Existing designs to compare with, a source as above. They are not ranked and
+            stay on the page whatever the limits.
         limits: Further limits that the page opens with and that its reader can move, ``(lower,
             upper)`` with ``None`` for an open end, or an upper one.
         decision: A decision file that the page saved, a formulation: the page opens with it.
@@ -182,9 +182,7 @@ def decision_page(
     if len(shown) == 0:
         rule = "of one feasible design or more"
         raise invalid("source", rule, Received(f"none in {counted(len(table), 'design')}"))
-    former = table.prototype
-    if prototype is not None:
-        former = read_table(prototype, question)
+    former = None if prototype is None else read_table(prototype, question)
     layout = shown.layout
     for name in units or {}:
         known_name("units", name, layout.columns)

@@ -85,10 +85,6 @@ _MARK: dict[str, Any] = {
     "linestyle": "none", "markeredgecolor": "#D55E00", "zorder": 7.0,
     "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
 }  # fmt: skip
-_PROTOTYPE = _MARK | {
-    "marker": "*", "markersize": 8.25, "color": "#D55E00", "markeredgecolor": "black",
-    "markeredgewidth": 0.7, "label": "prototype",
-}  # fmt: skip
 _CHOSEN = _MARK | {
     "marker": "o", "markersize": 9.0, "markerfacecolor": "none", "markeredgewidth": 1.6,
     "label": "proposed or chosen",
@@ -107,7 +103,7 @@ class Column:
         log: Whether the axis is logarithmic.
         limits: The lower and the upper one.
         name: Of the limits in the legend.
-        marks: Places of the prototypes, and of the chosen design; NaN if unknown.
+        marks: Places of the chosen design; NaN if unknown.
     """
 
     places: Array
@@ -223,7 +219,7 @@ def checked(table: object) -> TestTable:
 def points_of_table(
     table: TestTable, names: Sequence[str], limits: Limits | None, chosen: TestTable | None = None
 ) -> Points:
-    """Return the tests over columns, with the prototypes and a chosen design."""
+    """Return the tests over columns, with a chosen design."""
     feasible, front, layout = table.feasible(limits), table.pareto(limits), table.layout
     tested = table.status == "ok"
     masks = (table.status == "infeasible", tested & ~feasible, feasible & ~front, front)
@@ -232,15 +228,10 @@ def points_of_table(
         for (name, marker), mask in zip(_GROUPS.items(), masks, strict=True)
         if mask.any() or name in (_DOMINATED, PARETO)
     }
-    marked = {
-        look["label"]: (designs, look)
-        for designs, look in ((table.prototype, _PROTOTYPE), (chosen, _CHOSEN))
-        if designs is not None
-    }
     bounds = bounds_of(limits, layout)
 
     def column(name: str) -> Column:
-        marks = tuple(_numbers(designs, name) for designs, _ in marked.values())
+        marks = () if chosen is None else (_numbers(chosen, name),)
         options: tuple[Any, ...] = ()
         if name in layout.variables:
             places, ends, options = _variable(table, name)
@@ -256,7 +247,7 @@ def points_of_table(
         return Column(places, ends, layout.label_of(name), options, log, limited, name, marks)
 
     columns = {name: column(name) for name in names}
-    return Points(columns, groups, tuple(look for _, look in marked.values()))
+    return Points(columns, groups, () if chosen is None else (_CHOSEN,))
 
 
 def _numbers(designs: TestTable, name: str) -> Array:

@@ -646,9 +646,8 @@ def _by_variable(head: Head) -> dict[str, Any]:
         key: dict(zip(head["variables"], head[key], strict=True))
         for key in ("lower", "upper", "kinds")
     }
-    # The name of the problem says most. A prototype is carried along, and outputs are those that
-    # tests have brought so far.
-    return {"problem": None, **head, **named, "prototype": None, "outputs": None}
+    # The name of the problem says most. Outputs are those that tests have brought so far.
+    return {"problem": None, **head, **named, "outputs": None}
 
 
 # Shares: the points of one investigation divided among machines, and their files as one study

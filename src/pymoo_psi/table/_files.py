@@ -59,8 +59,8 @@ def head_of(table: Any) -> Head:
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
         tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
         ``eq_tolerance``; if there are any ``outputs``, ``maximize`` and ``extra``, lists of names,
-        ``units``, texts by name, and ``label``; ``prototype`` with its ``names``, ``x``, ``f``;
-        ``chosen``, the name of a design and why; and ``problem``.
+        ``units``, texts by name, and ``label``; ``chosen``, the name of a design and why; and
+        ``problem``.
     """
     layout: Layout = table.layout
     # Of a table without tests the kinds are unknown: a later block may be of any kind.
@@ -70,10 +70,6 @@ def head_of(table: Any) -> Head:
     head["kinds"] = [kind.value for kind in kinds]
     optional = {name: getattr(layout, name) for name in _OPTIONAL}
     optional |= {"extra": [*table.extra], "chosen": table.chosen, "problem": table.problem}
-    if (former := table.prototype) is not None:
-        names = former.extra.get(former.layout.label or "", np.array(former.names))
-        values = {"x": former.X.tolist(), "f": (former.F * layout.sign).tolist()}
-        optional["prototype"] = {"names": list(map(str, names))} | values
     head |= {name: value for name, value in optional.items() if value}
     return {name: list(v) if isinstance(v, tuple) else v for name, v in head.items()}
 
@@ -181,16 +177,12 @@ def table_of(
             layout = replace(layout, units=units)
         # The status is taken from the file, not derived: the table checks it against the
         # constraints, and so finds a file in which one of both was edited.
-        table: Any = make(
+        return make(
             layout, numbers, X, **blocks_of(layout, columns, len(numbers)), status=status,
             reasons=reasons, problem=head.get("problem"),
             extra={name: choice_values(columns[name]) for name in extra},
             chosen=tuple(map(str, head.get("chosen", ()))),
         )  # fmt: skip
-        former = head.get("prototype") or {"names": (), "x": (), "f": ()}
-        for name, x, f in zip(former["names"], former["x"], former["f"], strict=True):
-            table = table.with_prototype(x, f, name=name)
-    return table  # type: ignore[no-any-return]
 
 
 def file_head(text: str) -> tuple[Head | None, str]:
@@ -279,8 +271,6 @@ def _checked(head: Head | None) -> tuple[Head, int, dict[str, Kind]]:
         version, n = head.pop(MARK), int(head.pop("tests"))
         if version in (2, 3):  # of 0.2.0, from which studies come as such tables
             head["maximize"] = head.pop("maximized", [])
-            if one := head.get("prototype"):
-                head["prototype"] = {"names": [one["name"]], "x": [one["x"]], "f": [one["f"]]}
             version = _FORMAT
         if head.pop("experiments", ()):  # columns of their own in 0.2.0
             head["extra"] = [*head.get("extra", ()), *ORIGIN]

@@ -32,7 +32,7 @@ def outputs_under(layout: Layout, table: TestTable) -> Array:
 
 
 def stacked(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> TestTable:
-    """Return the tests of tables one below the other, with layout, problem, prototype of all.
+    """Return the tests of tables one below the other, with layout and problem of all.
 
     Args:
         tables: One or more. Those without tests and columns take on those of the others.
@@ -52,7 +52,6 @@ def stacked(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> Tes
         whole = whole._with(
             layout=joined_layout(whole.layout, table.layout),
             problem=whole.problem if "problem" in (whole.problem or {}) else table.problem,
-            prototype=table.prototype if whole.prototype is None else whole.prototype,
         )
     X = joined_designs([t.X for t in tables])
     # Designs of a block that declares no kinds take those of the others.
@@ -133,9 +132,9 @@ def unequal(one: NDArray[Any], two: NDArray[Any], rounding: float = 0.0) -> Mask
 def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:
     """Say in what two tables differ first besides their tests; empty if in nothing.
 
-    What one of them does not have or know is no difference: an output, kinds, prototype, problem.
+    What one of them does not have or know is no difference: an output, kinds, problem.
     """
-    if a.layout is b.layout and a.problem is b.problem and a.prototype is b.prototype:
+    if a.layout is b.layout and a.problem is b.problem:
         return ""
     one, other = _facts(a), _facts(b)
     keys = [key for key in one if key in other]
@@ -151,7 +150,7 @@ def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) 
 
 def _facts(table: TestTable) -> dict[str, str]:
     """Return what is known of a table besides its tests, as texts, in which NaN is equal to NaN."""
-    layout, former = table.layout, table.prototype
+    layout = table.layout
     groups = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
     facts: dict[str, Any] = {name: getattr(layout, name) for name in groups}
     for name in layout.columns:
@@ -160,6 +159,4 @@ def _facts(table: TestTable) -> dict[str, str]:
     facts |= {f"kind of {n}": k.value for n, k in zip(layout.variables, layout.kinds, strict=False)}
     bounds = zip(layout.lower.tolist(), layout.upper.tolist(), strict=True)
     facts |= {f"bounds of {n}": pair for n, pair in zip(layout.variables, bounds, strict=True)}
-    if former is not None:
-        facts["prototype"] = (former.names, *(getattr(former, n).tolist() for n in "XFGH"))
     return {key: str(value) for key, value in facts.items()}

@@ -27,7 +27,6 @@ from pymoo_psi._output import Shown, write_table
 from pymoo_psi._validation import (
     Received,
     counted,
-    finite_array,
     finite_number,
     instance,
     invalid,
@@ -67,7 +66,6 @@ from pymoo_psi.table._formulation import Formulation, formulated
 from pymoo_psi.table._joining import (
     blank,
     difference,
-    outputs_under,
     require_one_result,
     stacked,
     unequal,
@@ -123,7 +121,6 @@ class TestTable(Shown):
         status: ``(n,)`` "ok", "infeasible" (violates a constraint) or "failed" (not computed).
             Given as None, it follows from the other arrays, as in :meth:`of`.
         reasons: Why designs failed, for the numbers of their test points.
-        prototype: Existing designs to compare with, a table of the same columns; or None.
         outputs: ``(n, k)`` what else the model gave, under the names ``layout.outputs``; NaN where
             a design failed, or an earlier version of the model did not give it.
         problem: What the tests are of: name, parameters, sampling and key, by which studies tell
@@ -152,7 +149,6 @@ class TestTable(Shown):
     H: Array
     status: NDArray[np.str_] = None  # type: ignore[assignment]
     reasons: Mapping[int, str] = field(default_factory=dict)
-    prototype: TestTable | None = None
     outputs: Array = None  # type: ignore[assignment]  # (n, 0) unless given
     problem: Mapping[str, Any] | None = None
     extra: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
@@ -605,8 +601,7 @@ class TestTable(Shown):
         evaluation stays failed, as its values are not known.
 
         Raises:
-            ArgumentValueError: A column is not there, or cannot be what is asked of it; or an
-                objective of the prototype is not known.
+            ArgumentValueError: A column is not there, or cannot be what is asked of it.
 
         Example:
             >>> from pymoo_psi import Formulation
@@ -638,31 +633,16 @@ class TestTable(Shown):
         former, X = self.layout.variables, self.X
         if layout.variables != former:
             X = design_matrix("X", X[:, [former.index(name) for name in layout.variables]])
-        prototype = None if self.prototype is None else self._prototype_under(formulation)
         problem = _facts_of(self.problem, "sampling")
         chosen = self.chosen
         if formulation.chosen is not None:
             chosen = (formulation.chosen, formulation.reason)
-        table = self._with(
-            layout=layout, X=X, **blocks, problem=problem, prototype=prototype, chosen=chosen
-        )
+        table = self._with(layout=layout, X=X, **blocks, problem=problem, chosen=chosen)
         table._set(table._status(reasons))
         tested = table.status != "failed"
         idle = [n for n in limits if tested.any() and (columns[n][tested] <= 0).all()]
         said = [f"The limit {name} rejects no design." for name in idle]
         return table._with(remarks=(*self.remarks, *said))
-
-    def _prototype_under(self, formulation: Formulation) -> TestTable:
-        """Return the existing designs under a formulation; outputs of theirs are not known."""
-        known, names = self.prototype, self.layout.outputs
-        assert known is not None
-        layout = replace(known.layout, outputs=names, maximize=self.layout.maximize)
-        table = known._with(layout=layout, outputs=outputs_under(layout, known)).under(formulation)
-        for i, j in np.argwhere(~np.isfinite(table.F)):
-            what = f"{table.layout.objectives[j]} of the prototype"
-            remedy = "give the prototype after under()"
-            raise invalid(what, "known and finite", Received(str(table.F[i, j])), remedy)
-        return table
 
     def refined_bounds(
         self, limits: Limits | None = None, *, margin: float = 0.0
@@ -770,9 +750,8 @@ class TestTable(Shown):
         tables counts once, with the outputs and extra columns of both.
 
         Raises:
-            ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance,
-                problem or prototype, or have results of a test point or design that differ by more
-                than rounding.
+            ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance or
+                problem, or in results of a test point or design by more than rounding.
             ArgumentTypeError: ``other`` is no table.
 
         Example:
@@ -810,8 +789,8 @@ class TestTable(Shown):
             experiments: The tables by a name for each.
 
         Raises:
-            ArgumentValueError: The tables differ in names, directions, units, kinds, tolerance,
-                problem or prototype, or in the results of a design.
+            ArgumentValueError: The tables differ in names, directions, units, kinds, tolerance or
+                problem, or in the results of a design.
             ArgumentTypeError: The experiments are no mapping of one table or more.
 
         Example:
@@ -878,45 +857,7 @@ class TestTable(Shown):
                 for one, two in zip(self._columns(), other._columns(), strict=True)
             )
             and dict(self.reasons) == dict(other.reasons)
-            and (self.prototype is None) == (other.prototype is None)
         )
-
-    def with_prototype(self, x: ArrayLike, f: ArrayLike, *, name: str = "prototype") -> TestTable:
-        """Return the table with an existing design carried along, beside those it has.
-
-        Args:
-            x: ``(n_var,)`` its variables; they may lie outside the bounds.
-            f: ``(m,)`` its objectives, finite, in the original direction.
-            name: What it is called.
-
-        Raises:
-            ArgumentValueError: A value is missing, or an objective is not finite.
-            ArgumentTypeError: A value is not a number, the name is not text.
-
-        Example:
-            >>> table = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 4.0], [2.0, 2.0]])
-            >>> table.with_prototype([0.3], [3.0, 3.0], name="model of 2019").prototype.names
-            ['model of 2019']
-        """
-        layout, known = self.layout, self.prototype
-        kinds = self.kinds if len(self) else layout.kinds
-        own = replace(
-            layout,
-            outputs=(),
-            kinds=(),  # as its values tell, whether the tests say so or not
-            maximize=tuple(name for name in layout.objectives if name in layout.maximize),
-            units={n: unit for n, unit in layout.units.items() if n not in layout.outputs},
-            label="prototype",
-        )
-        former = TestTable.of(
-            [1 if known is None else len(known) + 1],
-            design_matrix("x of the prototype", [x], layout.variables, kinds),
-            (finite_array("f of the prototype", f) * layout.sign)[None],
-            *(np.full((1, len(names)), np.nan) for names in (own.inequalities, own.equalities)),
-            layout=own,
-            extra={"prototype": [instance("the prototype's name", name, str)]},
-        )
-        return self._with(prototype=former if known is None else known.extended(former))
 
     # Frames and files
 
@@ -956,7 +897,7 @@ class TestTable(Shown):
         """Write the table; :meth:`read_csv` reads it back without a change.
 
         The columns are those of :meth:`to_frame`. Below the rows, a comment holds names,
-        directions, units, bounds, tolerance and prototype as JSON. Before 3.1 pandas wants
+        directions, units, bounds and tolerance as JSON. Before 3.1 pandas wants
         ``float_precision="round_trip"`` to read the last digit. An interrupted writing leaves the
         old file as it was.
 
