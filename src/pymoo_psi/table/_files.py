@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._output import inert, written_text
+from pymoo_psi._output import written_text
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._layout import ORIGIN, Layout
@@ -38,12 +38,6 @@ MARK = "pymoo_psi_test_table"
 DESIGNS = "pymoo_psi_designs"
 MARKS = (MARK, DESIGNS)  # of a head: of tests, or of designs, whose columns are not all known
 _FORMAT = 4  # of the head
-_TYPES = {
-    Kind.REAL: "fi",
-    Kind.LOG: "fi",
-    Kind.INTEGER: "i",
-    Kind.BINARY: "b",
-}  # of columns in a frame
 # Entries of a head that are left out where they are as here; in the order of Layout's arguments.
 _OPTIONAL: dict[str, Any] = {
     "outputs": (), "maximize": (), "units": {}, "label": None,
@@ -185,6 +179,11 @@ def table_of(
         )  # fmt: skip
 
 
+def text_rows(text: str) -> Iterator[list[str]]:
+    """Return the rows of a table of tests in CSV, apart from its head."""
+    return csv.reader(StringIO(text.removeprefix("#\n"), newline=""))
+
+
 def file_head(text: str) -> tuple[Head | None, str]:
     """Return what a text says of its columns, if it does, and the text without that.
 
@@ -217,51 +216,55 @@ def sheet_head(rows: Iterable[Sequence[Any]]) -> Head:
     return {name: json.loads(text) for name, text in texts.items()}
 
 
-def text_of_rows(rows: Iterable[Sequence[Any]]) -> str:
-    """Return rows of cells as CSV, for :func:`columns_of_text`."""
-    file = StringIO(newline="")
-    csv.writer(file, quoting=csv.QUOTE_NONNUMERIC).writerows([*map(inert, row)] for row in rows)
-    return file.getvalue()
+def columns_of_rows(
+    head: Head | None, rows: Iterable[Sequence[Any]], text: Callable[[str], str] = written_text
+) -> tuple[Head, Columns]:
+    """Return head and columns of a table by the head of its file and its rows, names first.
 
-
-def columns_of_text(head: Head | None, text: str) -> tuple[Head, Columns]:
-    """Return head and columns of a table by the head of its file and the rows below their names.
+    Args:
+        head: As :func:`file_head` returns it.
+        rows: Texts, or the values in the cells of a workbook; blank ones are skipped.
+        text: Gives the text that is meant by one in a cell.
 
     Raises:
         ValueError: They are those of no table, or damaged.
     """
-    import pandas as pd
-
     head, n, kinds = _checked(head)
-    types = {inert(name): DTYPES[kind] for name, kind in kinds.items()}
-    real = {inert(name): ["nan", ""] for name, kind in kinds.items() if kind.real}
-    # From 3.1 on pandas reads every digit by itself, and warns of being asked.
-    old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
-    exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
-    # By name, not by place: people rearrange columns and add their own, which are not read.
-    with np.errstate(invalid="ignore"):  # of what is no integer, and refused
-        frame = pd.read_csv(
-            StringIO(text.removeprefix("#\n"), newline=""), usecols=types.__contains__,
-            dtype=types, keep_default_na=False, na_values=real, **exact,
-        )  # fmt: skip
+    names, *tests = [row for row in rows if any(cell not in ("", None) for cell in row)] or [()]
     # A file cut at the end of a line is one with fewer tests; the number in the head tells.
-    if len(frame) != n:
-        what = f"it holds {len(frame)} of {n} tests, so it was cut or edited"
-        raise ValueError(f'{what}; if that is meant, set "tests" in its head to {len(frame)}')
+    if len(tests) != n:
+        what = f"it holds {len(tests)} of {n} tests, so it was cut or edited"
+        raise ValueError(f'{what}; if that is meant, set "tests" in its head to {len(tests)}')
+    # By name, not by place: people rearrange columns and add their own, which are not read.
+    found = [*zip(*tests, strict=True)] or [()] * len(names)
+    cells = dict(zip(map(text, names), found, strict=True))
+    values: dict[Kind, Callable[[Any], Any]] = {
+        Kind.INTEGER: _integer,
+        Kind.BINARY: _boolean,
+        Kind.CHOICE: lambda cell: "" if cell is None else text(str(cell)),
+    }
     columns = {}
     for name, kind in kinds.items():
-        if (written := inert(name)) not in frame:
-            continue
-        # NumPy would make 1 of 1.5, True of 2, and numbers of texts.
-        if kind in _TYPES and frame[written].dtype.kind not in _TYPES[kind]:
-            raise ValueError(f"the column {name!r} holds other than {kind.value} values")
-        columns[name] = frame[written].to_numpy(dtype=DTYPES[kind])
-        if kind is Kind.CHOICE:
-            if not all(isinstance(cell, str) for cell in columns[name]):
-                raise ValueError(f"the column {name!r} holds other than texts, or rows are cut")
-            texts = {text: written_text(text) for text in {*columns[name]}}
-            columns[name] = np.fromiter((texts[text] for text in columns[name]), object)
+        if name in cells:
+            value = values.get(kind, _real)
+            try:
+                columns[name] = np.fromiter(map(value, cells[name]), DTYPES[kind], n)
+            except ValueError:
+                what = f"the column {name!r} holds other than {kind.value} values"
+                raise ValueError(what) from None
     return head, columns
+
+
+def _integer(cell: Any) -> int:
+    return int(str(cell))  # not of 1.5, of which int() makes 1
+
+
+def _boolean(cell: Any) -> bool:
+    return ("false", "true").index(str(cell).lower()) == 1
+
+
+def _real(cell: Any) -> float:
+    return np.nan if cell in ("", None) else float(cell)
 
 
 def _checked(head: Head | None) -> tuple[Head, int, dict[str, Kind]]:

@@ -34,11 +34,11 @@ from pymoo_psi.table._files import (
     DESIGNS,
     MARK,
     Head,
-    columns_of_text,
+    columns_of_rows,
     described,
     file_head,
     table_of,
-    text_of_rows,
+    text_rows,
 )
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import RESERVED, Layout
@@ -196,7 +196,8 @@ def _opened(
         head, rows = rows_of_workbook(content, skipped, sheet)
         if MARK not in (head or {}):
             return cells_of_rows([*rows.values()], [*rows], "", head)
-        text = text_of_rows(rows.values())
+        with described(path):
+            head, columns = columns_of_rows(head, rows.values(), str)
     else:
         text = decoded(content, encoding)
         if text.lstrip().startswith("{") or _RECORDS.match(text):
@@ -211,8 +212,8 @@ def _opened(
                 return cells
             named = {written_text(name): column for name, column in cells.columns.items()}
             return replace(cells, columns=named, head=head)
-    with described(path):
-        head, columns = columns_of_text(head, text)
+        with described(path):
+            head, columns = columns_of_rows(head, text_rows(text))
     return table_of(head, columns, path, TestTable)
 
 

@@ -12,7 +12,7 @@ import os
 import re
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
@@ -55,12 +55,13 @@ from pymoo_psi.table._files import (
     Columns,
     blocks_of,
     columns_of,
-    columns_of_text,
+    columns_of_rows,
     described,
     file_head,
     head_of,
     marked,
     table_of,
+    text_rows,
 )
 from pymoo_psi.table._formulation import Formulation, formulated
 from pymoo_psi.table._joining import (
@@ -846,17 +847,13 @@ class TestTable(Shown):
             >>> table.equals(table.rows([0, 1])), table.equals(table.rows([0]))
             (True, False)
         """
+        if not isinstance(other, TestTable) or len(self) != len(other):
+            return False
+        one, two = columns_of(self), columns_of(other)
         return (
-            isinstance(other, TestTable)
-            and not difference(self._with(problem=None), other)
-            and self.layout.outputs == other.layout.outputs
-            and np.array_equal(self.numbers, other.numbers)
-            and list(self.extra) == list(other.extra)
-            and not any(
-                unequal(one, two).any()
-                for one, two in zip(self._columns(), other._columns(), strict=True)
-            )
-            and dict(self.reasons) == dict(other.reasons)
+            not difference(self._with(problem=None), other)
+            and [*one] == [*two]
+            and not any(unequal(one[name], two[name]).any() for name in one)
         )
 
     # Frames and files
@@ -967,7 +964,8 @@ class TestTable(Shown):
         """
         content = Path(path).read_bytes()
         with described(path):
-            head, columns = columns_of_text(*file_head(content.decode("utf-8-sig")))
+            head, text = file_head(content.decode("utf-8-sig"))
+            head, columns = columns_of_rows(head, text_rows(text))
         return table_of(head, columns, path, cls)
 
     @classmethod
@@ -1051,12 +1049,6 @@ class TestTable(Shown):
             failed |= lost
         status = np.array(STATUSES)[np.where(failed, 2, violates)]
         return {"status": status, "reasons": reasons}
-
-    def _columns(self) -> Iterator[NDArray[Any]]:
-        """Yield all columns, objectives as they are minimised."""
-        for name in self.layout.blocks:
-            yield from getattr(self, name).T
-        yield from (self.status, *self.extra.values())
 
     def _shown_columns(self) -> Columns:
         """Return the columns of frame and file: two follow from the others, for the reader."""
