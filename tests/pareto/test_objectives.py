@@ -40,6 +40,9 @@ def test_ranks_agree_with_the_oracle_in_any_direction(data, F, normalize):
     low, high = front.min(axis=0), front.max(axis=0)
     np.testing.assert_array_equal(ranking.ideal, np.where(upwards, high, low))
     np.testing.assert_array_equal(ranking.nadir, np.where(upwards, low, high))
+    ends = {"ideal": ranking.ideal, "nadir": ranking.nadir}  # in the original directions
+    again = rank_of_efficiency(F, normalize=normalize, maximize=maximize, **ends)
+    np.testing.assert_array_equal(again.criteria, ranking.criteria)
 
 
 @given(data=st.data(), F=sets)
