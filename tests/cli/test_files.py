@@ -2,8 +2,10 @@
 
 import csv
 import os
+import re
 import subprocess
 import sys
+import zipfile
 
 import numpy as np
 import pandas as pd
@@ -46,13 +48,30 @@ def test_an_older_result_is_replaced_whole_and_files_of_others_stay(folder, word
     assert out.read_bytes() == others
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+@pytest.mark.parametrize("kind", ["text", "archive", "study"])
+def test_files_of_others_stay_whatever_they_are(folder, suffix, kind, capsys):
+    out = folder / f"o{suffix}"
+    if kind == "archive":
+        with zipfile.ZipFile(out, "w") as archive:
+            archive.writestr("a", "b")
+    else:
+        out.write_bytes(b"PK,a\n1,2\n" if kind == "text" else (folder / "s.db").read_bytes())
+    before = out.read_bytes()
+    assert main(["rank", "set.csv", "--out", out.name]) == 2
+    assert "remove the file first" in capsys.readouterr().err
+    assert out.read_bytes() == before
+
+
 def test_what_is_read_and_a_study_are_never_overwritten(folder, capsys):
     before = (folder / "s.db").read_bytes()
+    assert main(["export", "s.db", "--out", "convergence.csv"]) == 0
     for words in ("rank set.csv --out set.csv", "export s.db --out s.db",
                   "page set.csv --out set.html --prototype set.html",
-                  "rank set.csv --decision a.csv --out a.csv"):  # fmt: skip
+                  "rank set.csv --decision a.csv --out a.csv",
+                  "analyze convergence.csv --out ."):  # fmt: skip
         assert main(words.split()) == 2
-        assert "must be another file than the one that is read" in capsys.readouterr().err
+        assert re.search("another .* read", capsys.readouterr().err)
     assert (folder / "set.csv").read_text() == FRONT
     assert main(["export", "set.csv", "--out", "s.db"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

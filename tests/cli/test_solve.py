@@ -203,6 +203,7 @@ def test_a_problem_is_made_of_options(run):
     for words, message in [
         (["models:Sized"], "its arguments: --length, --n-ribs"),
         (["models:Long", "--lenth", 1], "did you mean --length?"),
+        (["dtlz2", "--n-obj", 3, "--n-obj", 4], "--n-obj is given twice"),
         (["models:broken"], "no licence"),
         (["models:absent"], "no attribute"),
         (["models:Moves", "--points", 4], ""),

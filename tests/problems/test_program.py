@@ -238,6 +238,10 @@ def test_the_study_knows_the_template_and_the_key(beam, tmp_path):
     other = "width={width}\nheight={height}\nmode={mode}\nother=1\n"
     with pytest.raises(StudyMismatchError):
         investigate(beam(deck=other), 2, study=study)
+    (tmp_path / "model" / "__init__.py").write_text("0")
+    with pytest.raises(StudyMismatchError):
+        investigate(beam(), 2, study=study)
+    (tmp_path / "model" / "__init__.py").unlink()
     (tmp_path / "model" / "solver.py").write_text(SOLVER.replace("600", "601"))
     with pytest.raises(StudyMismatchError):
         investigate(beam(), 2, study=study)

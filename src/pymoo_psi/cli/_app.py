@@ -5,8 +5,8 @@ A command is a class whose fields are its options, and whose bases are options t
 function that runs it is imported when it is called, and with it NumPy, pymoo and the like: so
 ``--help`` and the completion of words answer at once.
 
-Exit codes: 0 success, 1 the results are not what they must be, 2 wrong usage or input (one line
-says what), 130 interrupted.
+Exit codes: 0 success, 1 no feasible design or a program that fails its trial, 2 wrong usage or
+input (one line says what), 130 interrupted.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def run_report(options: Report) -> int:
     asked = with_choice(asked, table)
     selectors = preferences_in(options.prefer, table.layout.objectives, normalize=asked.normalize)
     limited = table.under(Formulation(limits=asked.limits))
-    decided = decision_remarks(path, limited, asked)
+    decided = decision_remarks(path, limited, replace(asked, reason=""))
     about = [
         f"{path.name}, {datetime.now(timezone.utc):%Y-%m-%d}, pymoo-psi {version('pymoo-psi')}"
     ]
@@ -89,7 +89,7 @@ def run_report(options: Report) -> int:
         reason=asked.reason,
         selectors=selectors or None,
         title=options.title or path.stem,
-        about=[*about, *limited.remarks, *(line for line in decided if "Reason: " not in line[:8])],
+        about=[*about, *limited.remarks, *decided],
     )
     report.save(out)
     say_source(path, limited, asked)
@@ -101,14 +101,15 @@ def run_report(options: Report) -> int:
 
 def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | None:
     """Return the number of the design that an option names, or else a decision, if any does."""
+    named: list[tuple[str, int]] = list(zip(table.names, table.numbers.tolist(), strict=True))
+    if design is None:
+        return dict(named).get(decided or "")
     # "7" is enough of "test point 7", and of "number 7" where a column "number" names designs.
-    names = [{name, name.rpartition(" ")[2]} for name in table.names]
-    found = [number for number, name in zip(table.numbers.tolist(), names, strict=True)
-             if (decided if design is None else design) in name]  # fmt: skip
-    if design is not None and len(found) != 1:
+    found = [number for name, number in named if design in (name, name.rpartition(" ")[2])]
+    if len(found) != 1:
         rule = f"the name or the number of one design, such as {table.names[0]}"
         raise invalid("--design", rule, Received(f"{design}, of {counted(len(found), 'design')}"))
-    return found[0] if found else None
+    return found[0]
 
 
 def run_analyze(options: Analyze) -> int:
@@ -126,7 +127,10 @@ def run_analyze(options: Analyze) -> int:
     layout = table.layout
     if not layout.variables:
         raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
-    out = None if out is None else results_folder(out)
+    if out is not None:
+        out = results_folder(out)
+        if path.resolve() in [out.resolve() / f"{n}.csv" for n in ("sensitivities", "convergence")]:
+            raise invalid("--out", "another folder than that of the file read", str(options.out))
     # The distance to a limit says nothing that the column does not.
     made = tuple(f"{name}{sign}" for name in asked.limits for sign in ("<=", ">="))
     names = [n for n in layout.columns[len(layout.variables) :] if not n.startswith(made)]

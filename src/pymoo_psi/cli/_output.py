@@ -10,17 +10,18 @@ import shutil
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import timedelta
 from pathlib import Path
 from tempfile import TemporaryFile
 from time import monotonic
 from typing import Any
 from unicodedata import east_asian_width
+from zipfile import ZipFile, is_zipfile
 
 import pandas as pd
 
-from pymoo_psi._output import workbooks, write_table
+from pymoo_psi._output import write_table
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import REPORTED, print_error, printable
 from pymoo_psi.pareto import number, wrapped
@@ -160,21 +161,23 @@ def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | N
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
-    if path.is_file() and path.stat().st_size and not _is_ours(path):
+    # An older study is refused when it is to be written.
+    if path.suffix.lower() != ".db" and path.exists() and not _is_ours(path):
         rule = "a new file, or one that pymoo-psi has written"
         raise invalid("--out", rule, str(path), "choose another name, or remove the file first")
     return _writable(path.absolute().parent, path) / path.name
 
 
 def _is_ours(path: Path) -> bool:
-    """Return whether we have written a file: a later result may take its place."""
+    """Return whether we have written a file, or it is empty: a later result may take its place."""
+    if is_zipfile(path):
+        with ZipFile(path) as workbook, suppress(KeyError):
+            return b">pymoo-psi<" in workbook.read("docProps/core.xml")
     with path.open("rb") as file:
         content = file.read(_HEAD)
         file.seek(max(path.stat().st_size - _HEAD, 0))
         content += file.read()
-    if content.startswith(b"PK"):
-        return str(workbooks().load_workbook(path).properties.creator) == "pymoo-psi"
-    return _OURS.search(content) is not None or content.startswith(b"SQLite")  # refused later
+    return not content or _OURS.search(content) is not None
 
 
 def results_folder(out: Path) -> Path:

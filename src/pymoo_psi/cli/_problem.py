@@ -167,6 +167,8 @@ def _made(name: str, kind: Any, context: typer.Context) -> Problem:
             meant = f"did you mean {near[0]}? " if near else ""
             taken = ", ".join(known) or "none"
             raise PsiError(f"No such option: {option}; {meant}arguments of {name}: {taken}")
+        if known[option] in values:
+            raise PsiError(f"{option} is given twice; give it once")
         values[known[option]] = _value_in(text if equals or not words else words.pop(0))
     try:
         problem = kind if isinstance(kind, Problem) else kind(**values)

@@ -74,7 +74,8 @@ class JoblibRunner:
     Under ``joblib.parallel_config`` the runner uses the number of jobs given there, and threads or
     a cluster if they are given and designs may be evaluated in this process: ``"dask"`` or
     ``"ray"`` runs a study on a cluster without a change of code. There a model must not end its
-    process; for one that may, give each machine a ``share`` of the points.
+    process: joblib's Dask backend then waits forever. For one that may, give each machine a
+    ``share`` of the points.
 
     A worker process that dies or runs out of time takes one design with it at most; the others are
     evaluated by the worker that replaces it. A design whose process died is tried once more; then

@@ -219,7 +219,9 @@ class _Model:
 
     def _raw(self, X: Any) -> dict[str, Any]:
         """Return what a vectorised model gives for designs, as it gives it."""
-        designs = copy.deepcopy(X)  # also where these are dictionaries
+        designs = copy.copy(X)
+        if getattr(self.problem, "vars", None):  # not of their values: a choice may be of any kind
+            designs[:] = [copy.copy(x) for x in X]
         out: dict[str, Any] = dict.fromkeys(self.sizes)
         if type(self.problem).do is Problem.do:
             # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing

@@ -126,7 +126,8 @@ class Identification(NamedProblem):
         data = self.experiments[known_name("experiment", experiment, self.experiments)]
         columns, found = data.columns[1:], self.simulate(dict(design), data.copy())
         if isinstance(found, Mapping):
-            found = np.column_stack([np.asarray(found[column]) for column in columns])
+            each = [found[known_name("a measured series", n, found)] for n in columns]
+            found = np.column_stack([*map(np.asarray, each)])
         values = real_array("what simulate returns", found)
         values = values[:, None] if values.ndim == 1 else values
         if values.shape != (len(data), len(columns)):

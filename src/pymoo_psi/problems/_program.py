@@ -359,7 +359,8 @@ class ProgramProblem(NamedProblem):
         for path in sorted(self._template.rglob("*")) if self.program.template else ():
             inside = path.relative_to(self._template)
             # A run copies all of it, too. Editors, systems and Python hide what they keep there.
-            if path.is_file() and not any(part.startswith((".", "__")) for part in inside.parts):
+            hidden = any(part[0] == "." or part == "__pycache__" for part in inside.parts)
+            if path.is_file() and not hidden:
                 content.update(inside.as_posix().encode())
                 content.update(path.read_bytes())
         known = {"key": self.key, "command": self.program.command}
