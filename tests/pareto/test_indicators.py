@@ -16,7 +16,7 @@ from pymoo_psi.pareto import (
 )
 
 points = arrays(
-    np.float64, st.tuples(st.integers(1, 8), st.just(2)), elements=st.integers(0, 6).map(float)
+    np.float64, st.tuples(st.integers(1, 8), st.just(2)), elements=st.integers(-1, 6).map(float)
 )
 
 

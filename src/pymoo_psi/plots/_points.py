@@ -191,8 +191,10 @@ class Points:
                     self.draw(ax, names[j], names[k + 1])
                     # names at the left and below only
                     ax.tick_params(labelbottom=k + 1 == wide, labelleft=j == 0)
-                    ax.set_xlabel(ax.get_xlabel() * (k + 1 == wide))
-                    ax.set_ylabel(ax.get_ylabel() * (j == 0))
+                    if k + 1 < wide:
+                        ax.set_xlabel("")
+                    if j > 0:
+                        ax.set_ylabel("")
             yield figure, figure.axes[:], cells
 
     def counts(self, table: TestTable) -> str:

@@ -173,7 +173,9 @@ def _draw_bars(axes: Axes, found: Histogram, whole: tuple[int, ...], *, tested: 
     edges, width = found.edges, np.diff(found.edges)
     if len(width) > 1 and not np.allclose(width, width[0]):  # of a logarithmic scale
         axes.set_xscale("log")
-    for (group, ((start, end), look)), n in [*zip(_BARS.items(), whole, strict=True)][not tested :]:
+    for (group, ((start, end), look)), n in zip(_BARS.items(), whole, strict=True):
+        if group == "tested" and not tested:
+            continue
         axes.bar(
             edges[:-1] + start * width, 100.0 * getattr(found, group) / max(n, 1),
             (end - start) * width, align="edge", linewidth=0.5,
