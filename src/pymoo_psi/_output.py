@@ -169,13 +169,9 @@ def workbooks() -> Any:
 def _write_workbook(
     path: str | PathLike[str], columns: Mapping[str, Any], head: Mapping[str, Any]
 ) -> None:
-    book = workbooks().Workbook(write_only=True)
+    openpyxl = workbooks()
+    book, cells = openpyxl.Workbook(write_only=True), openpyxl.cell.cell
     book.properties.creator = "pymoo-psi"  # by which the command knows what it may overwrite
-    from openpyxl.cell.cell import (  # type: ignore[import-untyped]
-        ILLEGAL_CHARACTERS_RE,
-        WriteOnlyCell,
-    )
-
     sheet = book.create_sheet("designs")
     sheet.freeze_panes = "A2"
 
@@ -183,7 +179,8 @@ def _write_workbook(
         if cell is None or isinstance(cell, bool):
             return cell
         number = isinstance(cell, (int, float)) and abs(cell) != float("inf")
-        made = WriteOnlyCell(sheet, ILLEGAL_CHARACTERS_RE.sub("\ufffd", str(cell)))
+        text = cells.ILLEGAL_CHARACTERS_RE.sub("\ufffd", str(cell))
+        made = cells.WriteOnlyCell(sheet, text)
         # Set, as a text such as =A1 would be a formula, and openpyxl cuts numbers to 16 digits.
         made.data_type = "n" if number else "s"
         return made

@@ -194,20 +194,10 @@ def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
 
 def objective_matrix(name: str, value: Any) -> Array:
     """Return an ``(n, m)`` float64 array of finite objective values with n, m >= 1."""
-    if value is None:
-        raise ArgumentTypeError(
-            f"{name} must be an array of real numbers, got None; where it is res.F of pymoo, the "
-            f"run found no feasible design"
-        )
-    array = real_array(name, value, "of a pymoo result, res.F; a test table has its own ranking()")
-    shape = Received(f"an array of shape {array.shape}")
-    if array.ndim != 2:
-        raise invalid(
-            name,
-            "two-dimensional (n designs, m objectives)",
-            shape,
-            f"use {name}[None, :] for one design, {name}[:, None] for one objective",
-        )
-    if array.shape[0] == 0 or array.shape[1] == 0:
-        raise invalid(name, "of at least one design and one objective", shape)
+    remedy = "of a pymoo result, res.F, which is None if it found no feasible design"
+    array = real_array(name, value, f"{remedy}; a test table has its own ranking()")
+    if array.ndim != 2 or array.size == 0:
+        rule = "of shape (n designs, m objectives), one or more of each"
+        remedy = f"use {name}[None, :] for one design, {name}[:, None] for one objective"
+        raise invalid(name, rule, Received(f"shape {array.shape}"), remedy)
     return finite_array(name, array, "leave out designs that failed or are infeasible")

@@ -124,33 +124,30 @@ class Study:
         """
         asked = json.loads(identity_text(head))
         own: dict[str, Any] = {} if share is None else {"share": [*share], "points": [*points]}
-        others: list[str] = []
+        others, of = list[str](), share and share[1]
         if share is not None:
             folder = os.path.dirname(self.path)
             with _reported(self.path):
                 os.makedirs(folder, exist_ok=True)
             others = [path for path in studies_in(folder) if path != self.path]
-        of = share and share[1]
         for path in others:
             _require_alike(path, Study(path).facts(), asked, of)
-        if not os.path.exists(self.path):
-            with self.writing():
-                # Again, as the owner of the lock before may have made it.
-                if not os.path.exists(self.path):
-                    _create(self.path, {"head": asked, **own})
+        with nullcontext() if os.path.exists(self.path) else self.writing():
+            # Again, as the owner of the lock before may have made it.
+            if not os.path.exists(self.path):
+                _create(self.path, {"head": asked, **own})
         self._seen = None
         facts = self.facts()
         _require_alike(self.path, facts, asked, of)
-        if own and facts.get("share") != own["share"]:
-            raise StudyMismatchError(
-                f"study {self.path} must be share {own['share']}, and is none; move it away"
-            )
-        if own:
+        if share is not None:
+            if facts.get("share") != own["share"]:
+                raise StudyMismatchError(
+                    f"study {self.path} must be share {own['share']}, and is none; move it away"
+                )
             (first, last), (begun, end) = points, facts["points"]
-            both = [min(first, begun), max(last, end)]
-            if both != facts["points"]:
+            if first < begun or last > end:
                 with self._transaction(write=True) as (db, _):
-                    _put(db, points=both)
+                    _put(db, points=[min(first, begun), max(last, end)])
 
     @contextmanager
     def writing(self) -> Iterator[None]:
@@ -226,8 +223,7 @@ class Study:
             StudyMismatchError: Another study has taken its place.
             StudyError: The file is damaged or cannot be read.
         """
-        with self._transaction() as (db, facts):
-            return _selected(db, self.path, facts["head"], first, first + count - 1)
+        return self.contents(first, count)[1]
 
     def facts(self) -> dict[str, Any]:
         """Return what holds for the whole file: ``head``, ``id``, ``begun``, ``share``, ….
@@ -238,14 +234,14 @@ class Study:
         with self._transaction() as (_, facts):
             return facts
 
-    def contents(self) -> tuple[dict[str, Any], Columns]:
-        """Return the facts and all tests of one moment, by number.
+    def contents(self, first: int = 1, count: int = LAST) -> tuple[dict[str, Any], Columns]:
+        """Return the facts, and the tests that :meth:`columns` returns, of one moment, by number.
 
         Raises:
             StudyError: As :meth:`columns`.
         """
         with self._transaction() as (db, facts):
-            return facts, _selected(db, self.path, facts["head"], 1, LAST)
+            return facts, _selected(db, self.path, facts["head"], first, first + count - 1)
 
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Commit designs that are going to be tested, unless others are stored under their numbers.
@@ -418,16 +414,15 @@ def _create(path: str, facts: Mapping[str, Any], columns: Columns | None = None)
 
 def _facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
     """Return the facts of a study after making sure that the file is one, and nothing else."""
-    marks = [
-        db.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")
-    ]
-    if marks[0] != _APPLICATION:
+    names = ("application_id", "user_version")
+    mark, version = (db.execute(f"PRAGMA {name}").fetchone()[0] for name in names)
+    if mark != _APPLICATION:
         raise _foreign(path)
-    if marks[1] != _VERSION:
+    if version != _VERSION:
         older = "continue it with pymoo-psi 0.2.0, or export it as CSV with that version"
         raise StudyVersionError(
-            f"study {path} has format {marks[1]}, but this version of pymoo-psi reads format "
-            f"{_VERSION}; {older if marks[1] < _VERSION else 'install a later one'}"
+            f"study {path} has format {version}, but this version of pymoo-psi reads format "
+            f"{_VERSION}; {older if version < _VERSION else 'install a later one'}"
         )
     # What SQLite would run by itself, such as a trigger, is not used.
     own = {"tests", *_TABLES}
@@ -493,26 +488,32 @@ def _unknown(db: sqlite3.Connection, path: str, head: Head, columns: Columns) ->
         ArgumentValueError: A test that did not fail would change.
     """
     numbers = columns["test_point"]
-    new = np.ones(len(numbers), dtype=bool)
-    if len(numbers) == 0:
-        return new
-    stored = _selected(db, path, head, int(numbers.min()), int(numbers.max()))
+    ends = (int(numbers.min()), int(numbers.max())) if len(numbers) else (1, 0)
+    stored = _selected(db, path, head, *ends)
     _, here, there = np.intersect1d(numbers, stored["test_point"], return_indices=True)
-    same = np.ones(len(here), dtype=bool)
-    for name in columns.keys() & stored.keys():
-        one, other = columns[name][here], stored[name][there]
-        # NaN is the value that differs from itself.
-        unknown = np.logical_or if name in head.get("outputs", ()) else np.logical_and
-        same &= ((one == other) | unknown(one != one, other != other)).astype(bool)
+    shared = columns.keys() & stored.keys()
+    pairs = {name: (columns[name][here], stored[name][there]) for name in shared}
+    same = ~_differing(pairs, len(here), head.get("outputs", ()))
     for number in numbers[here][~same & (stored["status"][there] != "failed")]:
-        raise invalid(
-            "block",
-            "of new test points, repetitions of failed ones, or what is stored",
-            Received(f"other values for test point {number}"),
-            f"use another file if the model has changed; study {path} is as it was",
-        )
+        rule = "of new test points, repetitions of failed ones, or what is stored"
+        found = Received(f"other values for test point {number}")
+        remedy = f"use another file if the model has changed; study {path} is as it was"
+        raise invalid("block", rule, found, remedy)
+    new = np.ones(len(numbers), dtype=bool)
     new[here[same]] = False
     return new
+
+
+def _differing(
+    pairs: Mapping[str, tuple[NDArray[Any], NDArray[Any]]], n: int, outputs: Sequence[str]
+) -> NDArray[np.bool_]:
+    """``(n,)`` which of two tests differ; an output that one of them lacks is no difference."""
+    differ = np.zeros(n, dtype=bool)
+    for name, (one, other) in pairs.items():
+        # NaN is the value that differs from itself.
+        unknown = np.logical_or if name in outputs else np.logical_and
+        differ |= ~((one == other) | unknown(one != one, other != other)).astype(bool)
+    return differ
 
 
 def _insert(
@@ -751,15 +752,13 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
     columns = {name: column[order] for name, column in columns.items()}
     numbers = columns["test_point"]
     again = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
-    for column in columns.values():
-        one, other = column[again], column[again - 1]
-        # NaN is the value that differs from itself.
-        for i in again[(one != other) & ((one == one) | (other == other))]:
-            pair = [files[source[order[j]]] for j in (i - 1, i)]
-            raise StudyMismatchError(
-                f"studies {' and '.join(pair)} have different results for test point {numbers[i]}; "
-                "move the file that is wrong, or older, to another folder"
-            )
+    pairs = {name: (column[again], column[again - 1]) for name, column in columns.items()}
+    for i in again[_differing(pairs, len(again), ())]:
+        one, other = (files[source[order[j]]] for j in (i - 1, i))
+        raise StudyMismatchError(
+            f"studies {one} and {other} have different results for test point {numbers[i]}; "
+            "move the file that is wrong, or older, to another folder"
+        )
     columns = {name: np.delete(column, again) for name, column in columns.items()}
     return head, columns, _missing(facts, columns["test_point"])
 
