@@ -108,7 +108,8 @@ FILES = {
     "a sum below a ranking": ("m,a,b,mu1,mu2,mu3,rank,pareto\nA,1,4,0,0,0,6,True\nB,2,3,1,1,1,0,False\nTotal,3,7,1,1,1,6,\n", {}, "'Total' and summarises"),
     "levels called min and max": ("a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n", {}, {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]}),
     # Titles, units, comments, headers
-    "a comment among designs": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, {"a": [1, 3], "b": [2, 0]}),
+    "a comment among designs": ("m,a,b\nA,1,2\n# mended,,\nC,3,0\n", {}, {"a": [1, 3], "b": [2, 0]}),
+    "a comment or a design": ("m,a,b\nA,1,2\n#B,2,1\nC,3,0\n", {}, "line 3 begins with # .* --skip-rows 3 if"),
     "a million blank lines": ("\n" * 10**6 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "ten thousand columns": (f"{','.join(WIDE)}\n{'1,' * 9999}1\n{'2,' * 9999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "designs with numbers": ("m,a,b\n#A,1,2\n#B,2,1\n", {}, {"a": [1, 2], "b": [2, 1]}),

@@ -171,7 +171,8 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
     """Return the cells of a text.
 
     By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
-    Lines that begin with ``#`` are comments, unless all designs do: labels may be #1, #2, ….
+    Lines that begin with ``#`` are comments, unless all designs do: labels may be #1, #2, …. One
+    that could be a design among others is refused.
 
     Raises:
         ArgumentValueError: It is no table of named columns with one row or more.
@@ -188,8 +189,14 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
         rows, ends = _rows(lines, separator)
     except csv.Error as error:
         raise UnfitError(f"it is no text in rows and columns: {error}") from None
-    kept = [k for k, row in enumerate(rows) if row[0][:1] != "#" or is_blank(row[0])]
-    if len(kept) > 1:
+    marked = {k for k, row in enumerate(rows) if row[0][:1] == "#" and not is_blank(row[0])}
+    if len(marked) < len(rows) - 1:
+        for k in marked:
+            if len(rows[k]) == len(rows[0]) > 1 and all(rows[k]):
+                what = f"line {ends[k]} begins with # and has a cell in each column"
+                out = f"leave it out by --skip-rows {ends[k]} if it is a comment"
+                raise UnfitError(f"{what}; {out}, or begin its name otherwise")
+        kept = [k for k in range(len(rows)) if k not in marked]
         rows, ends = [rows[k] for k in kept], [ends[k] for k in kept]
     return cells_of_rows(rows, ends, separator)
 
