@@ -5,7 +5,6 @@ import shutil
 import numpy as np
 import pytest
 
-from pymoo_psi import TestTable
 from pymoo_psi.errors import StudyAccessError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.study import Share, Study, read_folder, read_study, write_study
@@ -105,11 +104,10 @@ def test_a_damaged_file_of_a_folder_is_named(tmp_path, content):
     (tmp_path / "share-2-of-3.db").unlink()
     (tmp_path / "notes.txt").write_bytes(b"these are none")
     assert len(read_folder(tmp_path)[1]["x"]) == 8
-
-
-def test_a_folder_without_studies_is_none(tmp_path):
+    for file in tmp_path.glob("*.db"):
+        file.unlink()
     with pytest.raises(StudyAccessError, match="holds no study"):
-        TestTable.read_study(tmp_path)
+        read_folder(tmp_path)
 
 
 def test_a_study_is_written_at_once_and_never_over_another(tmp_path):

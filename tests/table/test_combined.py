@@ -80,12 +80,3 @@ def test_what_is_not_one_problem_is_refused():
         PsiError, match="an extra column must be .* named unlike other columns, got 'number'"
     ):
         TestTable.combined({"a": named})
-
-
-def test_parts_of_joined_experiments_are_put_together_again():
-    part = TestTable.of([1, 2], [[0.0], [0.5]], [[3.0], [1.0]])
-    both, others = (TestTable.combined({name: part, "b": part}) for name in "ac")
-    assert not both.equals(others)
-    with pytest.raises(PsiError, match="got a and c as experiment of"):
-        both.merge(others)
-    assert both.rows([3]).merge(both.rows([0, 1, 2])).equals(both)

@@ -48,10 +48,6 @@ _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of
 _OTHER = {".": ",", ",": "."}
 _GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
 _LONGEST = 100  # characters of a number; a longer text is none, and costs no time
-# A plain number as programs write it, whose point cannot divide thousands.
-_CERTAIN = re.compile(
-    r"\s*[+-]?(?![1-9][0-9]{0,2}\.[0-9]{3}\s*$)(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*"
-)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}%?")
 # What a reader may take for a number, though it is none by the rule: $5, ~5, 5 kg, 1/2, =A1; but
 # not dates and times.
@@ -449,12 +445,6 @@ def _notations(
 def _read(
     cells: list[Any], notations: Mapping[str, tuple[re.Pattern[str], dict[int, str]]]
 ) -> _Values:
-    # The usual column of what programs write, recognised first as it takes a quarter of the time.
-    if "." in notations and all(
-        isinstance(c, str) and len(c) <= _LONGEST and _CERTAIN.fullmatch(c) for c in cells
-    ):
-        other = [None if "." in cell else float(cell) for cell in cells]
-        return {mark: [*map(float, cells)] if mark == "." else other for mark in notations}
     plain = [cell if not isinstance(cell, str) else _plain(cell) for cell in cells]
     return {mark: [_number(cell, *how) for cell in plain] for mark, how in notations.items()}
 
