@@ -114,12 +114,7 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | 
 
 def run_analyze(options: Analyze) -> int:
     """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
-    from pymoo_psi.plots import (
-        plot_convergence,
-        plot_feasibility,
-        plot_sensitivities,
-        save_figures,
-    )
+    from pymoo_psi.plots import plot_convergence, plot_feasibility, plot_sensitivities, save_figures
     from pymoo_psi.table import convergence, even_part, feasibility_rules, sensitivities
 
     path, out, asked = options.file, options.out, formulation_of(options)

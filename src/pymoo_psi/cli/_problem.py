@@ -25,14 +25,7 @@ import typer
 from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import (
-    Received,
-    counted,
-    invalid,
-    job_count,
-    known_name,
-    positive_number,
-)
+from pymoo_psi._validation import Received, counted, invalid, job_count, known_name, positive_number
 from pymoo_psi.cli._output import print_frame, say
 from pymoo_psi.cli._source import names_in, number_in, pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
@@ -196,7 +189,7 @@ def _value_in(text: str) -> Any:
 
 def _arguments(kind: Any) -> list[str]:
     """Return the names of the arguments of a class or function, also those it passes on."""
-    if isinstance(kind, Problem) or not callable(kind):
+    if isinstance(kind, Problem) or not callable(kind) or inspect.isbuiltin(kind):
         return []
     # What a class takes as **kwargs goes to its base, up to pymoo's, whose are no user's options.
     calls = [kind]
@@ -218,8 +211,7 @@ def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
     Each entry is ``name=lower:upper``, of which either may be missing, ``name=value``, or for a
     choice ``name=option|option``.
     """
-    space = design_space(problem)
-    variables = dict(zip(problem_layout(problem, space).variables, space.variables, strict=True))
+    variables = {v.title: v for v in design_space(problem).variables}
     form = "variable=lower:upper or variable=value"
     box: dict[str, Any] = {}
     for name, text in pairs_in("--box", entries, form, variables).items():
@@ -244,14 +236,13 @@ def feasible_box(table: TestTable, problem: Problem) -> str:
     What the box of the problem fixes, or leaves of a choice, stays.
     """
     given, parts = getattr(problem, "box", {}), []
-    space, names = design_space(problem), table.layout.variables
-    variables = dict(zip(problem_layout(problem, space).variables, space.variables, strict=True))
-    for name, *ends in zip(names, *map(np.ndarray.tolist, table.refined_bounds()), strict=True):
-        own, bounds = given.get(name), [variables[name].lower, variables[name].upper]
+    variables = design_space(problem).variables
+    for v, *ends in zip(variables, *map(np.ndarray.tolist, table.refined_bounds()), strict=True):
+        name, own = v.title, given.get(v.title)
         if own is not None and not isinstance(own, tuple):
             parts.append(f"{name}={'|'.join(map(str, own if isinstance(own, list) else [own]))}")
         # not so of choices, where they are NaN, and of fixed variables
-        elif ends[0] < ends[1] and (own is not None or ends != bounds):
+        elif ends[0] < ends[1] and (own is not None or ends != [v.lower, v.upper]):
             parts.append(f"{name}={':'.join(repr(end).removesuffix('.0') for end in ends)}")
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow(parts)

@@ -21,14 +21,7 @@ from pymoo_psi.cli._source import (
     with_choice,
 )
 from pymoo_psi.errors import PsiError
-from pymoo_psi.pareto import (
-    EfficiencyRanking,
-    alternative,
-    cautions,
-    explain,
-    measured_in,
-    number,
-)
+from pymoo_psi.pareto import EfficiencyRanking, alternative, cautions, explain, measured_in, number
 from pymoo_psi.table import Formulation, TestTable, constraint_costs
 
 if TYPE_CHECKING:

@@ -31,13 +31,7 @@ from pymoo_psi.cli._output import keeping, progress, require_output, say, write_
 from pymoo_psi.cli._problem import feasible_box, load_problem, try_program, write_example
 from pymoo_psi.cli._rank import designs_frame, most_violated, say_best
 from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
-from pymoo_psi.problems import (
-    FailureTolerant,
-    design_space,
-    problem_layout,
-    problem_name,
-    required,
-)
+from pymoo_psi.problems import FailureTolerant, design_space, problem_layout, problem_name, required
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, TestTable, alike
 

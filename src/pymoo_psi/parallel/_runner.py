@@ -169,7 +169,8 @@ class JoblibRunner:
         """Give what :meth:`stream` gives; to start workers takes so many seconds."""
         workers = active_workers(self.n_jobs)
         here = self.in_process and self.timeout is None
-        workers = Workers(workers.count, workers.own or not here)
+        if not workers.own and not here:  # a cluster may be larger than this machine
+            workers = Workers(min(workers.count, _cores()), own=True)
 
         def enough(left: int) -> bool:
             overhead = _BATCH_SECONDS if self._started else starting

@@ -12,7 +12,6 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, collection, invalid, known_name, mapping, wrong_type
-from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.problems._pymoo import own_parameters, problem_name
 
 if TYPE_CHECKING:
@@ -137,11 +136,6 @@ class DesignSpace:
         return np.array([variable.upper for variable in self.variables])
 
     @property
-    def continuous(self) -> bool:
-        """Whether all variables are real and a design is a vector."""
-        return not self.named and all(variable.kind.real for variable in self.variables)
-
-    @property
     def free(self) -> DesignSpace:
         """The space of the free variables alone: of the designs as the problem takes them."""
         return replace(self, variables=tuple(v for v in self.variables if not v.fixed))
@@ -214,31 +208,22 @@ class DesignSpace:
         return np.array([not variable.fixed for variable in self.variables], dtype=bool)
 
 
-def design_space(
-    problem: Any, *, continuous: bool = False, log: Collection[str] | None = None
-) -> DesignSpace:
+def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignSpace:
     """Return the design space of a pymoo problem.
 
     Args:
         problem: The problem.
-        continuous: Accept only continuous variables.
         log: Names of the variables whose scale is logarithmic; those of the problem's attribute
             ``log`` unless given.
 
     Raises:
-        ArgumentTypeError: A variable is of a type that has no uniform points, or is not continuous
-            where it must be.
+        ArgumentTypeError: A variable is of a type that has no uniform points.
         ArgumentValueError: A bound is missing, infinite or above the other one, or a logarithmic
             scale does not begin above 0.
     """
     space = getattr(problem, "space", None)  # a restricted problem's, also through a wrapper
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
-    if continuous and not space.continuous:
-        kinds = ", ".join(sorted({variable.kind.value for variable in space.variables}))
-        raise ArgumentTypeError(
-            f"{problem_name(problem)} must have continuous variables, got {kinds}"
-        )
     titles = given_names(problem, space)
     variables = [replace(v, title=titles.get(v.name, v.name)) for v in space.variables]
     if log is None:  # an attribute of another type is a logger or a file

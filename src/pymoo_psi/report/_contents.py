@@ -75,7 +75,8 @@ class Case:
         rows: ``(k,)`` which tests are feasible with finite objectives, each design once.
         ranking: The ranking of these; None if there are none, and then only :meth:`limit_costs`,
             :meth:`tests` and :meth:`drives` have something to say.
-        chosen: Which of them is chosen or, if none is, proposed.
+        best: Which of them is the Salukvadze optimum, the first of several.
+        chosen: Which is chosen or, if none is, proposed.
         decided: Whether one is chosen.
         choices: What selectors choose, by name.
         cautions: What speaks against relying on the optimum, the gravest first.
@@ -98,6 +99,7 @@ class Case:
         if table.eligible(limits).any():
             self.rows, self.ranking = table.ranked(limits, normalize=normalize)
         at = self.ranking.salukvadze if self.ranking else self.rows
+        self.best = int(at[0]) if len(at) else 0
         if design is not None:
             numbers = table.numbers[self.rows]
             at = np.flatnonzero(numbers == integer("design", design, minimum=1))
@@ -128,11 +130,11 @@ class Case:
     @property
     def optimum(self) -> str:
         """What the Salukvadze optimum is called."""
-        return str(self.ranking.name_of(int(self.ranking.salukvadze[0])))
+        return str(self.ranking.name_of(self.best))
 
     @property
     def point(self) -> int:
-        """The number of its test point."""
+        """The number of the design's test point."""
         return int(self.table.numbers[self.rows[self.chosen]])
 
     @property
@@ -148,18 +150,17 @@ class Case:
 
     def instead(self) -> str:
         """Return what the design is chosen instead of, and how they differ."""
-        best = int(self.ranking.salukvadze[0])
-        pair = compare_designs(self.ranking, [best, self.chosen], units=self.units)
+        pair = compare_designs(self.ranking, [self.best, self.chosen], units=self.units)
         names = {"design": self.name, "other": self.optimum}
         return sentence("instead", **names, difference=pair.difference(1))
 
     def standing(self) -> Columns:
         """Return the objectives of the design, and of the optimum, between best and worst."""
-        ranking, best = self.ranking, int(self.ranking.salukvadze[0])
+        ranking = self.ranking
         columns = {"objective": [*map(self.layout.label_of, self.layout.objectives)]}
         columns[self.word] = [*map(cell, ranking.objectives.values[self.chosen])]
         if not self.agrees:
-            columns["proposed"] = [*map(cell, ranking.objectives.values[best])]
+            columns["proposed"] = [*map(cell, ranking.objectives.values[self.best])]
         columns |= {"best": [*map(cell, ranking.ideal)], "worst": [*map(cell, ranking.nadir)]}
         shares = ["—" if np.isnan(share) else percent(share) for share in self.why.shares]
         return columns | {"of range": shares}
