@@ -161,7 +161,7 @@ def test_another_problem_is_refused(study, head, said):
     before = contents(Path(study.path).parent)
     with pytest.raises(
         StudyMismatchError,
-        match=f"belongs to another problem: .*{said}.*. Give the name of another file",
+        match=f"belongs to another problem or search: .*{said}.*. Give the name of another file",
     ):
         begun(study.path, head)
     assert contents(Path(study.path).parent) == before

@@ -50,7 +50,7 @@ def test_what_the_last_doubling_brought(bnh):
     before = bnh.ranking().frame.distances(half.best().F)[0, 0]
     assert found.mu1[-2] == pytest.approx(before)
     said = found.verdict()
-    assert f"{percent(1 - found.mu1[-1] / before)} nearer to U" in said
+    assert f"{percent(1 - found.mu1[-1] / before)} nearer to the ideal point" in said
     assert f"the hypervolume by {percent(1 / found.hypervolume[-2] - 1)}" in said
     assert found.verdict(tolerance=1e-9).startswith(
         "The last doubling, from 150 to 300 tests, still"

@@ -89,6 +89,10 @@ def test_a_choice_has_one_bin_for_each_value():
     code = histogram(MIXED, "code")  # 1, "1", 1.5 and True are four values
     assert len(code.values) == 4
     assert code.tested.tolist() == [1] * 4
+    tubes = np.arange(20, 61)  # so many that bars of single values could not be read
+    many = histogram(TestTable.of(tubes, tubes[:, None], tubes[:, None]), "x1")
+    assert (many.values, many.edges.tolist()) == ((), list(range(20, 61, 4)))
+    assert many.tested.tolist() == [4] * 9 + [5]
 
 
 # The refined box

@@ -18,7 +18,7 @@ from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.page._document import html_of
 from pymoo_psi.page._payload import payload, values_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
-from pymoo_psi.table import Bounds, Formulation, Limits, TestTable, bounds_of, read_table
+from pymoo_psi.table import Bounds, Formulation, Limits, TestTable, alike, bounds_of, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -245,7 +245,8 @@ def _json_limits(bounds: Bounds) -> dict[str, Any]:
 def _left_out(table: TestTable) -> list[str]:
     """Say how many designs of a table are not on the page, and why."""
     found = []
-    failed = Counter(table.reasons.get(n, "") for n in table.numbers[table.status == "failed"])
+    numbers = table.numbers[table.status == "failed"]
+    failed = Counter(alike(table.reasons.get(n, "") for n in numbers))
     if failed:
         # The most frequent ones: messages may all differ.
         reasons = ", ".join(f"{why} ({n})" for why, n in failed.most_common(_REASONS) if why)

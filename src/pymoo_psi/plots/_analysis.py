@@ -76,7 +76,7 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str
             ax.tick_params(labelleft=k % wide == 0)
             ax.grid(visible=False, axis="y")
             constant = ": constant" if index["first_order"].isna().all() else ""
-            ax.set_title(literal(column, 28) + constant)
+            ax.set_title(literal(column, 24) + constant)
         left_out = len(largest) - len(variables)
         rest = f" {left_out} variables with smaller ones are left out." if left_out else ""
         what = "what share of the variance of a column each variable explains alone"

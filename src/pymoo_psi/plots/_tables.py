@@ -31,7 +31,7 @@ from pymoo_psi.plots._points import (
     points_of_table,
     ranked_groups,
 )
-from pymoo_psi.plots._style import Drawing, core, legend_of, literal, panels, view
+from pymoo_psi.plots._style import Drawing, legend_of, literal, panels, view
 from pymoo_psi.table import Histogram, Key, Layout, Limits, TestTable, histogram
 
 Array = NDArray[np.float64]
@@ -200,7 +200,7 @@ def plot_ranking(
 
     Up to seven objectives are drawn in pairs. Below, or alone, are parallel coordinates: a line for
     each design, from the best value of each objective at the bottom to the worst of the Pareto set.
-    A value far from all others is outside of the axes; the caption says how many are.
+    A value far from all others is outside of the pairs' axes; the caption says how many are.
 
     Args:
         ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
@@ -229,9 +229,11 @@ def plot_ranking(
     }
     few = names if pairs and len(names) <= MATRIX + 1 else names[:1]
     height = 60.0 if len(names) <= MATRIX else 90.0
+    paired = [columns[name].seen[ranking.pareto] for name in few if len(few) > 1]
+    clipped = sum(not all(seen) for seen in zip(*paired, strict=True))
     with Points(columns, groups).triangle(few, below=height) as (figure, _, cells):
         below = figure.add_subplot(cells[-1, :])
-        clipped = _draw_parallel(below, ranking, groups, names, row)
+        _draw_parallel(below, ranking, groups, names, row)
         looks = [Line2D([], [], **group.look(name)) for name, group in groups.items()]
         legend_of(figure, [below], *looks, fontsize=8)
         optimal = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
@@ -247,16 +249,12 @@ def _draw_parallel(
     groups: Mapping[str, Group],
     names: Sequence[str],
     marked: int | None,
-) -> int:
-    """Draw a line for each design through its objectives, each from its best to its worst value.
-
-    Returns:
-        How many designs have a value outside of the axes.
-    """
+) -> None:
+    """Draw a line for each design through its objectives, each from its best to its worst value."""
     values, sign = ranking.objectives.values, ranking.objectives.sign
-    # Ends without those far away, which are worst where the objective is minimised.
-    inner = [core(column) for column in (values[ranking.pareto] * sign).T]
-    best, worst = np.array([[column.min(), column.max()] for column in inner]).T * sign
+    # Of all: a design is where the ranking has it, also where one value is far from the others.
+    front = values[ranking.pareto] * sign
+    best, worst = front.min(axis=0) * sign, front.max(axis=0) * sign
     shares = (values - best) / np.where(worst == best, 1.0, worst - best)
     place = np.arange(len(names))
     for group in groups.values():
@@ -277,5 +275,3 @@ def _draw_parallel(
     longest = max(len(line) for label in labels for line in label.split("\n"))
     axes.set_xticks(place, labels, rotation=90 if (longest + 2) * len(labels) > _TEXT else 0)
     axes.set_ylabel("share of the range (0 is best)")
-    drawn = shares[ranking.pareto]
-    return int(((drawn < -0.05) | (drawn > 1.05)).any(axis=1).sum())

@@ -636,8 +636,8 @@ def _require_alike(
         differing = [f"it is one of {facts['share'][1]} shares, not of {of}"]
     if differing:
         raise StudyMismatchError(
-            f"study {path} belongs to another problem: {'; '.join(differing[:4])}. Give the name "
-            "of another file, or the problem (and study_key) with which it was begun"
+            f"study {path} belongs to another problem or search: {'; '.join(differing[:4])}. "
+            "Give the name of another file, or the problem (and study_key) with which it was begun"
         )
 
 

@@ -52,8 +52,8 @@ class Histogram:
         variable: Name of the variable or column.
         edges: ``(k + 1,)`` edges of the bins; the last bin holds its upper edge. If the variable
             takes single values only, the places -1/2, 1/2, … at which these are drawn.
-        values: The k values of an integer, a binary variable or a choice, one to a bin; empty for
-            a real variable, and for another column.
+        values: The k values of an integer, a binary variable or a choice, one to a bin; empty
+            where bins are intervals.
         tested: ``(k,)`` numbers of tested designs.
         feasible: ``(k,)`` numbers of feasible ones within the limits.
         pareto: ``(k,)`` numbers of Pareto-optimal ones among these.
@@ -85,7 +85,8 @@ def histogram(
         variable: Name or index of the variable; or name of an objective, constraint or output, the
             bins of which span the feasible designs, and all if there is none, up to three times
             the middle half's range beyond that half: what lies beyond is in no bin.
-        bins: Equal bins between the bounds of a real variable; others have one for each value.
+        bins: Equal bins between the bounds of a real variable, and of an integer of which more
+            than twice as many values were tested; others have one for each value.
         limits: Limits on columns.
 
     Raises:
@@ -114,7 +115,8 @@ def histogram(
     else:
         j = layout.variable(variable)
         name, place, known = layout.variables[j], table.X[:, j], every
-        if table.kinds[j].real:
+        many = table.kinds[j] is Kind.INTEGER and len({*place.tolist()}) > 2 * bins
+        if table.kinds[j].real or many:
             place = place.astype(np.float64)  # of variables of several kinds it is objects
             low, high = layout.lower[j], layout.upper[j]
             if table.kinds[j] is Kind.LOG:

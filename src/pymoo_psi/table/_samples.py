@@ -331,8 +331,8 @@ class Convergence(Shown):
         moved = f", which moved by {percent(self.moved[-1])} of a range" if changes else ""
         return (
             f"{last} {what} {'' if still else 'less than '}{percent(tolerance)}: it brought the "
-            f"best design {percent(nearer)} nearer to U{moved}, and enlarged the hypervolume "
-            f"{grown}. {unknown}"
+            f"best design {percent(nearer)} nearer to the ideal point{moved}, and enlarged "
+            f"the hypervolume {grown}. {unknown}"
         )
 
 
