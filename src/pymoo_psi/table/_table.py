@@ -271,10 +271,9 @@ class TestTable(Shown):
         """Return the size of the table."""
         counts = ", ".join(f"{np.sum(self.status == status)} {status}" for status in STATUSES)
         layout, tests = self.layout, counted(len(self), "test")
-        words = ("variable", "objective", "constraint", "output")
-        groups = (layout.variables, layout.objectives, layout.constraints, layout.outputs)
-        pairs = zip(groups, words, strict=True)
-        sizes = [counted(len(g), word) for g, word in pairs if g or word != "output"]
+        groups = {w: getattr(layout, f"{w}s") for w in ("variable", "objective", "constraint")}
+        groups |= {"output": layout.outputs} if layout.outputs else {}
+        sizes = [counted(len(names), word) for word, names in groups.items()]
         if again := int(np.count_nonzero(self.repeats)):
             tests += f" of {counted(len(self) - again, 'design')}"
         return f"TestTable({tests}: {counts}; {', '.join(sizes)})"
@@ -809,31 +808,27 @@ class TestTable(Shown):
         if not isinstance(experiments, Mapping) or not experiments:
             rule = "tables by name, such as {'coarse': a, 'refined': b}"
             raise wrong_type("experiments", rule, experiments)
-        layouts = [
-            instance(f"the experiment {name!r}", table, TestTable).layout
-            for name, table in experiments.items()
+        names = [f"the experiment {name!r}" for name in experiments]
+        tables = [
+            instance(n, t, TestTable) for n, t in zip(names, experiments.values(), strict=True)
         ]
         bounds = {}
-        if len({layout.variables for layout in layouts}) == 1:
+        if len({table.layout.variables for table in tables}) == 1:
             # NaN, where there is no bound, is passed on.
-            bounds["lower"] = np.minimum.reduce([layout.lower for layout in layouts])
-            bounds["upper"] = np.maximum.reduce([layout.upper for layout in layouts])
-        blocks: list[TestTable] = []
-        last = 0
-        for name, table in experiments.items():
-            cells = [name] * len(table), table.numbers.tolist()
-            extra = {**table.extra, **dict(zip(ORIGIN, cells, strict=True))}
-            blocks.append(
-                table._with(
-                    layout=replace(table.layout, **bounds),
-                    numbers=table.numbers + last,
-                    extra=_extra_columns(extra, table.layout, len(table)),
-                    reasons={n + last: text for n, text in table.reasons.items()},
-                    problem=_facts_of(table.problem, "problem", "parameters", "key"),
-                )
+            bounds["lower"] = np.minimum.reduce([table.layout.lower for table in tables])
+            bounds["upper"] = np.maximum.reduce([table.layout.upper for table in tables])
+        blocks, last = list[TestTable](), 0
+        for name, table in zip(experiments, tables, strict=True):
+            origin = dict(zip(ORIGIN, ([name] * len(table), table.numbers.tolist()), strict=True))
+            block = table._with(
+                layout=replace(table.layout, **bounds),
+                numbers=table.numbers + last,
+                extra=_extra_columns({**table.extra, **origin}, table.layout, len(table)),
+                reasons={n + last: text for n, text in table.reasons.items()},
+                problem=_facts_of(table.problem, "problem", "parameters", "key"),
             )
-            last = int(blocks[-1].numbers.max(initial=last))
-        names = [f"the experiment {name!r}" for name in experiments]
+            blocks.append(block)
+            last = int(block.numbers.max(initial=last))
         rule = "tests of the problem of the others; give all the same formulation"
         whole = stacked(blocks, names, rule)
         require_one_result(whole)
