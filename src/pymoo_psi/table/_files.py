@@ -235,6 +235,8 @@ def columns_of_rows(
     if len(tests) != n:
         what = f"it holds {len(tests)} of {n} tests, so it was cut or edited"
         raise ValueError(f'{what}; if that is meant, set "tests" in its head to {len(tests)}')
+    if any(len(row) != len(names) for row in tests):
+        raise ValueError("its rows differ in length, so that one was cut or edited")
     # By name, not by place: people rearrange columns and add their own, which are not read.
     found = [*zip(*tests, strict=True)] or [()] * len(names)
     cells = dict(zip(map(text, names), found, strict=True))
@@ -256,7 +258,7 @@ def columns_of_rows(
 
 
 def _integer(cell: Any) -> int:
-    return int(str(cell))  # not of 1.5, of which int() makes 1
+    return int(str(cell).replace("_", " "))  # not of 1.5, nor of 1_0, which Python takes for 10
 
 
 def _boolean(cell: Any) -> bool:
@@ -264,7 +266,7 @@ def _boolean(cell: Any) -> bool:
 
 
 def _real(cell: Any) -> float:
-    return np.nan if cell in ("", None) else float(cell)
+    return np.nan if cell in ("", None) else float(str(cell).replace("_", " "))
 
 
 def _checked(head: Head | None) -> tuple[Head, int, dict[str, Kind]]:
