@@ -151,9 +151,10 @@ class EvaluationError(PsiError, RuntimeError):
 
     def __init__(self, design: Any, reason: str, original: BaseException | None = None) -> None:
         # One line, cut: a design of many variables would bury the reason.
+        if isinstance(design, dict):  # mixed variables, of which NumPy's would show their type
+            design = {name: getattr(v, "item", lambda v=v: v)() for name, v in design.items()}
         shown = " ".join(str(getattr(design, "tolist", lambda: design)()).split())
-        if len(shown) > 200:
-            shown = f"{shown[:197]}..."
+        shown = shown if len(shown) <= 200 else f"{shown[:197]}..."
         super().__init__(
             f"design {shown} cannot be evaluated: {reason}; "
             "FailureTolerant(problem), or PSI with on_failure='record', keeps them and goes on"

@@ -178,6 +178,7 @@ BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
     [
         (0, {}, "n_points must be an integer >= 1, got 0"),
         (8, {"blocksize": 5}, "unknown keyword argument 'blocksize'; did you mean 'block_size'"),
+        (8, {"names": ["time"]}, r"names must map names such as f1 to your own, got \['time'\]"),
         (8, {"sampling": "lsh"}, r"sampling must be one of 'halton', .* 'lhs', 'lptau', "),
         (8, {"sampling": 3}, r"sampling must be a name such as 'lhs', LPTauSampling\(\), .* got 3"),
         (8, {"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),
@@ -201,6 +202,7 @@ def test_mistakes(n, options, message):
     [
         (lambda: investigate(CHUTE, 8, keep="best"), "keep must be one of 'all', 'feasible', "),
         (lambda: minimize(CHUTE, PSI(10), sed=1), "keyword argument 'sed'; did you mean 'seed'"),
+        (lambda: PSI(10, n_jobs=2), "'n_jobs'; workers are the problem's: .*runner = JoblibRunner"),
         (lambda: minimize(SphereChute, PSI(10)), "pass an instance, not the class"),
         (
             lambda: minimize(Problem(n_var=2, n_obj=2, xl=0, xu=np.inf), PSI(10)),

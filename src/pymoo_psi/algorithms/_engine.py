@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import Received, identity_text, integer, invalid
+from pymoo_psi._validation import Received, identity_text, integer, invalid, mapping
 from pymoo_psi.algorithms._run import (
     SECONDS,
     Points,
@@ -137,7 +137,8 @@ class Engine:
         self._stop = options.on_failure == "raise"
         self.problem = required(untolerant(problem), options.requirements)
         self._model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
-        default = {own: name for name, own in (options.names or {}).items()}
+        names = mapping("names", options.names or {}, "names such as f1 to your own")
+        default = {own: name for name, own in names.items()}
         log = options.log if options.log is None else [default.get(n, n) for n in options.log]
         self.space = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units

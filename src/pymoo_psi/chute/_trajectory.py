@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,14 +44,14 @@ class Trajectory:
         0.0
     """
 
-    eta: Array
-    time: Array
-    speed: Array
-    spin: Array
-    slip_velocity: Array
-    friction: Array
-    normal: Array
-    slipping: NDArray[np.bool_]
+    eta: Array = field(repr=False)
+    time: Array = field(repr=False)
+    speed: Array = field(repr=False)
+    spin: Array = field(repr=False)
+    slip_velocity: Array = field(repr=False)
+    friction: Array = field(repr=False)
+    normal: Array = field(repr=False)
+    slipping: NDArray[np.bool_] = field(repr=False)
     slip_end: float
     slip_time: float
 

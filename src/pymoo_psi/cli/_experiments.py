@@ -21,7 +21,7 @@ from pymoo_psi.plots import paper_figures, plot_indicators, save_figures, shown_
 from pymoo_psi.problems import problem_name
 
 # What the headings and the words of the tables mean.
-_HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point
+_HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point (printed 1356 is 2571)
 f1: time; f2: energy balance; f3: height, the slope tan α; f4: speed of the plane; no units
 paper_f1 to paper_f4: as the paper prints them
 rolling: rolls from the start (Eq. 2.20); the published tables follow from it

@@ -4,6 +4,7 @@
 :mod:`pymoo_psi.chute`, beside print, and draws Figures 2 to 8. Under ``rolling`` it finds the same
 seven designs; f2, f3 and f4 agree to all four printed decimals, and f1 is 4e-4 to 6e-4 above the
 printed values, by an error of the solver behind these. There is no design of rank 5 for μ = 0.6.
+What Table 6.2 prints as test point 1356 is number 2571, by its f3 and f4.
 
 The Salukvadze optima of 4096 test points, plain distances; (f1, f2, f3, f4), with the number of
 the test point:

@@ -6,8 +6,7 @@ Salukvadze optimum, Table 6.2 the designs of rank 5 whose f4 is below the optimu
 
 The printed values are those of Cheshankov, Bozduganova, Ivanov, Vitliemov: Multi-objective Motion
 Synthesis of a Rolling Sphere in a Rectilinear Chute-conveyor with Transformed Dry Friction,
-Technische Mechanik 32(6), 2012, 684–697. The test point that Table 6.2 calls 1356 is number 2571 by
-its f3 and f4.
+Technische Mechanik 32(6), 2012, 684–697.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import counted, integer, invalid, job_count
+from pymoo_psi._validation import counted, integer, invalid, job_count, known_name
 from pymoo_psi.algorithms import investigate
 from pymoo_psi.chute import MODELS, criteria, motion
 from pymoo_psi.parallel import in_parallel
@@ -59,6 +58,7 @@ def published_table(number: str) -> pd.DataFrame:
         1  0.4        3085    2.0454    0.0476    0.2635    0.1072
         2  0.6        1029    2.0454    0.0476    0.2635    0.1144
     """
+    known_name("number", number, ("6.1", "6.2"))
     text = resources.files(__package__).joinpath("published.json").read_text("utf-8")
     rows = json.loads(text)[f"table_{number.replace('.', '_')}"]
     lines = [(row["mu"], row["test_point"], *row["f"]) for row in rows]
@@ -93,9 +93,8 @@ class Case:
     def __repr__(self) -> str:
         """Return which case it is and what was found."""
         best = ", ".join(map(str, self.designs.numbers[self.ranking.salukvadze]))
-        tests = counted(len(self.table), "test point")
-        found = f"{len(self.designs)} Pareto optimal of {tests}, the best no. {best}"
-        return f"Case({self.model} model, mu = {self.mu:g}: {found})"
+        found = f"{len(self.designs)} Pareto optimal of {counted(len(self.table), 'test point')}"
+        return f"Case({self.model} model, mu = {self.mu:g}: {found}, the best no. {best})"
 
     def rows(self, indices: NDArray[np.intp]) -> pd.DataFrame:
         """Return some of the designs as rows of the paper's tables, ordered by test point.
@@ -147,10 +146,9 @@ class Reproduction(Shown):
                test_point      f1  paper_f1      f2  paper_f2
             0        3085  2.0458    2.0454  0.0476    0.0476
         """
-        computed = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
+        found = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
         # Beside another test point too: the paper's optimum is what the computed one is against.
-        printed = published_table("6.1").drop(columns="test_point")
-        return computed.merge(printed, on="mu", how="left")
+        return found.merge(published_table("6.1").drop(columns="test_point"), on="mu", how="left")
 
     def table_6_2(self) -> pd.DataFrame:
         """Return the designs of rank 5 with f4 below the optimum's.
@@ -171,8 +169,7 @@ class Reproduction(Shown):
             fifth, f4 = case.ranking.subset(5), case.designs.F[:, 3]
             # Of several optima, equally near to U, the one with the least f4 is the limit.
             found.append(case.rows(fifth[f4[fifth] < f4[case.ranking.salukvadze].min()]))
-        printed = published_table("6.2")
-        return pd.concat(found).merge(printed, on=["mu", "test_point"], how="left")
+        return pd.concat(found).merge(published_table("6.2"), on=["mu", "test_point"], how="left")
 
 
 def solve_case(mu: float, model: str, n_points: int) -> Case:

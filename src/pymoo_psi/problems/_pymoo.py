@@ -46,14 +46,14 @@ def require_known_keywords(
     """
     # every class on the way to object, since pymoo's constructors pass **kwargs up by name
     signatures = [inspect.signature(cls).parameters for cls in base.__mro__[:-1]]
-    known = {
-        n for parameters in signatures for n, p in parameters.items() if p.kind != p.VAR_KEYWORD
-    }
+    known = {n for s in signatures for n, p in s.items() if p.kind != p.VAR_KEYWORD}
     known = known - {*taken} | {*more}
     for name in given:
         if name not in known:
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
+            if name == "n_jobs":
+                hint = "; workers are the problem's: problem.elementwise_runner = JoblibRunner(2)"
             raise ArgumentTypeError(f"{owner} got an unknown keyword argument {name!r}{hint}")
 
 
