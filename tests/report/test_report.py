@@ -119,7 +119,7 @@ def test_another_design_is_explained_as_itself():
     report = decision_report(table, LIMITS, design=int(other))
     said = lines(report, "The choice")
     assert said[0].startswith(f"Chosen is test point {other} instead of test point {best}: ")
-    assert "objective | chosen | proposed | best | worst | of range" in said
+    assert "objective | chosen | proposed | best | worst | behind, of range" in said
     told = f"Salukvadze optimum: test point {best} against test point {other}: better"
     assert any(line.startswith(told) for line in lines(report, "What else could be chosen"))
     assert str(report).startswith(f"Report on a choice: test point {other} chosen of ")

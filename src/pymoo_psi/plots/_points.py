@@ -147,7 +147,8 @@ def name_axis(axes: Axes, letter: str, label: str, options: Sequence[object] = (
         axis.set_ticks(places, names, rotation=90 if upright else 0)
         axis.grid(visible=False)
     elif axis.get_scale() == "linear":
-        axes.locator_params(axis=letter, nbins=4)  # type: ignore[arg-type]  # "x" or "y"
+        few = 3 if letter == "x" and letters < 20 else 4  # ticks, with texts beside each other
+        axes.locator_params(axis=letter, nbins=few)  # type: ignore[arg-type]  # "x" or "y"
 
 
 @dataclass(frozen=True, eq=False)

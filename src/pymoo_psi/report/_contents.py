@@ -163,7 +163,7 @@ class Case:
             columns["proposed"] = [*map(cell, ranking.objectives.values[self.best])]
         columns |= {"best": [*map(cell, ranking.ideal)], "worst": [*map(cell, ranking.nadir)]}
         shares = ["—" if np.isnan(share) else percent(share) for share in self.why.shares]
-        return columns | {"of range": shares}
+        return columns | {"behind, of range": shares}
 
     def known(self) -> list[tuple[str, str]]:
         """Return what else is known of the design, though others may lack it."""
