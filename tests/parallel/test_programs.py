@@ -182,3 +182,27 @@ def test_a_model_whose_import_hangs_is_covered_by_the_time_limit(tmp_path):
     out, err = start(str(tmp_path / "program.py"), tmp_path).communicate(timeout=LONG)
     assert "cannot load the problem: it takes longer than 1 s" in err
     assert all(gone(int(pid)) for pid in out.split())
+
+
+SERVICE = """
+from pathlib import Path
+from pymoo.core.problem import ElementwiseProblem
+from pymoo_psi import JoblibRunner, investigate
+class Chatty(ElementwiseProblem):
+    def _evaluate(self, x, out, *args, **kwargs):
+        print("step", flush=True)
+        out["F"] = x[0]
+runner = JoblibRunner(2, in_process=False)
+table = investigate(Chatty(n_var=1, n_obj=1, xl=0, xu=1, elementwise_runner=runner), 32)
+Path("ok").write_text(str((table.status == "ok").sum()))
+"""
+
+
+@posix
+@pytest.mark.parametrize("closed", ["<&- >&-", "<&- >&- 2>&-"])
+def test_a_program_without_standard_streams_loses_no_design(tmp_path, closed):
+    """A socket of a worker then has the number of one, to which a model may print."""
+    (tmp_path / "service.py").write_text(SERVICE)
+    command = f"exec '{sys.executable}' service.py {closed}"
+    subprocess.run(command, shell=True, cwd=tmp_path, timeout=LONG, check=True)
+    assert (tmp_path / "ok").read_text() == "32"

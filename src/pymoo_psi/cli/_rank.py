@@ -41,8 +41,8 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
         ArgumentValueError: A column has the name of one of a ranking.
     """
     layout = designs.layout
-    number = "test_point" if layout.label is None else "row"
-    columns: dict[str, Any] = {number: designs.numbers, **designs.extra}
+    first = "test_point" if layout.label is None else "row"
+    columns: dict[str, Any] = {first: designs.numbers, **designs.extra}
     names = [*layout.variables, *layout.objectives, *layout.outputs]
     columns |= {name: designs.column(name) for name in names}
     require_free_names(columns)

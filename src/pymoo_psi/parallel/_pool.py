@@ -142,12 +142,10 @@ class _Worker:
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
         with theirs:
-            handle = theirs.fileno()
             self.process = subprocess.Popen(
-                [spawn.get_executable(), *flags, _worker.__file__, str(handle)],
-                stdin=subprocess.DEVNULL,
+                [spawn.get_executable(), *flags, _worker.__file__],
+                stdin=theirs.fileno(),
                 env={name: str(threads) for name in _THREAD_LIMITS} | os.environ,
-                pass_fds=(handle,),
                 start_new_session=True,
             )
         # The worker imports from where this process does, but not its main module: what that

@@ -44,10 +44,13 @@ class Progress:
 
 def progress_lines(progress: bool) -> Progress | None:
     """Return what shows the progress where a bar, which rewrites its line, would be noise."""
+    if not boolean("progress", progress):
+        return None
     ipython = sys.modules.get("IPython")
     notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
-    seen = sys.stdout.isatty() or notebook
-    return Progress() if boolean("progress", progress) and not seen else None
+    # A service may have no output at all.
+    seen = notebook or (sys.stdout is not None and sys.stdout.isatty())
+    return None if seen else Progress()
 
 
 @contextmanager

@@ -77,26 +77,25 @@ class Channel:
         return found
 
 
-def main(handle: int) -> None:
-    """Serve the other end of an inherited socket until the pool says so or is gone."""
+def main() -> None:
+    """Serve the other end of the socket that is the standard input until the pool is gone."""
     import fcntl
     import resource
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
-    os.set_inheritable(handle, False)  # a solver started by the model must not hold it open
-    _guard(handle)
+    _guard()
     # The last numbers of all: a model that writes into descriptors, or closes those that it does
     # not know, as daemons do, begins with the first, and a file that it opens gets the first free.
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     last = (min(most, 1024) if most > 0 else 1024) - 8
-    channel = Channel(socket.socket(fileno=fcntl.fcntl(handle, fcntl.F_DUPFD_CLOEXEC, last)))
-    os.close(handle)
+    channel = Channel(socket.socket(fileno=fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, last)))
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # nor does a solver started by it hold it open
     os.register_at_fork(after_in_child=channel.socket.close)  # a model's fork has nothing to say
     with contextlib.suppress(EOFError, OSError):
         _serve(channel)
 
 
-def _guard(handle: int) -> None:
+def _guard() -> None:
     """Fork; return in the child, and in the guard end with the child, as it ended."""
     _prctl(_PR_SET_CHILD_SUBREAPER, 1)
     worker = os.fork()
@@ -104,7 +103,7 @@ def _guard(handle: int) -> None:
         _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
         return
     os.setpgid(worker, worker)
-    threading.Thread(target=_kill_at_hang_up, args=(handle, worker), daemon=True).start()
+    threading.Thread(target=_kill_at_hang_up, args=(worker,), daemon=True).start()
     pid = 0
     while pid != worker:
         pid, status = os.wait()  # it also reaps what has lost its parent
@@ -113,14 +112,14 @@ def _guard(handle: int) -> None:
     os._exit(code if code >= 0 else 128 - code)  # as shells do
 
 
-def _kill_at_hang_up(handle: int, worker: int) -> None:
+def _kill_at_hang_up(worker: int) -> None:
     """Kill the worker when the pool has disconnected or is gone.
 
     A fork of the pool's process may hold the pipe open; hence the look at the parent's number.
     """
     parent = os.getppid()
     poller = select.poll()
-    poller.register(handle, 0)  # 0: a hang-up is always reported, messages are not
+    poller.register(0, 0)  # of the standard input a hang-up is always reported, messages are not
     while not poller.poll(1000) and os.getppid() == parent:
         pass
     os.killpg(worker, signal.SIGKILL)
@@ -196,4 +195,4 @@ def _serve(channel: Channel) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main()
