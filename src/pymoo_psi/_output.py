@@ -174,13 +174,16 @@ def _write_workbook(
     book.properties.creator = "pymoo-psi"  # by which the command knows what it may overwrite
     sheet = book.create_sheet("designs")
     sheet.freeze_panes = "A2"
+    for j, (name, column) in enumerate(columns.items(), start=1):
+        letter = openpyxl.utils.get_column_letter(j)
+        lengths = [len(cell) for cell in column[:_ROWS].tolist() if isinstance(cell, str)]
+        sheet.column_dimensions[letter].width = min(50, 2 + max(8, len(name), *lengths))
 
     def typed(cell: Any) -> Any:
         if cell is None or isinstance(cell, bool):
             return cell
         number = isinstance(cell, (int, float)) and abs(cell) != float("inf")
-        text = cells.ILLEGAL_CHARACTERS_RE.sub("\ufffd", str(cell))
-        made = cells.WriteOnlyCell(sheet, text)
+        made = cells.WriteOnlyCell(sheet, cells.ILLEGAL_CHARACTERS_RE.sub("\ufffd", str(cell)))
         # Set, as a text such as =A1 would be a formula, and openpyxl cuts numbers to 16 digits.
         made.data_type = "n" if number else "s"
         return made

@@ -147,7 +147,7 @@ def test_how_a_file_is_written(run, tmp_path):
                "--drop-incomplete", "--units", "Masse=kg"]  # fmt: skip
     code, printed, _ = run("rank", "set.csv", *options, "--out", "o.csv")
     assert code == 0
-    assert "1 incomplete design left out: row 2." in printed
+    assert "1 incomplete design left out: row 2 (line 4)." in printed
     ranked = pd.read_csv("o.csv", comment="#").set_index("Größe")
     assert ranked["Kosten"].to_dict() == {"A": 1250.5, "C": 2100.0}
     assert "Masse [kg]" in run("rank", "o.csv")[1]

@@ -54,7 +54,7 @@ function answer({payload, states, rows, pins, texts, typed}) {
         nearest: count ? "" : Logic.nearestDesign(data, state, left),
         preferred: list(Logic.preference(data, ranking, state.preference).best),
         again: Logic.checked(data, Logic.fromHash(Logic.toHash(state))), opened: Logic.opened(data, written),
-        csv: Logic.csv(data, order, ranking),
+        csv: Logic.csv(data, order, ranking, state),
       }
     }),
   }

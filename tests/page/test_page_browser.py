@@ -135,7 +135,7 @@ class Reader:
         with self.page.expect_download() as download:
             self.click(button)
         self.file_name = download.value.suggested_filename
-        with open(download.value.path(), encoding="utf-8", newline="") as file:
+        with open(download.value.path(), encoding="utf-8-sig", newline="") as file:
             return file.read()
 
 
@@ -818,7 +818,7 @@ def test_exported_texts_are_no_formulas(visit, tmp_path):
     frame = pd.DataFrame({"-a": a, "b": a[::-1], "note": CELLS[:half], "id": CELLS[half:]})
     decision_page(frame, ["-a", "b"], variables=["note"]).save(tmp_path / "p.html")
     reader = visit(tmp_path / "p.html")
-    _, text = reader.download("#export").split("\n", 1)  # without the comment
+    text, _ = reader.download("#export").rsplit("\n\n", 1)  # without the comment
     exported = list(csv.DictReader(io.StringIO(text, newline="")))
     assert {float(row["'-a"]) for row in exported} == set(a)
     assert {row["note"] for row in exported} == {INERT[cell] for cell in CELLS[:half]}

@@ -117,7 +117,8 @@ FILES = {
     "Windows": ("Größe;b\n1,5;3\n".encode("cp1252"), {}, "it is no text: .* --encoding cp1252"),
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
-    "shares in per cent": (workbook([["a", "b"], [0.85, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, {"a": [0.85, 0.9], "b": [2, 1]}),
+    "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
+    "shares in per cent": (workbook([["a", "b"], [0.57, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, {"a": [57, 90], "b": [2, 1]}),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, r"row 2 \(line 1000\) holds no number in the column 'a'"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
     "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, "hides 1 row; .* --skip-rows 4"),
@@ -269,7 +270,7 @@ def test_rows_that_do_not_count_are_told(read):
     assert table.status.tolist() == ["ok", "failed"]
     assert table.remarks == (
         "2 designs left out as not feasible.",
-        "1 incomplete design left out: row 3.",
+        "1 incomplete design left out: row 3 (line 4).",
     )
 
 

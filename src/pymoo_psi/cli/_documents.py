@@ -46,7 +46,8 @@ def run_page(options: Page) -> int:
         except PsiError as error:
             raise ArgumentValueError(f"--prototype {prototype}: {error}") from None
     opens = replace(asked, objectives=(), maximize=(), minimize=(), relaxed=(), computed={})
-    page = decision_page(table, opens, prototype=former, title=options.title or path.stem)
+    title = options.title or str(asked.page.get("title") or path.stem)
+    page = decision_page(table, opens, prototype=former, title=title)
     # What the table was asked is repeated in the decisions that the page saves.
     repeated = replace(asked, limits=page.formulation.limits)
     replace(page, formulation=repeated, origin=path.name).save(out)
@@ -88,7 +89,7 @@ def run_report(options: Report) -> int:
         design=_chosen(table, options.design, asked.chosen),
         reason=asked.reason,
         selectors=selectors or None,
-        title=options.title or path.stem,
+        title=options.title or str(asked.page.get("title") or path.stem),
         about=[*about, *limited.remarks, *decided],
     )
     report.save(out)

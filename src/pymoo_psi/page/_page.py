@@ -247,7 +247,8 @@ def _left_out(table: TestTable) -> list[str]:
     found = []
     numbers = table.numbers[table.status == "failed"]
     failed = Counter(alike(table.reasons.get(n, "") for n in numbers))
-    if failed:
+    # What a file of offers lacks has been said.
+    if failed and not any("incomplete design" in remark for remark in table.remarks):
         # The most frequent ones: messages may all differ.
         reasons = ", ".join(f"{why} ({n})" for why, n in failed.most_common(_REASONS) if why)
         why = f": {reasons}" if reasons else ""

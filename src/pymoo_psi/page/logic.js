@@ -30,7 +30,7 @@ function decode(payload) {
   const columns = payload.columns.map((column) => ({
     ...column,
     values: column.values === null ? null : new Float64Array(bytesOf(column.values)),
-    label: column.name + (column.unit ? ` [${column.unit}]` : ""),
+    label: column.name + (column.unit && !column.name.endsWith(`[${column.unit}]`) ? ` [${column.unit}]` : ""),
   }))
   const objectives = columns.filter(({role}) => role === "objective")
   const F = objectives.map(({maximize, values}) =>
@@ -925,9 +925,9 @@ const markOf = (data, ranking, i) => i >= data.n ? "prototype"
   : ranking.isBest[i] ? "Salukvadze optimum"
   : ranking.pareto[i] ? "" : "dominated"
 
-// Rows as CSV, every digit of the numbers, with ranks under the limits. The comment above says what
-// the columns are, so that the file comes back with its objectives, directions and units.
-function csv(data, rows, ranking) {
+// Rows as CSV, every digit of the numbers, with ranks under the limits. The comment below says what
+// the columns are and what is chosen, so that the file comes back with its objectives, directions and units.
+function csv(data, rows, ranking, state) {
   const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text)
   const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
   const cells = data.columns.map((column) => {
@@ -938,9 +938,11 @@ function csv(data, rows, ranking) {
     role === "geometric" ? field : name), "rank", "mark"]
   const lines = [...rows].map((i) => [text(data.labels[i]), ...cells.map((cell) => cell(i)),
     ranking.rank[i] < 0 ? "" : ranking.rank[i], markOf(data, ranking, i)].join(","))
-  const head = JSON.stringify(named(data.head)).replace(/"(?:[^"\\]|\\.)*"/g, (name) =>
+  const chosen = state.chosen === null ? {} : {chosen: [state.chosen, state.reason]}
+  const head = JSON.stringify(named({...data.head, ...chosen})).replace(/"(?:[^"\\]|\\.)*"/g, (name) =>
     name.replace(/[,;]/g, (mark) => (mark === "," ? "\\u002c" : "\\u003b")))
-  return `# ${head}\n${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n`
+  // With the mark by which spreadsheets know UTF-8.
+  return `\ufeff${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n\n# ${head}\n`
 }
 
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);

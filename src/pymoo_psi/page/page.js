@@ -919,7 +919,7 @@ const page = (() => {
 
   function exportCsv() {
     const rows = selected.size ? [...order].filter((row) => selected.has(row)) : order
-    download(Logic.csv(data, rows, ranking), "text/csv", `${data.file}-${selected.size ? "selected" : "shown"}.csv`)
+    download(Logic.csv(data, rows, ranking, state), "text/csv", `${data.file}-${selected.size ? "selected" : "shown"}.csv`)
   }
 
   function reset() {

@@ -41,7 +41,7 @@ _Values: TypeAlias = dict[str, list[float | None]]
 _SEPARATORS = ",;\t|"
 _EMPTY = "it is empty; it must hold a line of column names, then the designs"
 
-_BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "-", "--", "–", "—", "?"}
+_BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
 # Errors of spreadsheets in any language, #DIV/0! as #WERT!, and of columns that are too narrow.
 _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
@@ -74,7 +74,7 @@ class UnfitError(ArgumentValueError):
 
 
 class PerCent(float):
-    """The number in a workbook's cell that is shown in per cent: 0.85 for 85 %."""
+    """The per cent that a workbook's cell shows: 85 for 0.85 in the format 0 %."""
 
 
 @dataclass(frozen=True)
@@ -279,7 +279,8 @@ def _typed(cell: Any) -> Any:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         # Within quotation marks the sign is text.
         shown = re.sub(r'"[^"]*"|\\.', "", cell.number_format)
-        return PerCent(value) if "%" in shown else value
+        # Rounded to what a spreadsheet keeps, as 100 * 0.57 is 56.99999999999999.
+        return PerCent(f"{100 * value:.15g}") if "%" in shown else value
     return value if isinstance(value, bool) else str(value).removesuffix(" 00:00:00")  # of a date
 
 
@@ -388,7 +389,9 @@ def is_blank(cell: Any) -> bool:
     """Say whether a cell holds nothing, or a word for it."""
     if isinstance(cell, str):
         text = cell.strip()
-        return text.lower() in _BLANKS or (text[:1] == "#" and bool(_ERROR.fullmatch(text)))
+        return text.lower().replace(". ", ".") in _BLANKS or (
+            text[:1] == "#" and bool(_ERROR.fullmatch(text))
+        )
     return cell is None or cell != cell
 
 
@@ -497,9 +500,8 @@ def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) 
         return Column(name, column)
     unit = _unit(column[known[0]])
     if other := next((i for i in known if _unit(column[i]) != unit), None):
-        what = f"in {_unit(column[other]) or 'no unit'}, while the first of the column is in "
-        what += f"{unit or 'none'}; give all numbers of a column in one unit"
-        return refused(other, what)
+        units = f"in {_unit(column[other]) or 'no unit'}, the first in {unit or 'none'}"
+        return refused(other, f"{units}; give all numbers of a column in one unit")
     decimal = marks[0]
     if len(unclear := known[one[known] != two[known]]):
         i, used = unclear[0], {mark for i in unclear for mark in ".," if mark in column[i]}
@@ -510,13 +512,11 @@ def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) 
             readings = " or ".join(f"{values[m][i]:.15g}" for m in (_OTHER[decimal], decimal))
             remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
             return refused(i, f"either {readings}; {remedy}")
-    return Column(name, column, np.array(values[decimal]), "%" if unit == "%" else "")
+    return Column(name, column, np.array(values[decimal]), unit)
 
 
 def _unit(cell: Any) -> str:
-    if isinstance(cell, str):
-        return "%" if cell.rstrip().endswith("%") else ""
-    return "per cent by its format" if isinstance(cell, PerCent) else ""
+    return "%" if isinstance(cell, PerCent) or str(cell).rstrip().endswith("%") else ""
 
 
 # Rows that summarise others

@@ -187,7 +187,7 @@ def text_rows(text: str) -> Iterator[list[str]]:
 def file_head(text: str) -> tuple[Head | None, str]:
     """Return what a text says of its columns, if it does, and the text without that.
 
-    It is the last line, or the first in exports of the page and files of version 0.2.0; then a
+    It is the last line, or the first in files of version 0.2.0; then a
     comment stays in its place, as lines are counted.
 
     Raises:

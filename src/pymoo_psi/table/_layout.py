@@ -226,7 +226,7 @@ class Layout:
             'mass [kg]'
         """
         unit = self.units.get(name, "")
-        text = f"{name} [{unit}]" if unit else name
+        text = f"{name} [{unit}]" if unit and not name.endswith(f"[{unit}]") else name
         return f"{text} (max)" if name in self.maximize else text
 
     def is_log(self, name: str) -> bool:

@@ -413,9 +413,8 @@ def _incomplete(
         what = "no number" if is_blank(cell) else str(cell).strip()
         where = f"{cells.where(i)} holds {what:.40} in the column {name!r}"
         raise UnfitError(f"{where}; leave out such designs by --drop-incomplete")
-    listed = ", ".join(str(cells.rows[i]) for i in rows[:6]) + ", …" * (len(rows) > 6)
-    lost = f"{counted(len(rows), 'incomplete design')} left out: row {listed}."
-    return [lost] if len(rows) else []
+    listed = ", ".join(map(cells.where, rows[:6])) + ", …" * (len(rows) > 6)
+    return [f"{counted(len(rows), 'incomplete design')} left out: {listed}."][: len(rows)]
 
 
 def _guess(
