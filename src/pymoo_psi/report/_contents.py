@@ -303,8 +303,8 @@ class Case:
         """Return whether more tests would change the choice; empty if nothing is known of it."""
         try:
             steps = convergence(self.table, self.limits, normalize=self.normalize)
-        except PsiError as error:
-            return f"Not available: {error}."
+        except PsiError:  # its reason is of the evenly spread part alone
+            return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
         return steps.verdict() if len(steps.tests) > 1 else ""
 
     def drives(self) -> tuple[list[str], pd.DataFrame | None, FeasibilityRules | None]:
