@@ -71,8 +71,7 @@ def say_source(path: Path, table: TestTable, asked: Formulation, *, ranked: bool
     if not asked.objectives:
         say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
     if (n := int((table.status == "ok").sum())) < len(table):
-        rest = "; the others are left out" if ranked else ""
-        say(f"{n} of {counted(len(table), 'design')} are feasible{rest}.")
+        say(f"{n} of {counted(len(table), 'design')} are feasible{'; the others are left out' * ranked}.")
     for line in decision_remarks(path, table, asked):
         say(line)
 

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pymoo_psi._validation import Received, instance, invalid, known_name
+from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Asked, Opening
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Formulation, TestTable, read_table
@@ -88,7 +88,9 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
     if asked.page:  # designs that the page's reader has left out by hand
         from pymoo_psi.page import kept_designs  # other commands need no page
 
-        table = table.rows(kept_designs(table, asked))
+        kept = kept_designs(table, asked)
+        said = f"{counted(int((~kept).sum()), 'design')} left out on the page, by name or text."
+        table = replace(table.rows(kept), remarks=(*table.remarks, *[said] * (not kept.all())))
     return table
 
 
@@ -96,8 +98,7 @@ def with_choice(asked: Formulation, table: TestTable) -> Formulation:
     """Return a formulation with the design that the table says is chosen, and why."""
     if not table.chosen:
         return asked
-    name, reason = table.chosen
-    return replace(asked, chosen=name, reason=reason)
+    return replace(asked, chosen=table.chosen[0], reason=table.chosen[1])
 
 
 def require_free_names(names: Iterable[str]) -> None:

@@ -254,6 +254,5 @@ def _left_out(table: TestTable) -> list[str]:
         why = f": {reasons}" if reasons else ""
         found.append(f"{counted(failed.total(), 'test')} failed{why}. They are not on the page.")
     if violating := int((table.status == "infeasible").sum()):
-        whose = f"{counted(violating, 'design')} with violated constraints"
-        found.append(f"Not on the page: {whose}.")
+        found.append(f"Not on the page: {counted(violating, 'design')} with violated constraints.")
     return found
