@@ -71,7 +71,8 @@ def say_source(path: Path, table: TestTable, asked: Formulation, *, ranked: bool
     if not asked.objectives:
         say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
     if (n := int((table.status == "ok").sum())) < len(table):
-        say(f"{n} of {counted(len(table), 'design')} are feasible{'; the others are left out' * ranked}.")
+        rest = "; the others are left out" * ranked
+        say(f"{n} of {counted(len(table), 'design')} are feasible{rest}.")
     for line in decision_remarks(path, table, asked):
         say(line)
 
