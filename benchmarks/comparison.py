@@ -22,12 +22,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from benchmarks.comparison_problems import (
-    PROBLEMS,
-    keep_reference,
-    kept_reference,
-    known_front,
-)
+from benchmarks.comparison_problems import PROBLEMS, keep_reference, kept_reference, known_front
 from benchmarks.machine import describe_machine
 from pymoo_psi.comparison import INDICATORS, SIGNIFICANCE, Comparison, compare
 from pymoo_psi.plots import plot_indicator

@@ -28,8 +28,7 @@ _ROWS = 8192  # written at a time, so that the memory for texts stays small
 # this rule for what the page exports; the cells of tests/formulas.py try both.
 _LEADING = "'=+-@＝＋－＠\t\r\n"
 _FORMULA = re.compile(
-    r"'*(?![+-]?([0-9.,]*(e[+-]?[0-9]+)?%?|inf|infinity|nan)\Z)[=+\-@＝＋－＠\t\r\n]",
-    re.IGNORECASE,
+    r"'*(?![+-]?([0-9.,]*(e[+-]?[0-9]+)?%?|inf|infinity|nan)\Z)[=+\-@＝＋－＠\t\r\n]", re.IGNORECASE
 )
 
 ROWS = 10  # that a notebook shows: a table of 100 000 tests is asked for by to_frame()

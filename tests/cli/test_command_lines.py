@@ -90,13 +90,7 @@ LIMITS = ["f1<=9", "f2>=0.5", "yield>=65%", "a<=5.000", "b<=9", "price<=1e9,pric
           "\udcff=1", "f1<=1e400", "a<=0"]  # fmt: skip
 COMPUTED = ["r=f1/f2", "s=f1+f2", "r=a/b", "r=", "=a", "r", "a=1", "r=\udcff", "rank=a"]
 OUTS = ["out.csv", "out.html", *PATHS]
-TABLE = {
-    "objectives": NAMES,
-    "maximize": NAMES,
-    "limits": LIMITS,
-    "compute": COMPUTED,
-    "out": OUTS,
-}
+TABLE = {"objectives": NAMES, "maximize": NAMES, "limits": LIMITS, "compute": COMPUTED, "out": OUTS}
 OPENING = {
     "variables": NAMES, "units": ["f1=kg", "f2=µ", "a=kg", "=", "f1=\udcff"], "decimal": [".", ",", "x", ""],
     "thousands": [",", ".", " ", "x"], "encoding": ["utf-8", "cp1252", "utf-16", "x", ""],

@@ -8,13 +8,7 @@ import pytest
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import (
-    PSI,
-    Formulation,
-    PsiError,
-    TestTable,
-    rank_of_efficiency,
-)
+from pymoo_psi import PSI, Formulation, PsiError, TestTable, rank_of_efficiency
 from pymoo_psi.page import decision_page, kept_designs
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Layout

@@ -8,12 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi.pareto import (
-    epsilon_additive,
-    hypervolume,
-    igd_plus,
-    spread_subset,
-)
+from pymoo_psi.pareto import epsilon_additive, hypervolume, igd_plus, spread_subset
 
 points = arrays(
     np.float64, st.tuples(st.integers(1, 8), st.just(2)), elements=st.integers(-1, 6).map(float)

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from pymoo_psi import TestTable
-from pymoo_psi.plots import (
-    plot_convergence,
-    plot_feasibility,
-    plot_sensitivities,
-)
+from pymoo_psi.plots import plot_convergence, plot_feasibility, plot_sensitivities
 from pymoo_psi.table import convergence, feasibility_rules, sensitivities
 from tests.plots.drawn import assert_whole, shown
 

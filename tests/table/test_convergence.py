@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import (
-    PsiError,
-    TestTable,
-    investigate,
-    lp_tau,
-    rank_of_efficiency,
-)
+from pymoo_psi import PsiError, TestTable, investigate, lp_tau, rank_of_efficiency
 from pymoo_psi.pareto import percent
 from pymoo_psi.table import Layout, convergence
 

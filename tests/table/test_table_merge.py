@@ -81,8 +81,7 @@ def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined()
     assert len(whole.merge(moved)) == 8 + len(known)  # the same designs with the same results
     moved = replace(moved, F=known.F * 2)
     with pytest.raises(
-        PsiError,
-        match="got 1.0 and 2.0 as f1 of test point 2 and test point 10, the same design",
+        PsiError, match="got 1.0 and 2.0 as f1 of test point 2 and test point 10, the same design"
     ):
         whole.merge(moved)
     named = replace(whole, layout=replace(LAYOUT, label="id"), extra={"id": list("abcdefgh")})

@@ -179,11 +179,7 @@ class QMCSampling(UniformSampling):
     """
 
     def __init__(
-        self,
-        engine: str = "sobol",
-        *,
-        scramble: bool = True,
-        log: Collection[str] | None = None,
+        self, engine: str = "sobol", *, scramble: bool = True, log: Collection[str] | None = None
     ) -> None:
         super().__init__()
         self.log = log

@@ -125,11 +125,7 @@ class Motion:
 
 
 def motion(
-    u1: ArrayLike,
-    v_p: ArrayLike,
-    parameters: ChuteParameters | None = None,
-    *,
-    model: str = "full",
+    u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None = None, *, model: str = "full"
 ) -> Motion:
     """Move the sphere from the entrance to the exit.
 

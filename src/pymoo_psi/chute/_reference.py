@@ -27,11 +27,7 @@ _NOISE = 1e-18  # absolute error of the slip velocity, which must get below _STI
 _LONGEST = 1e9  # log time s: an event always ends the slip before
 
 
-def integrate(
-    u1: ArrayLike,
-    v_p: ArrayLike,
-    parameters: ChuteParameters | None = None,
-) -> Motion:
+def integrate(u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None = None) -> Motion:
     """Integrate the full model design by design, as an independent check of :func:`motion`.
 
     Args:

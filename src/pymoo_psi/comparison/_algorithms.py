@@ -84,9 +84,7 @@ class NamedAlgorithm:
     learns: bool = False
 
 
-def named_algorithms(
-    algorithms: Collection[str] | Mapping[str, Any],
-) -> tuple[NamedAlgorithm, ...]:
+def named_algorithms(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[NamedAlgorithm, ...]:
     """Return the algorithms asked for.
 
     Args:

@@ -30,14 +30,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS, named_algorithms
 from pymoo_psi.comparison._quality import INDICATORS, Reference, pairwise_tests
-from pymoo_psi.comparison._runs import (
-    Run,
-    Task,
-    costs,
-    perform,
-    seconds_of_algorithms,
-    stored_runs,
-)
+from pymoo_psi.comparison._runs import Run, Task, costs, perform, seconds_of_algorithms, stored_runs
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.pareto import listed
 from pymoo_psi.problems import design_space, problem_layout, problem_name, require_problem, required

@@ -19,13 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pymoo.core.indicator import Indicator
 
-from pymoo_psi._validation import (
-    Received,
-    boolean,
-    finite_array,
-    invalid,
-    mapping,
-)
+from pymoo_psi._validation import Received, boolean, finite_array, invalid, mapping
 from pymoo_psi.pareto import (
     LAST_PLACES,
     EfficiencyRanking,
@@ -251,11 +245,7 @@ class Knee(RankingSelector):
 
 
 def compare_selectors(
-    F: Any,
-    selectors: Mapping[str, Any],
-    *,
-    normalize: bool = True,
-    maximize: Collection[Any] = (),
+    F: Any, selectors: Mapping[str, Any], *, normalize: bool = True, maximize: Collection[Any] = ()
 ) -> dict[str, Rows]:
     """Return what several selectors choose from one set of designs.
 

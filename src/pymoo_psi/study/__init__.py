@@ -21,13 +21,4 @@ from pymoo_psi.study._study import (
     write_study,
 )
 
-__all__ = [
-    "ALL",
-    "LAST",
-    "Proposal",
-    "Share",
-    "Study",
-    "read_folder",
-    "read_study",
-    "write_study",
-]
+__all__ = ["ALL", "LAST", "Proposal", "Share", "Study", "read_folder", "read_study", "write_study"]

@@ -38,14 +38,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import (
-    Received,
-    flat,
-    identity_text,
-    integer,
-    invalid,
-    wrong_type,
-)
+from pymoo_psi._validation import Received, flat, identity_text, integer, invalid, wrong_type
 from pymoo_psi.errors import (
     StudyAccessError,
     StudyCorruptError,

@@ -138,10 +138,7 @@ def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kin
 
 
 def table_of(
-    head: Mapping[str, Any],
-    columns: Mapping[str, Any],
-    where: object,
-    make: Callable[..., Table],
+    head: Mapping[str, Any], columns: Mapping[str, Any], where: object, make: Callable[..., Table]
 ) -> Table:
     """Return the table of a head and the columns of :func:`columns_of`.
 

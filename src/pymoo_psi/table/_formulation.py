@@ -26,14 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import (
-    Received,
-    boolean,
-    instance,
-    invalid,
-    known_name,
-    wrong_type,
-)
+from pymoo_psi._validation import Received, boolean, instance, invalid, known_name, wrong_type
 from pymoo_psi._validation import mapping as mapping_of
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import real_column

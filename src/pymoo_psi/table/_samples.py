@@ -10,14 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import (
-    Received,
-    counted,
-    instance,
-    invalid,
-    known_name,
-    positive_number,
-)
+from pymoo_psi._validation import Received, counted, instance, invalid, known_name, positive_number
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Limits

@@ -142,10 +142,7 @@ def read_table(
 
 
 def designs_head(
-    layout: Layout,
-    columns: Sequence[str],
-    numbers: Collection[str],
-    chosen: tuple[str, ...] = (),
+    layout: Layout, columns: Sequence[str], numbers: Collection[str], chosen: tuple[str, ...] = ()
 ) -> Head:
     """Return what a file of designs says of its columns; empty if needless.
 

@@ -46,11 +46,7 @@ from pymoo_psi.pareto import (
     ranking_of,
     violated_constraints,
 )
-from pymoo_psi.table._designs import (
-    column_kinds,
-    design_matrix,
-    first_rows,
-)
+from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows
 from pymoo_psi.table._files import (
     Columns,
     blocks_of,
@@ -64,22 +60,8 @@ from pymoo_psi.table._files import (
     text_rows,
 )
 from pymoo_psi.table._formulation import Formulation, formulated
-from pymoo_psi.table._joining import (
-    blank,
-    difference,
-    require_one_result,
-    stacked,
-    unequal,
-)
-from pymoo_psi.table._layout import (
-    ORIGIN,
-    RESERVED,
-    Key,
-    Layout,
-    Limits,
-    bounds_of,
-    within,
-)
+from pymoo_psi.table._joining import blank, difference, require_one_result, stacked, unequal
+from pymoo_psi.table._layout import ORIGIN, RESERVED, Key, Layout, Limits, bounds_of, within
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -518,11 +500,7 @@ class TestTable(Shown):
         return self.rows(np.flatnonzero(self.pareto(limits))[[first]])
 
     def explain(
-        self,
-        test_point: int | None = None,
-        limits: Limits | None = None,
-        *,
-        normalize: bool = True,
+        self, test_point: int | None = None, limits: Limits | None = None, *, normalize: bool = True
     ) -> Explanation:
         """Say why a design: :func:`pymoo_psi.explain` among the feasible designs of the table.
 
