@@ -225,7 +225,8 @@ class Formulation:
                 known_name("an entry", key, [f.name for f in fields(cls)])
             return cls(**found)
         except (ValueError, TypeError, RecursionError) as error:
-            raise ArgumentValueError(f"{path} must be a formulation: {error}") from None
+            made = "as Formulation.to_json and 'Save decision' of the page write it"
+            raise ArgumentValueError(f"{path} must be a formulation, {made}: {error}") from None
 
 
 def formulated(
