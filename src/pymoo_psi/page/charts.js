@@ -84,8 +84,8 @@ const Charts = (() => {
     return icons[key].cloneNode(true)
   }
 
-  // A name that may go on in a new line behind each underscore.
-  const broken = (text) => text.split(/(?<=_)/).flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part]))
+  // A name that may go on in a new line behind each underscore or slash, and before a capital within.
+  const broken = (text) => text.split(/(?<=[_/])|(?<=[a-z])(?=[A-Z])/).flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part]))
 
   // Scales. A place is the share of the way from the low to the high end; what lies beyond an end
   // is drawn just outside of it.
@@ -304,10 +304,10 @@ const Charts = (() => {
       countLines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
       if (former) countLines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
       const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
-      const shades = Uint32Array.from({length: 256}, (_, k) =>
+      const shades = Uint32Array.from({length: rows.length + 1}, (_, k) =>
         (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
       const pixels = new Uint32Array(image.data.buffer)
-      for (let k = 0; k < counts.length; k++) pixels[k] = shades[counts[k] < 255 ? counts[k] : 255]
+      for (let k = 0; k < counts.length; k++) pixels[k] = shades[counts[k]]
       g.putImageData(image, 0, 0)
       return {image, counts, drawn}
     }

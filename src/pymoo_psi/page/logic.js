@@ -41,6 +41,8 @@ function decode(payload) {
     objectives,
     F,
     total: names.length,
+    designs: upTo(n),
+    prototypes: upTo(names.length).subarray(n),
     by: new Map(), // a Map, as any name is one of its keys, also __proto__
     rowOf: new Map(names.map((name, row) => [name, row])),
     optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
@@ -66,16 +68,16 @@ function upTo(n) {
 }
 
 // The rows that a function accepts; the filter of typed arrays takes five times as long.
+let room = new Int32Array(0) // to pick into, as fresh memory costs more than the picking
 function picked(rows, accepts) {
-  const result = new Int32Array(rows.length)
+  if (room.length < rows.length) room = new Int32Array(rows.length)
   let count = 0
-  for (let k = 0; k < rows.length; k++) if (accepts(rows[k])) result[count++] = rows[k]
-  return result.slice(0, count)
+  for (let k = 0; k < rows.length; k++) if (accepts(rows[k])) room[count++] = rows[k]
+  return room.slice(0, count)
 }
 
 // The values of some rows; Float64Array.from takes ten times as long.
-function taken(values, rows) {
-  const result = new Float64Array(rows.length)
+function taken(values, rows, result = new Float64Array(rows.length)) {
   for (let k = 0; k < rows.length; k++) result[k] = values[rows[k]] + 0 // no -0
   return result
 }
@@ -117,10 +119,11 @@ function countBelow(sorted, value, orEqual) {
 // long and then has next to nothing left to do.
 function argsort(values, rows) {
   const n = rows.length
-  const keys = taken(values, rows).map((key) => (Number.isNaN(key) ? Infinity : key))
+  const keys = taken(values, rows)
   const words = new Int32Array(keys.buffer)
   const leading = new Uint32Array(n)
   for (let k = 0; k < n; k++) { // negative numbers are the lower, the larger their bits
+    if (keys[k] !== keys[k]) keys[k] = Infinity
     leading[k] = words[2 * k + 1] < 0 ? ~words[2 * k + 1] : words[2 * k + 1] ^ 0x80000000
   }
   let order = upTo(n)
@@ -136,7 +139,7 @@ function argsort(values, rows) {
     if (to - from > 1) order.subarray(from, to).sort((a, b) => keys[a] - keys[b] || a - b)
     from = to
   }
-  return order.map((k) => rows[k])
+  return taken(rows, order, new Int32Array(n))
 }
 
 // The least values of the groups of values that are equal up to a tolerance, of their own size by
@@ -174,7 +177,7 @@ function frontOf(data, mask, rows) {
   for (let k = 0; k < rows.length; k++) {
     const i = rows[k]
     if (!optimal[i] && (dominator[i] < 0 || !mask[dominator[i]])) {
-      data.boxes ??= boxesOf(data.F, upTo(data.n))
+      data.boxes ??= boxesOf(data.F, data.designs)
       const stays = last?.front[i]
       dominator[i] = stays && !more ? -1 : dominatorOf(data.boxes, Float64Array.from(data.F, (column) => column[i]), stays ? added : mask)
     }
@@ -220,8 +223,6 @@ function dominatorOf({low, rows, points, halves}, point, among) {
 }
 
 // ---------------------------------------------------------------------------- ranks of efficiency
-
-const farIfNaN = (value) => (Number.isNaN(value) ? Infinity : value)
 
 // The points U and N of the front, or those of another frame, and what distances are measured in
 // (pareto's UtopianFrame).
@@ -272,9 +273,9 @@ class Frame {
         squareAcross += across * across
         onLine += whole * e[j]
       }
-      mu1[i] = farIfNaN(Math.sqrt(square))
-      mu2[i] = farIfNaN(Math.sqrt(squareAcross))
-      mu3[i] = farIfNaN(onLine)
+      mu1[i] = square === square ? Math.sqrt(square) : Infinity // no call, which would make objects
+      mu2[i] = squareAcross === squareAcross ? Math.sqrt(squareAcross) : Infinity
+      mu3[i] = onLine === onLine ? onLine : Infinity
     }
     return [mu, [unit, acrossUnit, unit]]
   }
@@ -337,13 +338,13 @@ function nondominatedPair(front, columns, noise) {
 //   frame                 the points U and N
 function ranked(data, mask, fixed = null) {
   const {n, total, F} = data
-  const rows = picked(upTo(n), (i) => mask[i])
+  const rows = picked(data.designs, (i) => mask[i])
   const pareto = new Uint8Array(total)
   const rank = new Int8Array(total).fill(-1)
   const isBest = new Uint8Array(total)
   const front = rows.length ? frontOf(data, mask, rows) : rows
   const frame = new Frame(F, front, data.normalize, fixed)
-  const all = rows.length ? concat(rows, upTo(total).subarray(n)) : rows
+  const all = rows.length ? concat(rows, data.prototypes) : rows
   const [mu, units] = frame.measured(F, all, total)
   const noise = frame.noise(units)
   const pair = (...places) => nondominatedPair(front, places.map((k) => mu[k]), places.map((k) => noise[k]))
@@ -421,7 +422,7 @@ function relaxations(data, state, ranking, {mask, rejected, times}) {
   return ends.flatMap(({column, end, limit}) => {
     const {name, values} = column
     const out = rejected.get(name)
-    const alone = picked(upTo(data.n), (i) =>
+    const alone = picked(data.designs, (i) =>
       times[i] === 1 && out[i] && (end ? values[i] > limit : values[i] < limit))
     const text = limitText(column, end, limit)
     if (!alone.length) return {name, end, value: null, back: 0, best: first, text: sentence(data, "none back", {limit: text})}
@@ -454,7 +455,7 @@ function nearestDesign(data, state, {times}) {
       .filter(({k, excess}) => ends[k] !== null && excess > 0)
   })
   const worst = (i) => Math.max(0, ...broken(i).map(({excess}) => excess))
-  const rows = [...picked(upTo(data.n), (i) => times[i] === least)]
+  const rows = [...picked(data.designs, (i) => times[i] === least)]
   const row = rows.reduce((a, b) => (worst(b) < worst(a) ? b : a))
   const changes = broken(row).map(({column, k, value}) => limitText(column, k, outward(value, k)))
   return changes.length < least ? "" : sentence(data, "nearest", {design: data.names[row], changes: listed(changes)})
@@ -470,14 +471,13 @@ function order(data, ranking, state) {
   const {pareto, rank, isBest} = ranking
   const hasRank = RANKS.map((r) => state.ranks === null || state.ranks.includes(r))
   const shows = (i) => pareto[i] ? hasRank[rank[i]] || (hasRank[6] && isBest[i]) : state.dominated
-  const prototypes = upTo(data.total).subarray(data.n)
   const turned = (list) => (down ? list.slice().reverse() : list)
   if (by === "column" || by === "label") {
     const column = by === "label" ? null : data.by.get(name)
     const array = column ? values(data, ranking, column) : data.alphabetic ??= alphabetic(data)
     const sorted = argsort(array, picked(ranking.rows, shows))
     const known = picked(sorted, (i) => !Number.isNaN(array[i]))
-    return concat(prototypes, turned(known), picked(sorted, (i) => Number.isNaN(array[i]))) // missing ones last
+    return concat(data.prototypes, turned(known), picked(sorted, (i) => Number.isNaN(array[i]))) // missing ones last
   }
   const dominated = state.dominated ? picked(ranking.rows, (i) => !pareto[i]) : new Int32Array(0)
   if (by === "preference") {
@@ -485,11 +485,11 @@ function order(data, ranking, state) {
     const first = best.filter(shows) // as rounding would order those that tie
     const others = picked(ranking.front, (i) => !best.includes(i) && shows(i))
     const ordered = concat(first, argsort(value, argsort(total, others)))
-    return concat(prototypes, turned(ordered), turned(argsort(value, dominated)))
+    return concat(data.prototypes, turned(ordered), turned(argsort(value, dominated)))
   }
   const near = picked(ranking.byMu1, shows)
   const front = by === "rank" ? concat(...[6, 5, 4, 3, 0].map((r) => picked(near, (i) => rank[i] === r))) : near
-  return concat(prototypes, turned(front), turned(argsort(ranking.mu1, dominated)))
+  return concat(data.prototypes, turned(front), turned(argsort(ranking.mu1, dominated)))
 }
 
 // The places of the names in the order of a dictionary, in which 9 comes before 10.
@@ -504,7 +504,7 @@ function alphabetic({names}) {
 // and the sum of its terms, which decides ties (selection's ReferencePoint). Without an aspiration
 // an objective is measured from its best value; weights are 1 unless given.
 function preference(data, ranking, {weights, aspiration}) {
-  const {objectives, n} = data
+  const {objectives} = data
   const value = new Float64Array(data.total).fill(NaN)
   const total = value.slice()
   if (ranking.count === 0) return {value, total, best: []}
@@ -528,7 +528,7 @@ function preference(data, ranking, {weights, aspiration}) {
     value[row] = greatest
     total[row] = all
   }
-  concat(ranking.rows, upTo(data.total).subarray(n)).forEach(measure)
+  concat(ranking.rows, data.prototypes).forEach(measure)
   const noise = frame.sizes.map((size, j) =>
     LAST_PLACES * w[j] * Math.max(size, Math.abs(point[j] / frame.scale[j])))
   const nearest = (list, key, tolerance) => {
@@ -554,6 +554,7 @@ const counted = (n, one) => `${apart(String(n))} ${one}${n === 1 ? "" : "s"}`
 // The digits of a number as Python rounds them, an exact half to the even digit: 62.5 -> 6.2e+1.
 function rounded(value, digits) {
   const up = value.toExponential(digits - 1) // of an exact half the larger one
+  if (!value.toExponential(digits).includes("5e")) return up // all digits take long
   const [mantissa, exponent] = Math.abs(value).toExponential(60).split("e")
   const all = mantissa.replace(".", "")
   const half = all[digits] === "5" && /^0*$/.test(all.slice(digits + 1))
@@ -681,7 +682,6 @@ function compare(data, ranking, rows, base) {
 function explain(data, ranking, row) {
   const {front, frame: {lengths, low}, pareto} = ranking
   const {objectives, names, F} = data
-  const places = upTo(front.length)
   const own = F.map((column) => column[row])
   const behind = own.map((value, j) => value - low[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
@@ -693,27 +693,28 @@ function explain(data, ranking, row) {
       if (d > loss[k]) loss[k] = d
     }
   })
-  const distance = (k) => farIfNaN(Math.sqrt(sum(F.map((column, j) => ((column[front[k]] - own[j]) / lengths[j]) ** 2))))
+  const distance = (k) => Math.sqrt(sum(F.map((column, j) => ((column[front[k]] - own[j]) / lengths[j]) ** 2)))
   // Of some the nearest, of those that tie the least by a key.
   const nearest = (some, key) => {
-    const away = Float64Array.from(some, distance)
+    const away = Float64Array.from(some, distance).map((value) => (Number.isNaN(value) ? Infinity : value))
     const reach = leastOf(away) * (1 + TIE)
     return some.filter((_, k) => away[k] <= reach).reduce((a, b) => (key(b) < key(a) ? b : a))
   }
   const neighbours = F.map((column, j) => {
-    const gains = (k, step) => column[front[k]] < own[j] && own[j] - column[front[k]] >= step
-    const leastLoss = (step) => {
-      let least = Infinity
-      for (let k = 0; k < loss.length; k++) if (loss[k] < least && gains(k, step)) least = loss[k]
-      return least
+    const leastLosses = (step) => { // the places of those that gain so much
+      let [some, reach] = [[], Number.MAX_VALUE]
+      for (let k = 0; k < loss.length; k++) {
+        if (!(loss[k] <= reach && column[front[k]] < own[j] && own[j] - column[front[k]] >= step)) continue
+        reach = Math.min(reach, loss[k] + TIE)
+        some.push(k)
+      }
+      return some.filter((k) => loss[k] <= reach)
     }
-    const step = [STEP * lengths[j], 0].find((step) => leastLoss(step) < Infinity)
-    if (step === undefined) return -1
-    const reach = leastLoss(step) + TIE
-    return front[nearest(picked(places, (k) => loss[k] <= reach && gains(k, step)), (k) => column[front[k]])]
+    const some = [STEP * lengths[j], 0].map(leastLosses).find((list) => list.length)
+    return some ? front[nearest(some, (k) => column[front[k]])] : -1
   })
   const least = leastOf(loss)
-  const dominatedBy = pareto[row] ? -1 : front[nearest(picked(places, (k) => loss[k] === least), (k) => loss[k])]
+  const dominatedBy = pareto[row] ? -1 : front[nearest(picked(upTo(front.length), (k) => loss[k] === least), (k) => loss[k])]
   const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : Math.round(share / TIE)))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
   const most = Math.max(0, ...shares.filter((share) => !Number.isNaN(share)))

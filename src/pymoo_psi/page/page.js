@@ -296,15 +296,16 @@ const page = (() => {
     const shown = selected.size || order.length
     renew($("export"), `Export ${countText(shown)} ${selected.size ? "selected" : "shown"} as CSV`)
     $("export").disabled = shown === 0
-    renew($("selection"), [`${countText(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${countText(selected.size)} selected` : ""].filter(Boolean).join(", "))
+    renew($("selection"), [`${countText(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${countText(selected.size)} selected` : "",
+      $("search").getAttribute("aria-invalid") === "true" ? "no design of that name" : ""].filter(Boolean).join(", "))
     $("clear").disabled = selected.size === 0
     $("keep").disabled = selected.size === 0 && state.kept === null
     renew($("keep"), state.kept !== null && selected.size === 0 ? "Keep all again" : "Keep selected only")
-    const counts = {dominated}
-    for (const row of ranking.front) counts[ranking.rank[row]] = (counts[ranking.rank[row]] ?? 0) + 1
+    const counts = Object.assign(Array(7).fill(0), {dominated})
+    ranking.front.forEach((row) => { counts[ranking.rank[row]]++ })
     for (const box of $("ranks").querySelectorAll("input")) {
       box.checked = box.value === "dominated" ? state.dominated : state.ranks === null || state.ranks.includes(Number(box.value))
-      renew(box.parentElement.querySelector("b"), countText(counts[box.value] ?? 0))
+      renew(box.parentElement.querySelector("b"), countText(counts[box.value]))
     }
   }
 
@@ -448,6 +449,8 @@ const page = (() => {
     for (const control of controls.values()) {
       const {column, fields, thumbs, note, boxes, wrong = []} = control
       const limit = limitOf(column)
+      if (dragging && control.limit === limit) continue
+      control.limit = limit
       const mistakes = wrong.map((one) => (one && one.beside === JSON.stringify(limit) ? one.why : ""))
       if (boxes) {
         const allowed = own(state.categories, column.name)
@@ -778,7 +781,7 @@ const page = (() => {
         "aria-rowindex": k + 2, "aria-selected": marks.selected, "data-k": k}
       if (line.dataset.k !== String(k)) line.style.top = `${k * HEIGHT}px`
       for (const [name, value] of Object.entries(attributes)) if (line.getAttribute(name) !== String(value)) line.setAttribute(name, value)
-      renewElement(line.children[1].firstChild, Charts.icon(look(row)))
+      if (line.look !== look(row)) line.children[1].firstChild.replaceWith(Charts.icon(line.look = look(row)))
       columns.forEach(({cell}, j) => {
         const [text, old] = [cell(row), line.children[j].lastChild]
         if (old.data !== text) old.data = text
@@ -789,7 +792,7 @@ const page = (() => {
       cursor = Math.max(0, Math.min(cursor, order.length - 1))
       body.style.height = `${order.length * HEIGHT}px`
       const first = Math.max(0, Math.min(order.length, Math.floor(view.top / HEIGHT)) - 2)
-      const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT) + 2)
+      const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT))
       while (body.children.length < last - first) body.append(newLine())
       while (body.children.length > Math.max(0, last - first)) body.lastChild.remove()
       for (let k = first; k < last; k++) fill(body.children[k - first], k)
@@ -848,15 +851,9 @@ const page = (() => {
       mark(line ? order[Number(line.dataset.k)] : -1)
     })
     body.addEventListener("pointerleave", () => mark(-1))
-    let scrolled = false
-    box.addEventListener("scroll", () => {
-      if (scrolled) return
-      scrolled = true
-      requestAnimationFrame(() => {
-        scrolled = false
-        view.top = box.scrollTop
-        show()
-      })
+    box.addEventListener("scroll", () => { // once a frame
+      view.top = box.scrollTop
+      show()
     })
     new ResizeObserver(() => {
       view.height = box.clientHeight
@@ -955,6 +952,7 @@ const page = (() => {
     $("fixed").addEventListener("change", () => change({fixed: $("fixed").checked}))
     $("search").addEventListener("input", () => {
       $("search").setAttribute("aria-invalid", String(table.find($("search").value) < 0 && $("search").value !== ""))
+      soon()
     })
     $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
     $("reason").addEventListener("change", () => { commit(); remember() }) // no key that is held
