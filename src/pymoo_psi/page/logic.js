@@ -689,8 +689,8 @@ function explain(data, ranking, row) {
   F.forEach((column, j) => {
     const [value, length] = [own[j], lengths[j]]
     for (let k = 0; k < loss.length; k++) {
-      const d = (column[front[k]] - value) / length
-      if (d > loss[k]) loss[k] = d
+      const d = column[front[k]] - value
+      if (d > 0 && d / length > loss[k]) loss[k] = d / length
     }
   })
   const distance = (k) => Math.sqrt(sum(F.map((column, j) => ((column[front[k]] - own[j]) / lengths[j]) ** 2)))
