@@ -90,7 +90,7 @@ def test_every_module_of_a_subpackage_is_private():
 
 
 # Modules whose distribution has another name.
-MODULES = {"scikit_learn": "sklearn", "dask": "distributed"}
+MODULES = {"dask": "distributed"}
 
 
 def declared(requirements):

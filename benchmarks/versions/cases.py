@@ -514,15 +514,6 @@ def analyses(rng, folder):
     names = "tests feasible pareto hypervolume optimum mu1 moved covering_radius"
     attempt(found, "convergence", lambda: fields(analysis("convergence")(tests, limits), names))
 
-    def rules():
-        where = analysis("feasibility_rules")(tests, limits)
-        return {
-            "importance": sorted(where.importance.items()),
-            "rules": [numbers_in([rule.text]) for rule in where.rules],
-            "sizes": [(rule.n_tests, rule.n_feasible) for rule in where.rules],
-        }
-
-    attempt(found, "rules", rules)
     variable, goal = tests.layout.variables[-1], tests.layout.objectives[0]
 
     def counted():

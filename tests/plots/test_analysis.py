@@ -1,11 +1,9 @@
-"""Figures of sensitivities, feasibility, convergence, predictions and robustness."""
+"""Figures of sensitivities, convergence, predictions and robustness."""
 
 import numpy as np
-import pytest
 
-from pymoo_psi import TestTable
-from pymoo_psi.plots import plot_convergence, plot_feasibility, plot_sensitivities
-from pymoo_psi.table import convergence, feasibility_rules, sensitivities
+from pymoo_psi.plots import plot_convergence, plot_sensitivities
+from pymoo_psi.table import convergence, sensitivities
 from tests.plots.drawn import assert_whole, shown
 
 
@@ -24,56 +22,6 @@ def test_bars_are_the_indices_and_lines_their_bands(osy):
         ends = np.array([segment[:, 0] for segment in bands.get_segments()])
         np.testing.assert_allclose(ends, part[["lower", "upper"]].clip(0, 1))
     assert_whole(figure)
-
-
-def box_of(ax):
-    return [patch for patch in ax.patches if patch.get_label() == "best rule"]
-
-
-def test_the_best_rule_is_drawn_round_the_feasible(osy):
-    (ax,) = plot_feasibility(osy, title="OSY").axes
-    found = feasibility_rules(osy)
-    first, second = list(found.importance)[:2]
-    assert (ax.get_xlabel(), ax.get_ylabel()) == (first, second)
-    drawn = {line.get_label(): line.get_xydata() for line in ax.lines}
-    best = osy.pareto()
-    np.testing.assert_array_equal(
-        drawn[f"Pareto optimal ({best.sum()})"],
-        np.column_stack([osy.column(first), osy.column(second)])[best],
-    )
-    assert sum(map(len, drawn.values())) == len(osy)
-    (box,) = box_of(ax)
-    rule = found.rules[0]
-    assert box.get_x() + box.get_width() == pytest.approx(rule.box[first][1])
-    assert box.get_y() + box.get_height() == pytest.approx(rule.box[second][1])
-    assert ax.figure.caption.startswith("OSY. ")
-    assert f" {rule}. " in ax.figure.caption
-    assert_whole(ax.figure)
-
-
-def test_options_and_whole_numbers_have_places(mixed):
-    whole = TestTable.of(
-        mixed.numbers,
-        mixed.X,
-        mixed.F,
-        (mixed.column("count").astype(float) - 4.5)[:, None],
-        layout=mixed.layout,
-    )
-    (ax,) = plot_feasibility(whole).axes
-    (box,) = box_of(ax)
-    assert ax.get_xlabel() == "count"
-    assert box.get_x() + box.get_width() == 4.5  # whole numbers up to 4 are inside
-    assert_whole(ax.figure)
-    metal = np.array([name == "tin" for name in mixed.column("metal").tolist()])
-    table = TestTable.of(
-        mixed.numbers, mixed.X, mixed.F, np.where(metal, -1.0, 1.0)[:, None], layout=mixed.layout
-    )
-    (ax,) = plot_feasibility(table).axes
-    assert ax.get_xlabel() == "metal"
-    assert [text.get_text() for text in ax.get_xticklabels()] == ["brass", "steel", "tin"]
-    (box,) = box_of(ax)
-    assert (box.get_x(), box.get_width()) == (1.5, 1.0)
-    assert_whole(ax.figure)
 
 
 def test_curves_are_the_columns_of_the_convergence(chute):

@@ -105,7 +105,7 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
 
 
 def test_sensitivities_of_tests_that_failed_in_part_come_with_a_caution():
-    title = "First-order sensitivities, and where designs are feasible"
+    title = "First-order sensitivities"
     for known, n in (({"sampling": "LPτ"}, 1), ({"sampling": "an algorithm"}, 0)):
         told = lines(decision_report(dataclasses.replace(beams(), problem=known)), title)
         assert sum("failed and count for nothing" in text for text in told) == n

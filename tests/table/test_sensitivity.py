@@ -11,13 +11,12 @@ from pymoo_psi import (
     PsiError,
     QMCSampling,
     Recorded,
-    Restricted,
     SurrogatePSI,
     TestTable,
     investigate,
     lp_tau,
 )
-from pymoo_psi.table import Layout, convergence, even_part, feasibility_rules, sensitivities
+from pymoo_psi.table import Layout, convergence, even_part, sensitivities
 
 
 def table_of(X, F, G=None, **names):
@@ -177,76 +176,3 @@ def test_failed_and_rejected_tests_are_counted():
     G = np.where(np.arange(64) == 5, 1.0, -1.0)[:, None]
     (_, counted) = even_part(table_of(X, F, G))[1]
     assert counted.startswith("Of 64 tests 3 failed and 1 were rejected and count for nothing. The")
-
-
-def inside(table, box):
-    """Which tests a rule's box holds; its lower bounds of real numbers do not belong to it."""
-    held = np.ones(len(table), dtype=bool)
-    for name, part in box.items():
-        column = table.column(name)
-        if isinstance(part, tuple):
-            low, high = part
-            held &= True if high is None else column <= high
-            whole = table.kinds[table.layout.variable(name)].value == "integer"
-            held &= True if low is None else (column >= low if whole else column > low)
-        else:
-            kept = part if isinstance(part, list) else [part]
-            held &= np.array([value in kept for value in column.tolist()])
-    return held
-
-
-@pytest.mark.parametrize("name", ["osy", "welded_beam", "tnk"])
-def test_rules_share_out_the_tests_and_count_them_right(name):
-    table = investigate(get_problem(name), 1024)
-    found = feasibility_rules(table)
-    held = np.array([inside(table, rule.box) for rule in found.rules])
-    assert (held.sum(axis=0) == 1).all()
-    for mask, rule in zip(held, found.rules, strict=True):
-        assert rule.n_tests == mask.sum()
-        assert rule.n_feasible == (mask & table.feasible()).sum()
-    shares = [rule.share for rule in found.rules]
-    assert shares == sorted(shares, reverse=True)
-    assert shares[0] > 2 * table.feasible().mean()
-    assert sum(found.importance.values()) == pytest.approx(1)
-    assert {n for rule in found.rules for n in rule.box} == set(found.importance)
-    # and the best one leads to feasible designs
-    fresh = investigate(Restricted(get_problem(name), found.rules[0].box), 512).feasible().mean()
-    assert fresh == pytest.approx(shares[0], abs=0.1)
-
-
-def test_rules_of_options_whole_numbers_and_limits():
-    u = lp_tau(512, 4)
-    X = np.empty((512, 4), dtype=object)
-    columns = (
-        u[:, 0],
-        (u[:, 1] * 6).astype(int),
-        u[:, 2] < 0.5,
-        np.array(["iron", "tin", "wood"])[(u[:, 3] * 3).astype(int)],
-    )
-    for j, column in enumerate(columns):
-        X[:, j] = column.tolist()
-    good = (columns[1] >= 2) & columns[2] & (columns[3] != "tin")
-    layout = Layout.of(["width", "ribs", "hollow", "metal"], ["mass"])
-    table = TestTable.of(range(1, 513), X, np.where(good, 0.0, 1.0)[:, None], layout=layout)
-    rules = feasibility_rules(table, {"mass": 0.5}, depth=3).rules
-    best = rules[0]
-    assert best.box == {"ribs": (2, None), "hollow": True, "metal": ["iron", "wood"]}
-    assert set(best.text.split(" and ")) == {"ribs >= 2", "hollow = True", "metal in iron, wood"}
-    assert (best.n_tests, best.n_feasible) == (good.sum(), good.sum())
-
-
-def test_rules_in_noise_are_found_once_in_twenty_tables_at_most():
-    X, rng, found = lp_tau(100, 4), np.random.default_rng(3), 0
-    for k in range(200):
-        G = np.where(rng.random((100, 1)) < (0.1, 0.3, 0.5, 0.8)[k % 4], -1.0, 1.0)
-        rules = feasibility_rules(table_of(X, X[:, :1], G))
-        found += len(rules.rules) > 1
-    assert found <= 10
-
-
-@pytest.mark.parametrize("share", [0.0, 0.004, 1.0])
-def test_without_rules_all_is_everywhere(share):
-    X = lp_tau(512, 4)
-    G = np.where(np.random.default_rng(3).random((512, 1)) < share, -1.0, 1.0)
-    (rule,) = feasibility_rules(table_of(X, X[:, :1], G)).rules
-    assert (rule.text, rule.n_tests, rule.n_feasible) == ("everywhere", 512, (G < 0).sum())

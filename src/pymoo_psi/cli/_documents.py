@@ -114,9 +114,9 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | 
 
 
 def run_analyze(options: Analyze) -> int:
-    """Print sensitivities, rules of feasibility and convergence; write tables and pictures."""
-    from pymoo_psi.plots import plot_convergence, plot_feasibility, plot_sensitivities, save_figures
-    from pymoo_psi.table import convergence, even_part, feasibility_rules, sensitivities
+    """Print sensitivities and convergence; write tables and pictures."""
+    from pymoo_psi.plots import plot_convergence, plot_sensitivities, save_figures
+    from pymoo_psi.table import convergence, even_part, sensitivities
 
     path, out, asked = options.file, options.out, formulation_of(options)
     table = opened(path, options, asked)
@@ -130,7 +130,6 @@ def run_analyze(options: Analyze) -> int:
     # The distance to a limit says nothing that the column does not.
     made = tuple(f"{name}{sign}" for name in asked.limits for sign in ("<=", ">="))
     names = [n for n in layout.columns[len(layout.variables) :] if not n.startswith(made)]
-    rules = feasibility_rules(table)
     found, steps, remarks = None, None, list[str]()
     try:
         remarks += even_part(table)[1]
@@ -149,8 +148,6 @@ def run_analyze(options: Analyze) -> int:
         if steps is not None:
             write_frame(steps.to_frame().reset_index(), out / "convergence.csv")
             figures["convergence"] = plot_convergence(steps, title=title)
-        if len(layout.variables) > 1:
-            figures["feasibility"] = plot_feasibility(table, title=title)
         save_figures(figures.items(), out, 200, ".png")
 
     say_source(path, table, asked, ranked=False)
@@ -158,9 +155,6 @@ def run_analyze(options: Analyze) -> int:
         say(remark)
     if found is not None:
         _say_sensitivities(found)
-    say("Where designs are feasible:")
-    for rule in rules.rules:
-        say(f"  {rule}")
     if steps is not None:
         decided = steps.to_frame().reset_index().round(4)
         print_frame(decided, "What the first tests would have decided")

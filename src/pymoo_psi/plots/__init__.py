@@ -7,7 +7,6 @@ each is a :class:`Drawing`, a figure of matplotlib with a ``caption``, saved as 
 Of a :class:`~pymoo_psi.TestTable`, with limits on columns:
     :func:`plot_table`: histograms of the variables, and every objective against every variable.
     :func:`plot_objectives`: the objectives in pairs.
-    :func:`plot_feasibility`: where they lie over the two variables that decide most on it.
     :func:`plot_sensitivities`: how much each variable explains of each column.
     :func:`plot_convergence`: how good the tests are against their number.
     :func:`plot_identification`: the best designs' curves over measured series.

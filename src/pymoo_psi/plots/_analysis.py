@@ -1,22 +1,20 @@
-"""What is learned from tests: sensitivities, feasibility, convergence, fits, comparisons."""
+"""What is learned from tests: sensitivities, convergence, fits, comparisons."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._validation import Received, counted, instance, integer, invalid, known_name
+from pymoo_psi._validation import counted, instance, integer, invalid, known_name
 from pymoo_psi.errors import ArgumentTypeError
-from pymoo_psi.plots._points import Column, checked, points_of_table
+from pymoo_psi.plots._points import checked
 from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels
-from pymoo_psi.table import Convergence, Kind, Limits, Rule, TestTable, feasibility_rules
+from pymoo_psi.table import Convergence, Limits, TestTable
 
 if TYPE_CHECKING:  # what tests are drawn of needs neither, nor pymoo and SciPy
     from pymoo_psi.comparison import Comparison
@@ -144,70 +142,6 @@ def plot_identification(
         legend_of(figure, axes, ncols=best + 1)
         figure.describe(title, "Measured values, and the curves of the best designs.")
     return figure
-
-
-def plot_feasibility(table: TestTable, limits: Limits | None = None, *, title: str = "") -> Drawing:
-    """Return the tests over the two variables that decide most on feasibility, and the best rule.
-
-    The box is that of the rule with the largest share of feasible designs, as far as it is a
-    matter of these two variables; its text is in the caption.
-
-    Args:
-        table: A test table.
-        limits: Limits that a feasible design must keep.
-        title: What was tested; begins the caption.
-
-    Raises:
-        PsiError: scikit-learn is not installed.
-        ArgumentTypeError: ``table`` is no test table.
-        ArgumentValueError: The table has fewer than two variables, or a limit does not fit.
-
-    Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi import investigate
-        >>> (ax,) = plot_feasibility(investigate(get_problem("tnk"), 512)).axes
-        >>> ax.get_xlabel(), ax.get_ylabel()
-        ('x2', 'x1')
-    """
-    layout = checked(table).layout
-    if len(layout.variables) < 2:
-        found = Received(f"{len(layout.variables)}")
-        raise invalid("the table", "one with two variables or more", found)
-    rules = feasibility_rules(table, limits)
-    names = list(dict.fromkeys([*rules.importance, *layout.variables]))[:2]
-    points = points_of_table(table, names, limits)
-    with panels(1, 1) as (figure, (ax,)):
-        points.draw(ax, *names)
-        _draw_rule(ax, table, rules.rules[0], points.columns)
-        legend_of(figure, [ax])
-        what = "The two variables that decide most on feasibility, with the best rule: "
-        figure.describe(title, f"{what}{rules.rules[0]}.", points.counts(table))
-    return figure
-
-
-def _draw_rule(ax: Axes, table: TestTable, rule: Rule, columns: Mapping[str, Column]) -> None:
-    """Draw the box of a rule in the plane of two variables; of options, one a row of neighbours."""
-    if not set(columns) & set(rule.box):
-        return
-    sides: list[list[tuple[float, float]]] = []
-    for name, column in columns.items():
-        part = rule.box.get(name, column.options or (None, None))
-        if not column.options:
-            # a whole number is inside of the box that it bounds
-            half = 0.5 * (table.kinds[table.layout.variable(name)] is Kind.INTEGER)
-            first, last = (np.nan if end is None else end for end in part)
-            left, right = column.ends
-            sides.append([(np.fmax(first - half, left), np.fmin(last + half, right))])
-            continue
-        allowed = part if isinstance(part, (list, tuple)) else [part]
-        kept = sorted(column.options.index(option) for option in allowed)
-        sides.append([(place - 0.5, place + 0.5) for place in kept])
-    for k, ((left, right), (bottom, top)) in enumerate(product(*sides)):
-        box = Rectangle(
-            (left, bottom), right - left, top - bottom, zorder=5, label="_" if k else "best rule",
-            facecolor="none", edgecolor="black", linewidth=1.2, linestyle="--",
-        )  # fmt: skip
-        ax.add_patch(box)
 
 
 def plot_convergence(convergence: Convergence, *, title: str = "") -> Drawing:

@@ -29,7 +29,6 @@ from pymoo_psi.pareto import (
 )
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import (
-    FeasibilityRules,
     Limits,
     TestTable,
     alike,
@@ -37,7 +36,6 @@ from pymoo_psi.table import (
     constraint_costs,
     convergence,
     even_part,
-    feasibility_rules,
     sensitivities,
     value_ranks,
 )
@@ -46,7 +44,7 @@ _REASONS = 12  # of failures that are listed one by one
 _LIMITS = 6  # that cost most
 _IDLE = 3  # limits that cost nothing, by name
 _FEW = 5  # representatives, side by side on paper
-# Sensitivities and rules of more tests say the same and take long; the first points of a sequence
+# Sensitivities of more tests say the same and take long; the first points of a sequence
 # are an investigation of their own.
 _ENOUGH = 8192
 
@@ -307,25 +305,21 @@ class Case:
             return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
         return steps.verdict() if len(steps.tests) > 1 else ""
 
-    def drives(self) -> tuple[list[str], pd.DataFrame | None, FeasibilityRules | None]:
-        """Return remarks, first-order sensitivities and rules of feasibility, if there are any."""
+    def drives(self) -> tuple[list[str], pd.DataFrame | None]:
+        """Return remarks, and first-order sensitivities if there are any."""
         table, layout, remarks = self.table, self.layout, list[str]()
         if len(table) > _ENOUGH:
             table = table.rows(np.arange(_ENOUGH))
             remarks = [f"By the first {_ENOUGH} of {len(self.table)} tests, which suffice for it."]
         limited = [name for name in bounds_of(self.limits, layout) if name not in layout.variables]
         names = dict.fromkeys((*layout.objectives, *layout.constraints, *limited))
-        found = rules = None
+        found = None
         try:
             remarks += even_part(table)[1]
             found = sensitivities(table, list(names))
         except PsiError as error:
             remarks.append(f"No sensitivities: {error}.")
-        try:
-            rules = feasibility_rules(table, self.limits)
-        except PsiError as error:
-            remarks.append(f"No rules of feasibility: {error}.")
-        return remarks, found, rules
+        return remarks, found
 
 
 def _range(values: NDArray[Any]) -> str:

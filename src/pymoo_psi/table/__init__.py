@@ -51,7 +51,7 @@ Example:
     by 4.744 (22 %); weakest in mass.
 
 Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_table.
-Analysis: histogram, constraint_costs, feasibility_rules (extra ``sensitivity``); first-order
+Analysis: histogram, constraint_costs; first-order
 sensitivities and convergence of the decision with the number of tests, both of the tests that
 even_part returns: of points of a sequence, not of what an algorithm has chosen.
 :mod:`pymoo_psi.plots` draws them.
@@ -63,15 +63,7 @@ columns_of, kinds_of_columns, table_of), as studies hold it.
 """
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi.table._analysis import (
-    FeasibilityRules,
-    Histogram,
-    Rule,
-    alike,
-    constraint_costs,
-    feasibility_rules,
-    histogram,
-)
+from pymoo_psi.table._analysis import Histogram, alike, constraint_costs, histogram
 from pymoo_psi.table._designs import design_keys, design_matrix, value_ranks
 from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
 from pymoo_psi.table._formulation import Expression, Formulation
@@ -105,14 +97,12 @@ __all__ = [
     "Bounds",
     "Convergence",
     "Expression",
-    "FeasibilityRules",
     "Formulation",
     "Histogram",
     "Key",
     "Kind",
     "Layout",
     "Limits",
-    "Rule",
     "TestTable",
     "alike",
     "bounds_of",
@@ -126,7 +116,6 @@ __all__ = [
     "ends",
     "even_part",
     "excess",
-    "feasibility_rules",
     "head_of",
     "histogram",
     "kinds_of_columns",

@@ -1,4 +1,4 @@
-"""Histograms, costs of constraints, alike failures, and rules of feasibility.
+"""Histograms, costs of constraints, and alike failures.
 
 A constraint whose limit is negotiable (a soft limit) can be looked at as an objective more, a
 pseudo-criterion (Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995,
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, counted, instance, integer, invalid
-from pymoo_psi.errors import PsiError
+from pymoo_psi._validation import instance, integer
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Key, Limits, bounds_of
 from pymoo_psi.table._table import TestTable
@@ -27,21 +26,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _FOLDER = re.compile(r"; see \S.*$")
 _DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
-# A rule over fewer tests would say little: even if ten are feasible of ten, the share in the region
-# is only above 74 % (binomial, 95 %).
-_LEAST = 10
-_FOLDS = 5  # of a cross-validation
-# What a condition must take away from the Gini impurity, which is 0.5 with both kinds of designs
-# weighted to a half: less than a hundredth of that is found in noise, too.
-_GAIN = 0.005
-# Shuffles of feasible and infeasible tests, all of which a tree must explain worse than the truth:
-# so rules are found in one of forty tables of noise.
-_SHUFFLES = 39
-_ENOUGH = 4096  # tests that are shuffled
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,207 +173,6 @@ def constraint_costs(table: TestTable, limits: Limits | None = None) -> pd.DataF
         frame[f"{name}_feasible"] = sign * _best(table.F[feasible, j])
         frame[f"{name}_alone"] = [sign * _best(table.F[column, j]) for column in alone.T]
     return frame
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A part within the bounds, and how many of its tests are feasible.
-
-    Attributes:
-        text: What describes it, such as ``x1 > 0.31 and x4 <= 2``; "everywhere" for all.
-        box: The same as :class:`~pymoo_psi.Restricted` takes it.
-        n_tests: How many tests lie in it.
-        n_feasible: How many of these are feasible.
-
-    Example:
-        >>> rule = Rule("x1 <= 0.5", {"x1": (None, 0.5)}, 40, 30)
-        >>> print(rule)
-        x1 <= 0.5: 75 % of 40 tests feasible
-    """
-
-    text: str
-    box: Mapping[str, Any]
-    n_tests: int
-    n_feasible: int
-
-    @property
-    def share(self) -> float:
-        """The share of feasible ones among its tests.
-
-        Example:
-            >>> Rule("everywhere", {}, 40, 30).share
-            0.75
-        """
-        return self.n_feasible / self.n_tests
-
-    def __str__(self) -> str:
-        """Return the rule as a line."""
-        percent = f"{100 * self.share:.0f}"
-        # Rounded, a few exceptions of many would be none.
-        if 0 < self.n_feasible < self.n_tests:
-            percent = {"100": "over 99", "0": "under 1"}.get(percent, percent)
-        return f"{self.text}: {percent} % of {self.n_tests} tests feasible"
-
-
-@dataclass(frozen=True)
-class FeasibilityRules:
-    """Where designs are feasible: parts within the bounds that divide the tests.
-
-    Attributes:
-        rules: The parts, the largest share of feasible tests first.
-        importance: Of each variable that a rule names, how much of the distinction is its, the
-            most important first; they add up to 1.
-
-    Example:
-        >>> print(FeasibilityRules((Rule("everywhere", {}, 4, 3),), {}))
-        everywhere: 75 % of 4 tests feasible
-    """
-
-    rules: tuple[Rule, ...]
-    importance: Mapping[str, float]
-
-    def __str__(self) -> str:
-        """Return the rules as lines."""
-        return "\n".join(map(str, self.rules))
-
-
-def feasibility_rules(
-    table: TestTable, limits: Limits | None = None, *, depth: int = 3
-) -> FeasibilityRules:
-    """Find which variables decide on feasibility, and where, by a shallow decision tree.
-
-    There are rules if the tree tells feasible designs from others better than any tree does where
-    feasibility is shuffled; how deep it is, is decided by cross-validation. The shares are those of
-    the tests from which the rules were found; of new tests they will be a little less extreme. A
-    design that failed is not feasible. Bounds are rounded as far as no test changes sides.
-
-    Args:
-        table: The tests.
-        limits: Limits that a feasible design must keep.
-        depth: At most so many conditions to a rule.
-
-    Returns:
-        The rules; a single one, "everywhere", where no condition tells feasible designs from
-        others, or there are fewer than five of either.
-
-    Raises:
-        PsiError: scikit-learn is not installed.
-        ArgumentValueError: The table is empty, or a limit does not fit.
-
-    Example:
-        >>> from pymoo_psi import lp_tau
-        >>> X = lp_tau(256, 3)
-        >>> table = TestTable.of(range(1, 257), X, X[:, :1], G=np.maximum(0.3 - X, X - 0.8)[:, :1])
-        >>> print(feasibility_rules(table))
-        0.3 < x1 <= 0.8: 100 % of 128 tests feasible
-        x1 <= 0.3: 0 % of 77 tests feasible
-        x1 > 0.8: 0 % of 51 tests feasible
-    """
-    try:
-        from sklearn.model_selection import GridSearchCV, StratifiedKFold
-        from sklearn.tree import DecisionTreeClassifier
-    except ImportError:
-        what = "feasibility rules need scikit-learn, which is not installed"
-        raise PsiError(f"{what}; pip install scikit-learn") from None
-    depth = integer("depth", depth, minimum=1)
-    feasible = instance("table", table, TestTable).feasible(limits)
-    if len(table) == 0:
-        raise invalid("the table", "one with tests", Received(counted(0, "test")))
-    # A tree of ranks is one of values, and exact: scikit-learn rounds to float32. Of a choice each
-    # option is a column: 1 for it, 0 for others.
-    splits, columns, kinds = [], [], dict(zip(table.layout.variables, table.kinds, strict=True))
-    for name, kind in kinds.items():
-        values, ranks = value_ranks(table.column(name))
-        options = range(len(values)) if kind is Kind.CHOICE else [None]
-        splits += [(name, values, option) for option in options]
-        columns += [ranks if option is None else ranks == option for option in options]
-    ranks = np.column_stack(columns or [np.zeros(len(table))]).astype(np.int64)
-    tree: Any = DecisionTreeClassifier(
-        max_depth=depth,
-        min_samples_leaf=_LEAST,
-        min_impurity_decrease=_GAIN,
-        class_weight="balanced",  # or a few feasible designs of many would be worth no rule
-        random_state=0,
-    )
-    everywhere = Rule("everywhere", {}, len(table), int(feasible.sum()))
-    if min(feasible.sum(), (~feasible).sum()) < _FOLDS or not _explained(tree, ranks, feasible):
-        return FeasibilityRules((everywhere,), {})
-    # As deep as tells apart best tests from which the tree was not found.
-    folds = StratifiedKFold(_FOLDS, shuffle=True, random_state=0)
-    depths = {"max_depth": [*range(1, depth + 1)]}
-    search = GridSearchCV(tree, depths, scoring="balanced_accuracy", cv=folds)
-    tree = search.fit(ranks, feasible).best_estimator_
-    nodes, rules = tree.tree_, []
-
-    def follow(node: int, inside: Mask, box: dict[str, Any]) -> None:
-        """Collect the rules under a node, which has the tests ``inside`` a box."""
-        left, right = nodes.children_left[node], nodes.children_right[node]
-        if left == right:  # a leaf has neither
-            text = " and ".join(_text(name, kinds[name], part) for name, part in box.items())
-            rules.append(Rule(text, box, int(inside.sum()), int((inside & feasible).sum())))
-            return
-        feature, k = nodes.feature[node], int(nodes.threshold[node])
-        name, values, option = splits[feature]
-        if option is not None:
-            kept = box.get(name, values)
-            parts: tuple[Any, Any] = [v for v in kept if v is not values[option]], [values[option]]
-        elif kinds[name] is Kind.BINARY:
-            parts = False, True
-        else:
-            low, high = box.get(name, (None, None))
-            edge = below = values[k]
-            if kinds[name].real:
-                edge = below = _shortest(below, values[k + 1], kinds[name] is Kind.LOG)
-            parts = (low, below), (edge + (not kinds[name].real), high)
-        under = ranks[:, feature] <= k
-        follow(left, inside & under, box | {name: parts[0]})
-        follow(right, inside & ~under, box | {name: parts[1]})
-
-    follow(0, np.ones(len(table), dtype=bool), {})
-    rules.sort(key=lambda rule: (-rule.share, -rule.n_tests))
-    gains = Counter[str]()
-    for (name, *_), gain in zip(splits, tree.feature_importances_.tolist(), strict=True):
-        gains[name] += gain
-    return FeasibilityRules(tuple(rules), {name: v for name, v in gains.most_common() if v > 0})
-
-
-def _explained(tree: Any, ranks: NDArray[Any], feasible: Mask) -> bool:
-    """Whether a tree tells feasible tests from others better than it does if they are shuffled."""
-    from sklearn.metrics import balanced_accuracy_score
-
-    rng = np.random.default_rng(0)
-    rows = rng.permutation(len(ranks))[:_ENOUGH]
-    ranks, truth = ranks[rows], feasible[rows]
-
-    def score(labels: Mask) -> float:
-        return float(balanced_accuracy_score(labels, tree.fit(ranks, labels).predict(ranks)))
-
-    own = score(truth)
-    return all(score(rng.permutation(truth)) < own for _ in range(_SHUFFLES))
-
-
-def _shortest(low: float, high: float, log: bool) -> float:
-    """Return the shortest decimal number from ``low`` on and below ``high``."""
-    middle = np.sqrt(low) * np.sqrt(high) if log else (low + high) / 2
-    for digits in range(1, 17):
-        edge = float(f"{middle:.{digits}g}")
-        if low <= edge < high:
-            return edge
-    return low
-
-
-def _text(name: str, kind: Kind, part: Any) -> str:
-    if kind is Kind.CHOICE:
-        return f"{name} = {part[0]}" if len(part) == 1 else f"{name} in {', '.join(map(str, part))}"
-    if kind is Kind.BINARY:
-        return f"{name} = {part}"
-    low, high = ("" if end is None else f"{end:.15g}" for end in part)
-    real = kind.real
-    if low == high:
-        return f"{name} = {low}"
-    if low and high:
-        return f"{low} {'<' if real else '<='} {name} <= {high}"
-    return f"{name} <= {high}" if high else f"{name} {'>' if real else '>='} {low}"
 
 
 def _edges(place: Array, lower: float, upper: float, bins: int) -> Array:
