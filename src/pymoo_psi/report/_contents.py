@@ -299,6 +299,8 @@ class Case:
 
     def verdict(self) -> str:
         """Return whether more tests would change the choice; empty if nothing is known of it."""
+        if "sampling" not in (self.table.problem or {}):  # rows in an order that says nothing
+            return ""
         try:
             steps = convergence(self.table, self.limits, normalize=self.normalize)
         except PsiError:  # its reason is of the evenly spread part alone
