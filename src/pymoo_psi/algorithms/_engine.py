@@ -530,7 +530,9 @@ def values_of_table(tests: TestTable) -> list[Values]:
 
 def by_number(tables: list[TestTable]) -> TestTable:
     """Return tables that have no test in common as one, by number."""
-    table = tables[0].extended(*tables[1:])
+    # Blocks of workers come in any order; rows that are sorted then need no second copy.
+    first, *others = sorted(tables, key=lambda t: t.numbers.min() if len(t) else 0)
+    table = first.extended(*others)
     if (np.diff(table.numbers) < 0).any():
         table = table.rows(np.argsort(table.numbers))
     return table

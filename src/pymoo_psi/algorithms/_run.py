@@ -219,16 +219,31 @@ class Points:
     rounds: Array | None = None
     designs: NDArray[Any] | None = None
 
+    def __post_init__(self) -> None:
+        """Write a range of numbers out."""
+        object.__setattr__(self, "numbers", np.asarray(self.numbers, dtype=np.int64))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Send consecutive numbers as a range: half a megabyte takes as long as 7000 designs."""
+        numbers: Any = self.numbers
+        if self._consecutive:
+            numbers = range(int(numbers[0]), int(numbers[-1]) + 1)
+        return Points, (numbers, self.n_dim, self.given, self.rounds, self.designs)
+
     def __len__(self) -> int:
         """Return how many points there are."""
         return len(self.numbers)
+
+    @property
+    def _consecutive(self) -> bool:
+        return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
 
     @property
     def units(self) -> Array:
         """``(n, n_dim)`` points of the unit cube."""
         if self.given is not None:
             return self.given
-        if len(self) and (np.diff(self.numbers) == 1).all():  # all at once is faster
+        if self._consecutive:  # all at once is faster
             return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
