@@ -86,7 +86,7 @@ NAMES = ["f1,f2", "f2", "time, s", "mass", "=x", "f1", "f2,f1", "a,b", "", ",", 
          "\n", '"time, s",mass', "rank", "name", "f1,f300"]  # fmt: skip
 WHOLE = ["1", "2", "7", "33", "0", "-1", "1.5", "x", "", "1e3", "1_0", "9" * 30]
 REAL = ["0.4", "0.2", "1", "0", "-1", "nan", "inf", "1e308", "1e-320", "x", ""]
-LIMITS = ["f1<=9", "f2>=0.5", "yield>=65%", "a<=5.000", "b<=9", "price<=1e9,price>=4", "f1<=2", "f1<=2,f2<=1", "f1>=1", "f1", "=2", "f1=nan", "f9=1", "time, s<=2", "a<=1,a<=2",
+LIMITS = ["f1<=9", "f2>=0.5", "yield>=65", "a<=5.000", "b<=9", "price<=1e9,price>=4", "f1<=2", "f1<=2,f2<=1", "f1>=1", "f1", "=2", "f1=nan", "f9=1", "time, s<=2", "a<=1,a<=2",
           "\udcff=1", "f1<=1e400", "a<=0"]  # fmt: skip
 COMPUTED = ["r=f1/f2", "s=f1+f2", "r=a/b", "r=", "=a", "r", "a=1", "r=\udcff", "rank=a"]
 OUTS = ["out.csv", "out.html", *PATHS]

@@ -279,22 +279,6 @@ def test_what_the_table_does_not_have_is_refused(asked, message):
         beam_tests().under({})
 
 
-def test_limits_in_per_cent_are_those_of_columns_in_per_cent():
-    layout = Layout.of(1, ["yield", "mass"], maximize=["yield"], units={"yield": "%"})
-    table = TestTable.of([1, 2, 3], [[1], [2], [3]], [[-70, 1], [-80, 2], [-90, 3]], layout=layout)
-    limits = {"yield": ("80%", None)}
-    assert table.feasible(limits).tolist() == [False, True, True]
-    asked = Formulation(limits=limits)
-    assert asked.limits == limits
-    assert table.under(asked).layout.constraints == ("yield>=80",)
-    for other in ({"mass": "2%"}, {"x1": (None, "80%")}):
-        with pytest.raises(PsiError, match="must be without %, got '.*%'; give the number in the"):
-            table.under(Formulation(limits=other))
-    for text in ("80", "80 kg", "%", "nan%", "80%%"):
-        with pytest.raises(TypeError, match="a number or a pair"):
-            Formulation(limits={"yield": (text, None)})
-
-
 def test_a_limit_that_rejects_nothing_is_a_remark():
     table = beam_tests({3})
     anew = table.under(Formulation(limits={"mass": 100, "width": (0.25, 2)}))
@@ -307,7 +291,7 @@ def test_a_limit_that_rejects_nothing_is_a_remark():
 
 def test_units_of_a_decision_are_those_of_its_limits(tmp_path):
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [90.0]])
-    asked = Formulation(units={"f1": "%", "x1": "mm"}, limits={"f1": "80%"})
+    asked = Formulation(units={"f1": "%", "x1": "mm"}, limits={"f1": 80})
     asked.to_json(tmp_path / "asked.json")
     asked = Formulation.read_json(tmp_path / "asked.json")
     under = table.under(asked)

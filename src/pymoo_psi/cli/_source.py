@@ -19,13 +19,13 @@ from pymoo_psi.table import Formulation, TestTable, read_table
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _LIMIT = re.compile(
-    rf"(?:(?P<first>{NUMBER}\s*%?)\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
-    rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}\s*%?))?",
+    rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
+    rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
     re.DOTALL,
 )
 # Five or five thousand, as in a file: see the rule of numbers in read_table.
-_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}(?=\s*%?$)")
-End = float | str | None
+_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
+End = float | None
 
 
 def formulation_of(options: Asked) -> Formulation:
@@ -67,11 +67,9 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
     if options.skip_rows is not None:
         rule = "numbers of lines to leave out, such as 1,3"
         skipped = counts_in("--skip-rows", options.skip_rows, rule)
-    # A limit in per cent is on a column in per cent, which --units may say.
-    unlimited = dict.fromkeys(asked.limits, (None, None)) if options.units else asked.limits
     table = read_table(
         path,
-        None if asked == Formulation() else replace(asked, limits=unlimited),
+        None if asked == Formulation() else asked,
         variables=names_in(options.variables) or None,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
@@ -83,7 +81,6 @@ def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
     layout = table.layout
     if units := pairs_in("--units", options.units, "column=unit", layout.columns):
         table = replace(table, layout=replace(layout, units={**layout.units, **units}))
-        table = table.under(Formulation(limits=asked.limits)) if asked.limits else table
     require_free_names(layout.columns)
     if asked.page:  # designs that the page's reader has left out by hand
         from pymoo_psi.page import kept_designs  # other commands need no page
@@ -131,8 +128,8 @@ def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
             point between thousands.
 
     Example:
-        >>> limits_in(["f1<=2.5, yield>=80%", "1<=x1<=2"])
-        {'f1': (None, 2.5), 'yield': ('80%', None), 'x1': (1.0, 2.0)}
+        >>> limits_in(["f1<=2.5, yield>=80", "1<=x1<=2"])
+        {'f1': (None, 2.5), 'yield': (80.0, None), 'x1': (1.0, 2.0)}
     """
     limits: dict[str, tuple[End, End]] = {}
     for part in names_in(entries):
@@ -149,11 +146,11 @@ def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
                 continue
             if ends[side] is not None:
                 raise invalid("--limits", "given once for each side of a column", Received(part))
-            if _AMBIGUOUS.match(number):
+            if _AMBIGUOUS.fullmatch(number):
                 remedy = f"write {number.replace('.', '')}, or one decimal more or less"
                 what = Received(f"{part}, with a decimal point or one between thousands")
                 raise invalid("--limits", "of numbers with one meaning", what, remedy)
-            ends[side] = number if number.endswith("%") else float(number)
+            ends[side] = float(number)
         limits[found["name"]] = (ends[0], ends[1])
     return limits
 

@@ -1,7 +1,7 @@
 """What people write into files: from a text or a workbook to columns, and the numbers in them.
 
-A plain number is an optional sign, digits, a decimal mark and an exponent; behind all numbers of a
-column there may be a per cent sign. Points and commas have two meanings, one in each notation:
+A plain number is an optional sign, digits, a decimal mark and an exponent. Points and commas
+have two meanings, one in each notation:
 
 - with a decimal point, commas may divide thousands: 1.5, 1,250.5;
 - with a decimal comma, points may: 1,5, 1.250,5.
@@ -37,6 +37,7 @@ from pymoo_psi.table._files import Head, sheet_head
 Array: TypeAlias = NDArray[np.float64]
 # The numbers of a column by decimal mark; NaN of a blank cell, None of any other.
 _Values: TypeAlias = dict[str, list[float | None]]
+Row: TypeAlias = list[Any]
 
 _SEPARATORS = ",;\t|"
 _EMPTY = "it is empty; it must hold a line of column names, then the designs"
@@ -48,7 +49,7 @@ _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of
 _OTHER = {".": ",", ",": "."}
 _GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
 _LONGEST = 100  # characters of a number; a longer text is none, and costs no time
-_PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}%?")
+_PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 # What a reader may take for a number, though it is none by the rule: $5, ~5, 5 kg, 1/2, =A1; but
 # not dates and times.
 _NUMBERLIKE = re.compile(
@@ -57,24 +58,20 @@ _NUMBERLIKE = re.compile(
     re.IGNORECASE,
 )
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
-# Words by which spreadsheets and people call rows that summarise others: sums, means, extremes.
+# What spreadsheets and people call rows that summarise others: sums, of groups too ("A Total"),
+# means and extremes.
 _SUMMARY = re.compile(
-    r"\b(sums?|totals?|subtotal|σ|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|teilsumme|"
-    r"ergebnis|gesamtergebnis|teilergebnis|somme|suma|totale|mean|average|avg|ø|mittel|mittelwert|"
-    r"durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|deviation|"
+    r"(?:.*\b)?(?:sums?|(?:sub|grand )?totals?|σ|(?:gesamt|zwischen|teil)?summe|gesamt|insgesamt|"
+    r"(?:gesamt|teil)?ergebnis|somme|suma|totale)\W*|(?:mean|average|avg|ø|mittel|mittelwert|"
+    r"durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|(?:standard )?deviation|"
     r"standardabweichung|min|minimum|max|maximum|best|worst|ideal|nadir|utopia|bester|"
-    r"schlechtester)\b",
+    r"schlechtester)\W*",
     re.IGNORECASE,
 )
-_ROUNDED = 0.01  # relative; what is shown is often the rounded summary of unrounded numbers
 
 
 class UnfitError(ArgumentValueError):
     """A source is no table; :func:`read_table` says which source."""
-
-
-class PerCent(float):
-    """The per cent that a workbook's cell shows: 85 for 0.85 in the format 0 %."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +110,6 @@ class Column(NamedTuple):
         name: Its name.
         cells: The cells as they are written.
         numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if it is no column of them.
-        unit: "%" if all numbers have it.
         problem: Of a column that may be one of numbers but cannot be read: what is wrong, and what
             settles it.
     """
@@ -121,7 +117,6 @@ class Column(NamedTuple):
     name: str
     cells: list[Any]
     numbers: Array | None = None
-    unit: str = ""
     problem: str = ""
 
     def required(self) -> Array:
@@ -173,9 +168,8 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
     Raises:
         ArgumentValueError: It is no table of named columns with one row or more.
     """
-    lines = [*enumerate(StringIO(text, newline=""), start=1)]
-    _require_lines(skip_rows, len(lines))
-    lines = [(i, line) for i, line in lines if i not in skip_rows]
+    whole = enumerate(StringIO(text, newline=""), start=1)
+    lines = [(i, line) for i, line in whole if i not in skip_rows]
     plain = (k for k, (_, line) in enumerate(lines) if not re.match(r'"*#|\s*$', line))
     lines = lines[next(plain, len(lines)) :]
     if not lines:
@@ -197,14 +191,12 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
     return cells_of_rows(rows, ends, separator)
 
 
-def rows_of_workbook(
-    content: bytes, skip_rows: Collection[int], name: str | None
-) -> tuple[Head | None, dict[int, list[Any]]]:
-    """Return the rows of a sheet of an .xlsx by number, and what a sheet of ours says of them.
+def rows_of_workbook(content: bytes, name: str | None) -> tuple[Head | None, list[Row]]:
+    """Return the rows of a sheet of an .xlsx, of one length, and what ours says of them.
 
     Raises:
-        ArgumentValueError: There is no sheet of that name, it is not known which one is meant, or
-            the sheet hides rows that are not left out.
+        ArgumentValueError: It is no workbook, there is no sheet of that name, or it is not known
+            which one is meant.
         PsiError: openpyxl is not installed.
     """
     openpyxl = workbooks()
@@ -223,74 +215,36 @@ def rows_of_workbook(
                 what = f"it has {counted(len(titles), 'sheet')}: {listed}"
                 raise UnfitError(f"{what}; name the one with the designs by --sheet")
             sheet = book[titles[0] if name is None else known_name("sheet", name, titles)]
-            rows = _rows_of_sheet(sheet, plain=head is None)
-            hidden = _hidden_rows(sheet) & rows.keys() - {*skip_rows}
+            sheet.reset_dimensions()  # what a file declares may be more than it holds
+            rows = [*sheet.iter_rows(values_only=True)]
     except PsiError:
         raise
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    _require_lines(skip_rows, max(rows, default=0))
-    if hidden:
-        what = f"the sheet hides {counted(len(hidden), 'row')}"
-        out = _listed(sorted(hidden))
-        raise UnfitError(f"{what}; show them, or leave them out by --skip-rows {out}")
-    return head, {i: row for i, row in rows.items() if i not in skip_rows}
+    ends = (j for row in rows for j, cell in enumerate(row, start=1) if not _nothing(cell))
+    width = max(ends, default=0)
+    return head, [[*row, *[None] * width][:width] for row in rows]
 
 
-def _rows_of_sheet(sheet: Any, *, plain: bool) -> dict[int, list[Any]]:
-    """Return the rows of a sheet that are not blank, by number, filled up to one length.
-
-    Args:
-        sheet: The sheet.
-        plain: Whether people have written it, with spaces about texts, or dates.
-    """
-    sheet.reset_dimensions()  # what a file declares may be more than it holds
-    rows: dict[int, list[Any]] = {}
-    for i, row in enumerate(sheet.iter_rows(), start=1):
-        cells = [_typed(cell) if plain else cell.value for cell in row]
-        while cells and cells[-1] in ("", None):
-            cells.pop()
-        if cells:
-            rows[i] = cells
-    width, blank = max(map(len, rows.values()), default=0), "" if plain else None
-    return {i: cells + [blank] * (width - len(cells)) for i, cells in rows.items()}
+def cells_of_sheet(rows: Sequence[Row], skip_rows: Collection[int], head: Head | None) -> Cells:
+    """Return the cells of a sheet that people have written."""
+    kept = {
+        i: [*map(_typed, row)]
+        for i, row in enumerate(rows, start=1)
+        if i not in skip_rows and not all(map(_nothing, row))
+    }
+    return cells_of_rows([*kept.values()], [*kept], "", head)
 
 
-def _hidden_rows(sheet: Any) -> set[int]:
-    """Return the hidden rows of a sheet, which openpyxl tells only where it loads everything."""
-    from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
-
-    hidden, i = set(), 0
-    with sheet._get_source() as file:
-        for _, element in iterparse(file):
-            if element.tag.endswith("}row"):
-                i = int(element.get("r", i + 1))
-                if element.get("hidden") in ("1", "true"):
-                    hidden.add(i)
-                element.clear()
-    return hidden
+def _nothing(cell: Any) -> bool:
+    return cell is None or cell == ""
 
 
 def _typed(cell: Any) -> Any:
     """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
-    value = cell.value
-    if value is None or isinstance(value, str):
-        return (value or "").strip()
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        # Within quotation marks the sign is text.
-        shown = re.sub(r'"[^"]*"|\\.', "", cell.number_format)
-        # Rounded to what a spreadsheet keeps, as 100 * 0.57 is 56.99999999999999.
-        return PerCent(f"{100 * value:.15g}") if "%" in shown else value
-    return value if isinstance(value, bool) else str(value).removesuffix(" 00:00:00")  # of a date
-
-
-def _require_lines(skip_rows: Collection[int], n: int) -> None:
-    if other := [line for line in skip_rows if line > n]:
-        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {n}", other[0])
-
-
-def _listed(lines: Collection[int]) -> str:
-    return ",".join(map(str, lines))
+    if cell is None or isinstance(cell, str):
+        return (cell or "").strip()
+    return cell if isinstance(cell, (int, float)) else str(cell).removesuffix(" 00:00:00")  # a date
 
 
 def _separator(lines: Sequence[tuple[int, str]]) -> str:
@@ -458,9 +412,8 @@ def _marks(values: _Values) -> list[str]:
 
 
 def _plain(cell: str) -> str:
-    """Return a text without spaces about it, per cent sign and minus signs of typesetters."""
-    text = cell if cell.isascii() else cell.translate(_MINUS)
-    return text.strip().removesuffix("%").rstrip()
+    """Return a text without spaces about it and minus signs of typesetters."""
+    return (cell if cell.isascii() else cell.translate(_MINUS)).strip()
 
 
 def _number(cell: Any, pattern: re.Pattern[str], translation: dict[int, str]) -> float | None:
@@ -490,20 +443,16 @@ def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) 
         else:
             looks = [i for i in texts if _NUMBERLIKE.match(str(column[i]).strip()[:_LONGEST])]
         if looks:
-            what = f"no plain number{' like the others' * mixed}; settle it by --decimal and "
-            what += f"--thousands, leave its line out by --skip-rows {cells.line(looks[0])}, or "
-            return refused(looks[0], f"{what}name the objectives by --objectives")
+            what = f"no plain number{' like the others' * mixed}; write it without a unit, "
+            what += "settle it by --decimal and --thousands, leave its line out by --skip-rows "
+            what += f"{cells.line(looks[0])}, or name the objectives by --objectives"
+            return refused(looks[0], what)
         return Column(name, column)
     one, two = np.array(values[marks[0]]), np.array(values[marks[-1]])
-    known = np.flatnonzero(~np.isnan(one))
-    if not len(known):
+    if np.isnan(one).all():
         return Column(name, column)
-    unit = _unit(column[known[0]])
-    if other := next((i for i in known if _unit(column[i]) != unit), None):
-        units = f"in {_unit(column[other]) or 'no unit'}, the first in {unit or 'none'}"
-        return refused(other, f"{units}; give all numbers of a column in one unit")
     decimal = marks[0]
-    if len(unclear := known[one[known] != two[known]]):
+    if len(unclear := np.flatnonzero(~np.isnan(one) & (one != two))):
         i, used = unclear[0], {mark for i in unclear for mark in ".," if mark in column[i]}
         printed = all(is_blank(c) or _PRINTED.fullmatch(str(c).strip()) for c in column)
         decimal = "." if "." in column[i] else ","
@@ -512,61 +461,27 @@ def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) 
             readings = " or ".join(f"{values[m][i]:.15g}" for m in (_OTHER[decimal], decimal))
             remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
             return refused(i, f"either {readings}; {remedy}")
-    return Column(name, column, np.array(values[decimal]), unit)
-
-
-def _unit(cell: Any) -> str:
-    return "%" if isinstance(cell, PerCent) or str(cell).rstrip().endswith("%") else ""
+    return Column(name, column, np.array(values[decimal]))
 
 
 # Rows that summarise others
 
 
 def require_designs(cells: Cells, columns: Collection[Column]) -> None:
-    """Refuse rows that summarise others, such as "Total".
+    """Refuse rows called as those that summarise others, such as "Total".
 
-    A name alone says nothing, as a design may be called Max, nor do a few equal numbers: a row is
-    refused if it is called by such a word and holds these numbers, of all other rows or of those
-    next to it.
+    In a column of names, each another; other texts are values, such as the levels min and max.
 
     Raises:
         ArgumentValueError: There is such a row.
     """
-    called: dict[int, str] = {}
     for column in columns:
-        for i, cell in enumerate(column.cells if column.numbers is None else ()):
-            if isinstance(cell, str) and _SUMMARY.search(cell):
-                called[i] = cell.strip()
-    n, numbers = len(cells.rows), [c.numbers for c in columns if c.numbers is not None]
-    # Words in most of many rows are values of a column, such as the levels min and max.
-    if not called or not numbers or len(called) > max(10, n // 2):
-        return
-    F = np.column_stack(numbers)
-    F = np.where(np.isfinite(F), F, np.nan)
-    order = sorted(called)
-    others = np.setdiff1d(np.arange(n), order)
-    # Sums of groups stand below or above these, so between the rows that summarise.
-    groups = np.split(others, np.searchsorted(others, order))
-    for k, i in enumerate(order):
-        if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
-            out = _listed([cells.line(j) for j in order])
-            what = f"{cells.where(i)} is called {called[i]!r:.40} and summarises other rows"
-            raise UnfitError(f"{what}; leave it out by --skip-rows {out}, or rename it")
-
-
-def _summarises(row: Array, F: Array) -> bool:
-    """Whether a row holds sums, means, medians, deviations or extremes of other rows."""
-    # One number, or one beside zeros, is no sign of a summary, nor are equal numbers.
-    several = np.isfinite(row) & ((np.isfinite(F) & (F != 0)).sum(axis=0) > 1)
-    if not several.any():
-        return False
-    F, row = F[:, several], row[several]
-    with np.errstate(all="ignore"):
-        functions = (np.nansum, np.nanmean, np.nanmedian, np.nanstd, np.nanmin, np.nanmax)
-        found = np.array([function(F, axis=0) for function in functions])
-        close = np.abs(found - row) <= _ROUNDED * np.abs(row)
-    close[4] = (row == found[4]) | (row == found[5])
-    varied = found[4] < found[5]
-    # Beside sums there may be ratios of sums; but a design may be the best in many columns.
-    summary = varied.any() and close[1:5, varied].all(axis=1).any()
-    return bool(summary or close[0].mean() >= 0.5)
+        if column.numbers is None:
+            texts = [str(cell).strip() for cell in column.cells]
+            called = [i for i, text in enumerate(texts) if _SUMMARY.fullmatch(text)]
+            names = [text for i, text in enumerate(texts) if i not in called]
+            if called and names and len({*names}) == len(names):
+                what = f"{cells.where(called[0])} is called {texts[called[0]]!r:.40}"
+                out = ",".join(str(cells.line(i)) for i in called)
+                remedy = f"leave it out by --skip-rows {out}, or rename it if it is a design"
+                raise UnfitError(f"{what}, as rows that summarise others; {remedy}")

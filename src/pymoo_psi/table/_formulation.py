@@ -301,16 +301,12 @@ def formulated(
 
 
 def _plain(name: str, limit: Any) -> Any:
-    """Return a limit as a number, text or pair that JSON can hold; an open end is None."""
+    """Return a limit as a number or pair that JSON can hold; an open end is None."""
     low, high = ends(name, limit)
     if low == np.inf or high == -np.inf:
         raise invalid(f"the limit on {name!r}", "one that a number can keep", limit)
-    given = limit if (pair := isinstance(limit, (tuple, list))) else (None, limit)
-    shown = tuple(
-        typed if isinstance(typed, str) else None if np.isinf(end) else _whole(end)
-        for typed, end in zip(given, (low, high), strict=True)
-    )
-    return shown if pair or shown[1] is None else shown[1]
+    shown = tuple(None if np.isinf(end) else _whole(end) for end in (low, high))
+    return shown if isinstance(limit, (tuple, list)) or high == np.inf else shown[1]
 
 
 def _whole(value: float) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numbers
-import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -30,9 +29,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Key: TypeAlias = str | int
 """A variable or objective: its name, or its index from 0."""
-Limit: TypeAlias = float | str | Sequence[float | str | None]
-"""The greatest value allowed, or a pair (lower, upper) with None for an end that is open; in text
-such as ``"80%"`` of a column in per cent."""
+Limit: TypeAlias = float | Sequence[float | None]
+"""The greatest value allowed, or a pair (lower, upper) with None for an end that is open."""
 Limits: TypeAlias = Mapping[str, Limit] | Mapping[int, Limit] | Mapping[str | int, Limit]
 """Limits on objectives, variables and outputs by name; on objectives also by index from 0."""
 
@@ -40,7 +38,6 @@ Bounds: TypeAlias = dict[str, tuple[float, float]]
 """The least and the greatest value of columns by name, in the original direction; infinite if
 open."""
 
-_PER_CENT = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)\s*%")
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
@@ -322,7 +319,7 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
         known_name("a limit", name, free, remedy)
         if name in found:
             raise invalid("limits", "given once for a column", limits)
-        found[name] = ends(name, limit, layout.units.get(name, ""))
+        found[name] = ends(name, limit)
         if name in layout.maximize and not isinstance(limit, (tuple, list)):
             which = f"the limit on {name!r}, which is maximised,"
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
@@ -341,27 +338,19 @@ def lacking(limits: Limits | None, layout: Layout) -> bool:
     return any(isinstance(name, str) and name not in layout.columns for name in names)
 
 
-def ends(name: str, limit: Any, unit: str = "%") -> tuple[float, float]:
+def ends(name: str, limit: Any) -> tuple[float, float]:
     """Return the least and the greatest value that a limit allows; a number is the greatest.
 
     Args:
         name: The column.
-        limit: Numbers, or texts such as ``"80%"`` for a column in per cent.
-        unit: That of the column.
+        limit: A number, or a pair of numbers or None.
 
     Raises:
-        ArgumentValueError: A number is NaN, the lower one is above the upper one, or a text is no
-            number in per cent, or the column is in another unit.
+        ArgumentValueError: A number is NaN, or the lower one is above the upper one.
         ArgumentTypeError: It is neither a number nor a pair of numbers or None.
     """
     pair = tuple(limit) if isinstance(limit, (tuple, list)) else (None, limit)
     values = [np.inf * (2 * k - 1) if end is None else end for k, end in enumerate(pair)]
-    for k, end in enumerate(values):
-        if isinstance(end, str) and _PER_CENT.fullmatch(end):
-            if unit != "%":
-                remedy = "give the number in the unit of the column, or its unit as %"
-                raise invalid(f"the limit on {name!r}", "without %", end, remedy)
-            values[k] = float(end[:-1])
     plain = all(isinstance(v, numbers.Real) and not isinstance(v, (bool, np.bool_)) for v in values)
     if len(pair) != 2 or limit is None or not plain:
         raise wrong_type(f"the limit on {name!r}", "a number or a pair (lower, upper)", limit)

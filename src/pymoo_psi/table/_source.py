@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
@@ -21,7 +20,7 @@ from pymoo_psi.table._cells import (
     Cells,
     Column,
     UnfitError,
-    cells_of_rows,
+    cells_of_sheet,
     cells_of_text,
     decoded,
     in_a_line,
@@ -45,7 +44,7 @@ from pymoo_psi.table._layout import RESERVED, Layout
 from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 
 if TYPE_CHECKING:
-    import pandas as pd
+    pass
 
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
 # Columns that name designs, and those that number the rows of a file, which names of its designs
@@ -55,7 +54,6 @@ _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed
 _DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from the others
 # As programs write integers, so not 007, a label. 18 digits are below 2^63.
 _WHOLE = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
-_RECORDS = re.compile(r"\s*\[\s*\{")  # of JSON; a name in a header may have a bracket, too
 _DAMAGED = "remove that line, and say --objectives and --maximize"
 
 
@@ -87,8 +85,8 @@ def read_table(
     Args:
         source: A path: a study or a folder of studies; text with commas, semicolons, tabs, bars or
             spaces between its cells; a workbook (.xlsx); a test table as either; a ranking that
-            ``pymoo-psi rank --out`` wrote; an export of the page; a list of objects in JSON. Or a
-            data frame, an ``(n, m)`` array of objectives, all minimised, or a :class:`TestTable`.
+            ``pymoo-psi rank --out`` wrote; an export of the page. Or a data
+            frame, an ``(n, m)`` array of objectives, all minimised, or a :class:`TestTable`.
         formulation: What is asked; see :meth:`TestTable.under`.
         variables: Names of the columns with design variables; as the source tells unless given.
         drop_incomplete: Let designs without a finite objective fail, instead of refusing them.
@@ -190,15 +188,15 @@ def _opened(
         what = "it is a workbook of old, or with a password"
         raise UnfitError(f"{what}; save it as .xlsx without one, or as CSV")
     if content.startswith(_ZIP):
-        head, rows = rows_of_workbook(content, skipped, sheet)
+        head, rows = rows_of_workbook(content, sheet)
         if MARK not in (head or {}):
-            return cells_of_rows([*rows.values()], [*rows], "", head)
+            return cells_of_sheet(rows, skipped, head)
         with described(path):
-            head, columns = columns_of_rows(head, rows.values(), str)
+            head, columns = columns_of_rows(head, rows, str)
     else:
         text = decoded(content, encoding)
-        if text.lstrip().startswith("{") or _RECORDS.match(text):
-            return _cells_of(_records(text))
+        if re.match(r"\s*(\[\s*)?\{", text):
+            raise UnfitError("it is JSON and no table; save it as CSV, or read it by pandas")
         try:
             head, text = file_head(text)
         except ValueError as error:
@@ -212,20 +210,6 @@ def _opened(
         with described(path):
             head, columns = columns_of_rows(head, text_rows(text))
     return table_of(head, columns, path, TestTable)
-
-
-def _records(text: str) -> pd.DataFrame:
-    """Return the designs of a JSON text, one object each."""
-    import pandas as pd
-
-    try:
-        rows = json.loads(text)
-    except ValueError:
-        rows = None
-    if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
-        rule = 'it is JSON, but no list of designs such as [{"name": "A", "cost": 1.5}]'
-        raise UnfitError(rule)
-    return pd.DataFrame(rows)
 
 
 def _cells_of(source: Any) -> TestTable | Cells:
@@ -268,20 +252,13 @@ def _designs(
     taken = np.flatnonzero(counts).tolist()
     if not taken:
         raise UnfitError(f"none of its {counted(n, 'design')} is feasible")
-    # Every row of a ranking is a design, whatever it is called: a summary has no place in the set.
-    pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ())}
-    ranked = {*RANKING_COLUMNS} <= {*cells.columns} and pareto <= {"true", "false"}
     # A failed design may hold anything, so it is left out before numbers are read.
     columns = {name: [column[i] for i in taken] for name, column in columns.items()}
     lines = [cells.lines[i] for i in taken if cells.lines]
     cells = replace(cells, columns=columns, rows=[i + 1 for i in taken], lines=lines)
     read = read_columns(cells, decimal, thousands, [*filter(_is_label, columns)])
     cells = replace(cells, label=cells.label or _label(read))
-    if not ranked:
-        labels = _labels(cells)
-        require_designs(
-            cells, [c for c in read.values() if c.numbers is None or c.name not in labels]
-        )
+    require_designs(cells, read.values())
     lost = n - len(taken)
     return cells, read, [f"{counted(lost, 'design')} left out as not feasible."] if lost else []
 
@@ -348,7 +325,7 @@ def _table(
         objectives,
         outputs=[*outputs],
         maximize=[name for name in head["maximized"] if name in {*objectives, *outputs}],
-        units={name: head["units"].get(name, columns[name].unit) for name in taken},
+        units={name: unit for name, unit in head["units"].items() if name in taken},
     )
     layout = replace(layout, label=label)
     X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
