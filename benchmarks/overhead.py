@@ -7,16 +7,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from statistics import median
-from tempfile import TemporaryDirectory
 
 import numpy as np
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
 from pymoo_psi import PSI, VectorizedSphereChute, investigate
-from pymoo_psi.comparison._algorithms import NamedAlgorithm, named_algorithms
+from pymoo_psi.comparison._algorithms import SEARCHES
 from pymoo_psi.comparison._runs import Task, perform
 
 BUDGET = 4096
@@ -33,19 +31,15 @@ def main() -> None:
     one, other = investigate(problem, BUDGET), minimize(problem, PSI(BUDGET)).algorithm.table
     assert one.equals(other), "the two ways of PSI do not give the same table"
     algorithms = {
-        "investigate": named_algorithms(["psi"])[0],
-        "minimize(PSI)": NamedAlgorithm(
-            "class", lambda p, n, s: minimize(p, PSI(n)).F, seeded=False
-        ),
-        "nsga3": named_algorithms(["nsga3"])[0],
-        "nsga2": named_algorithms(["nsga2"])[0],
+        "investigate": SEARCHES["psi"],
+        "minimize(PSI)": lambda p, n, s: minimize(p, PSI(n)).F,
+        "nsga3": SEARCHES["nsga3"],
+        "nsga2": SEARCHES["nsga2"],
     }
     spent: dict[str, list[tuple[float, float]]] = {name: [] for name in algorithms}
     for seed in range(ROUNDS):
-        for name, algorithm in algorithms.items():
-            with TemporaryDirectory() as folder:
-                task = Task(algorithm.name, BUDGET, seed)
-                run = perform(problem, algorithm, task, Path(folder))
+        for name, search in algorithms.items():
+            run = perform(problem, search, Task(name, BUDGET, seed), None)
             assert run.n_evaluated == BUDGET, name
             spent[name].append((run.seconds - run.evaluation_seconds, run.evaluation_seconds))
     outside = {name: np.array(times)[:, 0] for name, times in spent.items()}

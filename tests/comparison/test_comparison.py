@@ -1,27 +1,26 @@
 """The comparison of algorithms: fairness, indicators against oracles, statistics, continuing."""
 
-import dataclasses
-import re
-import shutil
 from functools import partial
 
 import numpy as np
 import pytest
+from pymoo.algorithms.moo.moead import MOEAD
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.moo.spea2 import SPEA2
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.problems import get_problem
 from pymoo.problems.functional import FunctionalProblem
 
 import pymoo_psi
-from pymoo_psi import PSI, PsiError, SurrogatePSI, VectorizedSphereChute, investigate, nsga3
+from pymoo_psi import PSI, PsiError, VectorizedSphereChute, investigate, nsga3
 from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS, conclusions
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.processes import until
 
-compare = partial(pymoo_psi.compare, progress=False)  # which would evaluate designs to time them
+compare = partial(pymoo_psi.compare, progress=False)
 
 
 class Counted(Problem):
@@ -36,7 +35,7 @@ class Counted(Problem):
         out["F"] = np.column_stack([(X**2).sum(axis=1), ((X - 1) ** 2).sum(axis=1)])
 
 
-EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2", "unsga3", "spea2", "sms", "moead"]
+EVERY = [*DEFAULT_ALGORITHMS, "psi-scrambled+nsga3", "nsga2"]
 
 
 @pytest.mark.parametrize("algorithm", EVERY)
@@ -74,10 +73,10 @@ def test_the_budget_ends_a_run_and_not_the_criteria_that_pymoo_sets():
     assert len(conclusions(result)) == 1
 
 
-@pytest.mark.parametrize("algorithm", ["spea2", "sms", "nsga2", "nsga3"])
+@pytest.mark.parametrize("algorithm", ["nsga2", lambda n: SPEA2(pop_size=20)])
 def test_a_run_is_the_same_whatever_ran_before_it(algorithm):
     """All instances of pymoo's SPEA2 share one survival, which remembers the best values."""
-    bnh, arguments = get_problem("bnh"), {"n_evaluations": 60, "algorithms": [algorithm]}
+    bnh, arguments = get_problem("bnh"), {"n_evaluations": 60, "algorithms": {"one": algorithm}}
     compare(get_problem("dtlz2"), **arguments, seeds=[1])  # of three objectives
     both = compare(bnh, **arguments, seeds=[1, 2]).runs
     alone = compare(bnh, **arguments, seeds=[2]).runs
@@ -90,7 +89,7 @@ def test_of_an_algorithm_without_chance_one_run_counts():
         algorithms={"mine": lambda n: PSI(n), "nsga2": "nsga2"},
     )  # fmt: skip
     assert result.summary().set_index("algorithm").loc["mine", "runs"].tolist() == [1, 1]
-    assert result.tests()["least_p"].tolist() == [2 / 2**8] * 2  # of the sign test
+    assert (result.tests()["p"] >= 2 / 2**8).all()  # the least of the sign test
     assert [run.task.seed for run in result.runs[:2]] == [None, None]
 
 
@@ -198,8 +197,6 @@ def test_the_better_algorithm_is_named_for_both_senses_of_indicators():
         medians = result.to_frame().groupby("algorithm")[indicator].median() * sense
         assert medians[row["better"]] >= medians[row["worse"]], indicator
         assert 0.5 <= row["effect"] <= 1
-    few = dataclasses.replace(result, measures=result.measures[result.measures["seed"] < 3])
-    assert "take more seeds" in conclusions(few)[-1]
     sentence = conclusions(result)[0]
     assert sentence.startswith("1024 evaluations: nsga3 has the largest hypervolume")
     assert "better than psi-scrambled (effect 1.00, p = 0.002)" in sentence  # 2 / C(12, 6)
@@ -225,7 +222,7 @@ def interrupted_after(runs):
 def test_a_comparison_continues_where_it_was_interrupted(tmp_path):
     problem = interrupted_after(2 * 64)
     arguments = {"n_evaluations": [32, 64], "seeds": 2, "algorithms": ["psi", "nsga2"]}
-    with pytest.raises(KeyboardInterrupt, match="2 runs kept"):  # the longest are the first
+    with pytest.raises(KeyboardInterrupt):  # the longest are the first
         compare(problem, **arguments, folder=tmp_path)
     assert len(list(tmp_path.glob("*.db"))) == 2
     problem.stops, problem.calls = False, []
@@ -301,14 +298,9 @@ def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():
 def test_an_error_names_its_run_and_finished_runs_stay(tmp_path, n_jobs):
     finished = tmp_path / "psi_32.db"
 
-    tries = []
-
     def fails_after_the_other(n_evaluations):
-        tries.append(n_evaluations)
-        if len(tries) > 2:  # not where it is tried before the first run
-            until(finished.exists)
-            raise AssertionError("only without constraints")
-        return NSGA2(pop_size=5)
+        until(finished.exists)
+        raise AssertionError("only without constraints")
 
     algorithms = {"psi": "psi", "late": fails_after_the_other}
     with pytest.raises(RunError, match="run of late, 32 evaluations, seed 1 ended in Assertion"):
@@ -319,35 +311,22 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path, n_jobs):
     assert [path.name for path in tmp_path.glob("*.db")] == [finished.name]
 
 
-# Before the first run, and after an interruption
+@pytest.mark.parametrize("problem", [get_problem("bnh"), get_problem("dtlz2")])
+def test_an_algorithm_that_does_not_suit_the_problem_is_found_out_in_its_first_run(
+    problem, tmp_path
+):
+    """NSGA-III with two directions of two objectives, MOEA/D, which takes no constraints."""
+    moead, nsga3 = MOEAD(np.eye(2)), NSGA3(np.eye(2))
+    algorithms = {"psi-scrambled": "psi-scrambled", "unfit": nsga3 if problem.n_obj > 2 else moead}
+    with pytest.raises(RunError, match=r"unfit, 32 .*, seed 1 .*; .* is left out of algorithms"):
+        compare(problem, n_evaluations=[16, 32], algorithms=algorithms, folder=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["psi-scrambled_32_seed1.db"]
 
 
-@pytest.mark.parametrize(
-    ("problem", "algorithms"),
-    [
-        (get_problem("bnh"), ["psi", "moead"]),  # MOEA/D takes no constraints
-        (get_problem("dtlz2"), {"psi": "psi", "moead": NSGA3(np.eye(2))}),  # of two objectives
-    ],
-)
-def test_algorithms_that_cannot_run_are_refused_before_the_first_run(problem, algorithms, tmp_path):
-    with pytest.raises(PsiError, match=f"able to run on {problem.name()}.*leave out moead"):
-        compare(problem, algorithms=algorithms, folder=tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_what_needs_its_whole_budget_is_not_refused():
-    def large(n):
-        return SurrogatePSI(n, n_points=300)
-
-    result = compare(Counted(), n_evaluations=301, algorithms={"large": large}, seeds=1)
-    assert result.to_frame()["evaluated"].item() == 301
-
-
-def test_the_costs_are_said_before_the_first_run_and_no_run_pays_for_that(capsys):
+def test_what_there_is_to_do_is_said_before_the_first_run(capsys):
     arguments = {"n_evaluations": [8, 16], "seeds": 2, "algorithms": ["psi", "nsga2"]}
     result = pymoo_psi.compare(Counted(), **arguments)
-    said = "Counted: 6 runs of 72 evaluations in all, less than a minute"
-    assert capsys.readouterr().err.startswith(said)
+    assert capsys.readouterr().err.startswith("Counted: 6 runs of 72 evaluations in all\n")
     assert (result.to_frame()["evaluated"] == result.to_frame()["evaluations"]).all()
 
 
@@ -356,15 +335,3 @@ def test_surrogates_take_fewer_evaluations_by_default(algorithms, largest, tmp_p
     with pytest.raises(KeyboardInterrupt):
         compare(interrupted_after(largest), algorithms=algorithms, folder=tmp_path, seeds=1)
     assert [path.name for path in tmp_path.glob("*.db")] == [f"psi_{largest}.db"]
-
-
-def test_an_interruption_says_where_the_runs_are_and_the_same_call_goes_on():
-    problem = interrupted_after(16)
-    arguments = {"n_evaluations": 16, "seeds": 2, "algorithms": ["psi", "nsga2"]}
-    with pytest.raises(KeyboardInterrupt, match="1 run kept; the same call with folder=") as caught:
-        compare(problem, **arguments)
-    (folder,) = re.findall(r"folder='(.*)'", str(caught.value))
-    problem.stops, problem.calls = False, []
-    compare(problem, **arguments, folder=folder)
-    assert sum(map(len, problem.calls)) == 32  # of the two runs that were left
-    shutil.rmtree(folder)

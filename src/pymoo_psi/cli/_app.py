@@ -374,7 +374,7 @@ class Compare(OfProblem):
     Attributes:
         evaluations (N,N,…): Numbers of evaluations [256,1024,4096, of surrogate 64,128,256].
         seeds (N): Runs of each that draws at random.
-        algorithms (A,B,…): Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, moead, ….
+        algorithms (A,B,…): Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, ….
         jobs (N): Runs at a time; -1: one per core.
         out (DIR): Write tables, a figure and runs here; a later call goes on from them
             [comparison_ and the problem's name].

@@ -21,21 +21,19 @@ The first LPτ points are the corner of the lower bounds and the middle of the b
 problems have Pareto-optimal designs just there, which is luck and says nothing of a method; the
 entries with scrambled points do not have it.
 
-Further algorithms of pymoo go by their short names, such as ``nsga2``, with a population that grows
-with the budget as that of :func:`pymoo_psi.nsga3` does.
+``nsga2``
+    NSGA-II with the population size of :func:`pymoo_psi.nsga3`.
 """
 
 from __future__ import annotations
 
 import copy
-import inspect
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 import numpy as np
+from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.algorithms.moo.nsga3 import ReferenceDirectionSurvival
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.termination import NoTermination
@@ -57,35 +55,12 @@ from pymoo_psi.algorithms import (
 
 DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
 
-# By short name the module and the class, which are imported when they are asked for.
-_PYMOO = {
-    "moead": "moead:MOEAD",
-    "nsga2": "nsga2:NSGA2",
-    "sms": "sms:SMSEMOA",
-    "spea2": "spea2:SPEA2",
-    "unsga3": "unsga3:UNSGA3",
-}
+Search = Callable[[Any, int, int], object]
+"""Takes a problem, a number of evaluations and a seed, and evaluates designs."""
 
 
-@dataclass(frozen=True)
-class NamedAlgorithm:
-    """An algorithm as it takes part in a comparison.
-
-    Attributes:
-        name: What tables call it.
-        search: Takes a problem, a number of evaluations and a seed, and evaluates designs.
-        seeded: Whether the seed makes a difference.
-        learns: Whether it fits surrogates, whose time grows with the square of the budget.
-    """
-
-    name: str
-    search: Callable[[Any, int, int], object]
-    seeded: bool = True
-    learns: bool = False
-
-
-def named_algorithms(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[NamedAlgorithm, ...]:
-    """Return the algorithms asked for.
+def searches(algorithms: Collection[str] | Mapping[str, Any]) -> dict[str, Search]:
+    """Return the searches of the algorithms asked for, by name.
 
     Args:
         algorithms: Names; or a mapping from names of the user's to such names, to pymoo
@@ -98,24 +73,23 @@ def named_algorithms(algorithms: Collection[str] | Mapping[str, Any]) -> tuple[N
     """
     if not isinstance(algorithms, Mapping):
         names = collection("algorithms", algorithms, "names or a mapping")
-        algorithms = {known_name("algorithms", name, {*_OURS, *_PYMOO}): name for name in names}
+        algorithms = {known_name("algorithms", name, SEARCHES): name for name in names}
     if not algorithms:
         raise invalid("algorithms", f"one or more, such as {', '.join(DEFAULT_ALGORITHMS)}", [])
-    return tuple(_named(str(name), what) for name, what in algorithms.items())
+    return {str(name): _search(name, what) for name, what in algorithms.items()}
 
 
-def _named(name: str, what: Any) -> NamedAlgorithm:
+def _search(name: Any, what: Any) -> Search:
     if isinstance(what, type):
         rule, remedy = "a name, an algorithm or a function", f"give lambda n: {what.__name__}(...)"
         raise wrong_type(f"algorithms[{name!r}]", rule, what, remedy)
     if isinstance(what, Algorithm):
-        return NamedAlgorithm(name, partial(_made, lambda _: what))
-    if callable(what):
-        return NamedAlgorithm(name, partial(_made, what))
-    if known_name("algorithms", what, {*_OURS, *_PYMOO}) in _PYMOO:
-        return NamedAlgorithm(name, partial(_from_pymoo, _PYMOO[what]))
-    # Without a sampling that is scrambled, and without NSGA-III, no seed is asked.
-    return NamedAlgorithm(name, _OURS[what], what != "psi", what.startswith("surrogate"))
+        return partial(_made, lambda _: what)
+    return (
+        partial(_made, what)
+        if callable(what)
+        else SEARCHES[known_name("algorithms", what, SEARCHES)]
+    )
 
 
 # The searches. They are functions of the module, as processes are sent them.
@@ -151,16 +125,9 @@ def _learn(sampling: UniformSampling | None, problem: Any, n: int, seed: int) ->
     minimize(problem, SurrogatePSI(n, sampling=sampling), seed=seed)
 
 
-_SCRAMBLED = QMCSampling("sobol")
-_OURS: dict[str, Callable[[Any, int, int], object]] = {
-    "psi": partial(_investigate, None),
-    "psi-scrambled": partial(_investigate, _SCRAMBLED),
-    "nsga3": _nsga3,
-    "surrogate": partial(_learn, None),
-    "surrogate-scrambled": partial(_learn, _SCRAMBLED),
-    "psi+nsga3": partial(_investigate_then_nsga3, None),
-    "psi-scrambled+nsga3": partial(_investigate_then_nsga3, _SCRAMBLED),
-}
+def _nsga2(problem: Any, n: int, seed: int) -> None:
+    size = population_size(problem.n_obj, n)
+    _made(lambda _: NSGA2(pop_size=size, **operators(problem)), problem, n, seed)
 
 
 def _made(make: Callable[[int], Any], problem: Any, n: int, seed: int) -> None:
@@ -176,13 +143,14 @@ def _made(make: Callable[[int], Any], problem: Any, n: int, seed: int) -> None:
     run_within_budget(algorithm, problem, n)
 
 
-def _from_pymoo(place: str, problem: Any, n: int, seed: int) -> None:
-    """Search with pymoo's ``module:class``, with a population that suits the budget."""
-    module, _, name = place.partition(":")
-    cls = getattr(import_module(f"pymoo.algorithms.moo.{module}"), name)
-    size = population_size(problem.n_obj, n)
-    arguments = inspect.signature(cls).parameters
-    # MOEA/D asks for directions only, NSGA-II for a size only, U-NSGA-III for both.
-    options = {"ref_dirs": reference_directions(problem.n_obj, size), "pop_size": size}
-    options = {name: value for name, value in options.items() if name in arguments}
-    _made(lambda _: cls(**options, **operators(problem)), problem, n, seed)
+_SCRAMBLED = QMCSampling("sobol")
+SEARCHES: dict[str, Search] = {
+    "psi": partial(_investigate, None),
+    "psi-scrambled": partial(_investigate, _SCRAMBLED),
+    "nsga3": _nsga3,
+    "nsga2": _nsga2,
+    "surrogate": partial(_learn, None),
+    "surrogate-scrambled": partial(_learn, _SCRAMBLED),
+    "psi+nsga3": partial(_investigate_then_nsga3, None),
+    "psi-scrambled+nsga3": partial(_investigate_then_nsga3, _SCRAMBLED),
+}

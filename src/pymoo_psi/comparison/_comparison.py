@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import shutil
 import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,9 +25,9 @@ from pymoo_psi._validation import (
     known_name,
     objective_matrix,
 )
-from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS, named_algorithms
+from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS, SEARCHES, searches
 from pymoo_psi.comparison._quality import INDICATORS, Reference, pairwise_tests
-from pymoo_psi.comparison._runs import Run, Task, costs, perform, seconds_of_algorithms, stored_runs
+from pymoo_psi.comparison._runs import Run, Task, perform, stored_runs
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.pareto import listed
 from pymoo_psi.problems import design_space, problem_layout, problem_name, require_problem, required
@@ -42,6 +39,7 @@ if TYPE_CHECKING:
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
 # Where surrogates take part: with 4096 evaluations one run of theirs takes minutes.
 FEW_EVALUATIONS = (64, 128, 256)
+_LEARNING = (SEARCHES["surrogate"], SEARCHES["surrogate-scrambled"])
 SIGNIFICANCE = 0.05
 """A difference is claimed where the corrected p value is below this, the customary level."""
 
@@ -166,8 +164,8 @@ class Comparison(Shown):
 
         Returns:
             Columns ``evaluations``, ``better``, ``worse``, ``effect`` (the probability that a run
-            of ``better`` is the better one, 0.5 to 1), ``p``, ``least_p`` (the smallest that so
-            many runs could give), and ``p_holm``, corrected for all pairs and budgets.
+            of ``better`` is the better one, 0.5 to 1), ``p``, and ``p_holm``, corrected for all
+            pairs and budgets.
 
         Raises:
             ArgumentValueError: The indicator is unknown.
@@ -209,17 +207,14 @@ def compare(
     population the benefit of all it has seen; one that finds nothing feasible has hypervolume 0 and
     infinite distances.
 
-    Before the first run each algorithm is tried on a stand-in of the problem, whose evaluations
-    cost nothing: those that cannot run are refused, and the time of the others is estimated.
-
     Args:
         problem: A pymoo problem with two or more objectives and finite bounds. One whose designs
             may fail goes as ``FailureTolerant(problem)``.
         n_evaluations: The budgets, each 1 or more; by default 256, 1024 and 4096, or where
             ``"surrogate"`` takes part 64, 128 and 256.
-        seeds: The seeds, or their number n for 1 to n. A deterministic algorithm, such as
-            ``"psi"``, runs once; of one of your own that finds the same with every seed, one run
-            counts.
+        seeds: The seeds, or their number n for 1 to n; fewer than six or so cannot tell any two
+            algorithms apart. A deterministic algorithm, such as ``"psi"``, runs once; of one of
+            your own that finds the same with every seed, one run counts.
         algorithms: Names, or a mapping from names of your own to such names, to pymoo algorithms,
             or to functions that take the number of evaluations and return one:
             ``{"psi": "psi", "a": NSGA2(pop_size=20), "b": lambda n: NSGA2(pop_size=n // 9)}``. An
@@ -233,24 +228,23 @@ def compare(
         reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
             they join the union.
         folder: A folder in which every finished run is kept, as a study of all that it tested; the
-            same call continues after an interruption, and further budgets, seeds or algorithms add
-            to it. Without one, the runs are kept where an interruption by Ctrl-C says.
-            Runs go by the name of their algorithm: a changed algorithm wants a new name, and other
-            versions of pymoo or this package, under which the same seed may give other designs, a
-            new folder.
+            same call continues after an interruption or an error, and further budgets, seeds or
+            algorithms add to it. Without one nothing is kept. Runs go by the name of their
+            algorithm: a changed algorithm wants a new name, and other versions of pymoo or this
+            package, under which the same seed may give other designs, a new folder.
         n_jobs: Processes, -1 for one per core; each does whole runs. Times are fair if there are
             no more than idle cores.
-        progress: Show before the first run what there is to do, and about how long it takes, for
-            which a few designs are evaluated; then a progress bar.
+        progress: Show before the first run what there is to do, then a progress bar.
 
     Returns:
         The comparison.
 
     Raises:
-        ArgumentValueError: A number is out of range, a name unknown, an algorithm cannot run on the
-            problem, or the problem has one objective.
+        ArgumentValueError: A number is out of range, a name unknown, or the problem has one
+            objective.
         ArgumentTypeError: An argument has the wrong type.
-        RunError: The problem or an algorithm raised; finished runs stay in ``folder``.
+        RunError: The problem or an algorithm raised, as one that does not suit the problem does
+            in its first run; finished runs stay in ``folder``.
         StudyError: The folder holds runs on another problem, or a damaged file.
         OSError: The folder cannot be made or written to.
 
@@ -277,54 +271,41 @@ def compare(
     if isinstance(seeds, Integral):
         seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
     seeds, n_jobs = _integers("seeds", seeds, minimum=0), job_count("n_jobs", n_jobs)
-    by_name = {algorithm.name: algorithm for algorithm in named_algorithms(algorithms)}
+    by_name = searches(algorithms)
     if n_evaluations is None:
-        learns = any(algorithm.learns for algorithm in by_name.values())
+        learns = any(search in _LEARNING for search in by_name.values())
         n_evaluations = FEW_EVALUATIONS if learns else DEFAULT_EVALUATIONS
     tasks = [
-        Task(algorithm.name, budget, seed)
-        for algorithm in by_name.values()
+        Task(name, budget, seed)
+        for name, search in by_name.items()
         for budget in _integers("n_evaluations", n_evaluations, minimum=1)
         # A deterministic algorithm has one value a budget, and the tests know it by that.
-        for seed in (seeds if algorithm.seeded else [None])
+        for seed in ([None] if search is SEARCHES["psi"] else seeds)
     ]
-    with _folder_of_runs(folder) as place:
-        runs = {run.task: run for run in stored_runs(place, problem) if run.task in tasks}
-        # The longest first, so that no process begins one when the others have done their last.
-        missing = [task for task in tasks if task not in runs]
-        missing.sort(key=lambda task: -task.n_evaluations)
-        seconds = seconds_of_algorithms(problem, by_name, missing)
-        if progress and missing:
-            print(costs(problem, missing, seconds, n_jobs), file=sys.stderr, flush=True)
+    place = None if folder is None else Path(folder)
+    stored = stored_runs(place, problem) if place else ()
+    runs = {run.task: run for run in stored if run.task in tasks}
+    # The longest first, so that no process begins one when the others have done their last; and of
+    # each algorithm one, so that one that does not suit the problem is found out early.
+    missing = [task for task in tasks if task not in runs]
+    missing.sort(key=lambda task: (-task.n_evaluations, task.seed or 0))
+    name, n = problem_name(problem), sum(task.n_evaluations for task in missing)
+    if progress and missing:
+        work = f"{counted(len(missing), 'run')} of {counted(n, 'evaluation')} in all"
+        print(f"{name}: {work}", file=sys.stderr, flush=True)
 
-        def performed(task: Task) -> Run:
-            # Kept by the process that does it, whatever becomes of the one that waits for it.
-            return perform(problem, by_name[task.algorithm], task, place)
+    def performed(task: Task) -> Run:
+        # Kept by the process that does it, whatever becomes of the one that waits for it.
+        return perform(problem, by_name[task.algorithm], task, place)
 
-        with progress_bar(progress) as bar:
+    with progress_bar(progress) as bar:
+        bar(len(runs) / len(tasks))
+        for _, run in in_parallel(performed, missing, n_jobs):
+            runs[run.task] = run
             bar(len(runs) / len(tasks))
-            for _, run in in_parallel(performed, missing, n_jobs):
-                runs[run.task] = run
-                bar(len(runs) / len(tasks))
     done = tuple(_counted_once([runs[task] for task in tasks]))
     reference = Reference.of([*(run.F for run in done), known])
-    return Comparison(problem_name(problem), done, reference, _measures(done, reference, n_jobs))
-
-
-@contextmanager
-def _folder_of_runs(folder: str | PathLike[str] | None) -> Iterator[Path]:
-    """Give the folder for runs; one that is not the user's stays after an interruption only."""
-    place, stays = Path(folder or mkdtemp(prefix="comparison_")), folder is not None
-    try:
-        yield place
-    except KeyboardInterrupt:
-        stays, n = True, len([*place.glob("*.db")])
-        raise KeyboardInterrupt(
-            f"{counted(n, 'run')} kept; the same call with folder={str(place)!r} goes on from there"
-        ) from None
-    finally:
-        if not stays:
-            shutil.rmtree(place, ignore_errors=True)
+    return Comparison(name, done, reference, _measures(done, reference, n_jobs))
 
 
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
@@ -366,13 +347,10 @@ def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.Data
 
 
 def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple[str, ...]:
-    """Return one sentence or two for every budget.
+    """Return for every budget which algorithm is the best, and than which it surely is.
 
     They name the algorithm with the best median, the algorithms that it is better than, with the
     effect size and the corrected p value, and those from which no difference can be claimed.
-
-    Further sentences say so if runs ended before their budgets, or if there are too few to claim
-    any difference.
 
     Args:
         comparison: The comparison.
@@ -398,17 +376,6 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         medians = summary[summary["evaluations"] == budget].set_index("algorithm")[indicator]
         at = tests[tests["evaluations"] == budget]
         sentences.append(f"{counted(budget, 'evaluation')}: {_conclusion(indicator, medians, at)}")
-    measures = comparison.measures
-    short = measures[measures["evaluated"] < measures["evaluations"]]["algorithm"].unique().tolist()
-    if short:
-        whole = f"Not every run of {listed(short)} used its whole budget: see the column evaluated."
-        sentences.append(whole)
-    # Holm multiplies the least p value by the number of tests: it cannot come below this product.
-    tested = tests["p"].notna().sum()
-    if tested and tests["least_p"].min() * tested >= SIGNIFICANCE:
-        sentences.append(
-            "So few runs cannot tell any two algorithms apart, however different: take more seeds."
-        )
     return tuple(sentences)
 
 
@@ -417,21 +384,16 @@ def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame) -> str:
     best, value = ordered.index[0], ordered.iloc[0]
     if value == (0.0 if indicator == "hypervolume" else np.inf):
         return f"every algorithm has the worst possible median, {value:g}."
-    groups: tuple[list[str], list[str], list[str]] = ([], [], [])
-    better, worse, none = groups
+    # The best median may lose more often than not: then the test names the other one.
+    leads = ("It is better than", "But more often than not a run is beaten by one of",
+             "No difference can be claimed from")  # fmt: skip
+    groups: dict[str, list[str]] = {lead: [] for lead in leads}
     for pair in tests[(tests["better"] == best) | (tests["worse"] == best)].itertuples():
-        # The best median may lose more often than not: then the test names the other one.
         won = pair.better == best
         name, effect = (pair.worse, pair.effect) if won else (pair.better, 1 - pair.effect)
         p = pair.p_holm  # NaN of two deterministic algorithms
         sure = f"p = {p:.3f}" if p >= 0.001 else "p < 0.001" if p >= 0 else "one value each"
-        group = none if not p < SIGNIFICANCE else better if won else worse
-        group.append(f"{name} (effect {effect:.2f}, {sure})")
-    leads = ("It is better than", "But more often than not a run is beaten by one of",
-             "No difference can be claimed from")  # fmt: skip
-    claims = [
-        f"{lead} {listed(names, 'and' if names is better else 'or')}."
-        for lead, names in zip(leads, groups, strict=True)
-        if names
-    ]
+        lead = leads[2] if not p < SIGNIFICANCE else leads[0] if won else leads[1]
+        groups[lead].append(f"{name} (effect {effect:.2f}, {sure})")
+    claims = [f"{lead} {listed(names)}." for lead, names in groups.items() if names]
     return " ".join([f"{best} has {_NAMES[indicator]} (median {value:.4g}).", *claims])
