@@ -1,9 +1,9 @@
-"""Figures of sensitivities, convergence, predictions and robustness."""
+"""Figures of sensitivities."""
 
 import numpy as np
 
-from pymoo_psi.plots import plot_convergence, plot_sensitivities
-from pymoo_psi.table import convergence, sensitivities
+from pymoo_psi.plots import plot_sensitivities
+from pymoo_psi.table import sensitivities
 from tests.plots.drawn import assert_whole, shown
 
 
@@ -21,14 +21,4 @@ def test_bars_are_the_indices_and_lines_their_bands(osy):
         (bands,) = ax.collections
         ends = np.array([segment[:, 0] for segment in bands.get_segments()])
         np.testing.assert_allclose(ends, part[["lower", "upper"]].clip(0, 1))
-    assert_whole(figure)
-
-
-def test_curves_are_the_columns_of_the_convergence(chute):
-    found = convergence(chute)
-    figure = plot_convergence(found, title="Chute")
-    for ax, values in zip(figure.axes, (found.mu1, found.hypervolume), strict=True):
-        (line,) = ax.lines
-        np.testing.assert_array_equal(line.get_xydata(), np.column_stack([found.tests, values]))
-    assert figure.caption == f"Chute. {found.verdict()}"
     assert_whole(figure)

@@ -1,4 +1,4 @@
-"""A ranked set in pairs of objectives and as parallel coordinates."""
+"""A ranked set as parallel coordinates."""
 
 import numpy as np
 import pandas as pd
@@ -27,24 +27,12 @@ def page(ranking):
     return plot_ranking(ranking, units={"c0": "kg"}, title="Cranes")
 
 
-def test_each_pair_shows_the_front_rank_by_rank_in_the_users_sense(ranking, page):
+def test_the_legend_counts_the_front_rank_by_rank(ranking, page):
     frame = ranking.to_frame()
-    front = frame[frame["pareto"]]
-    for ax, pair in zip(shown(page)[:3], [("c0", "c1"), ("c0", "c2"), ("c1", "c2")], strict=True):
-        points = np.concatenate([line.get_xydata() for line in ax.lines])
-        assert sorted(map(tuple, points)) == sorted(map(tuple, front[list(pair)].to_numpy()))
-        star = ax.lines[-1]
-        assert star.get_marker() == "*"
-        assert (
-            star.get_xydata().tolist() == frame[frame["rank"] == 6][list(pair)].to_numpy().tolist()
-        )
-    labels = [(ax.get_xlabel(), ax.get_ylabel()) for ax in shown(page)[:3]]
-    assert labels == [("", "c1 (max)"), ("c0 [kg]", "c2"), ("c1 (max)", "")]
-    counts = front["rank"].value_counts()
-    assert {f"rank {rank} ({counts[rank]})" for rank in (3, 4, 5) if rank in counts} <= {
-        *texts(page)
-    }
-    assert page.caption.startswith(f"Cranes. {len(front)} Pareto-optimal designs of 60")
+    counts = frame[frame["pareto"]]["rank"].value_counts()
+    named = {f"rank {rank} ({counts[rank]})" for rank in (3, 4, 5) if rank in counts}
+    assert named <= {*texts(page)}
+    assert page.caption.startswith(f"Cranes. {counts.sum()} Pareto-optimal designs of 60")
 
 
 def test_a_line_goes_from_the_best_to_the_worst_value_of_each_objective(ranking, page):
@@ -67,18 +55,17 @@ def test_a_line_goes_from_the_best_to_the_worst_value_of_each_objective(ranking,
 def test_one_value_far_from_all_others_does_not_flatten_the_axes():
     costs = [1200, 1350, 2100, 2250, 1800, 1500, 1290, 1990, 45000]
     frame = pd.DataFrame({"cost": costs, "mass": [9, 8, 4, 3, 5, 7, 8.5, 4.5, 2]})
-    figure = plot_ranking(rank_of_efficiency(frame))
-    plane, lines = shown(figure)
-    assert 2250 < plane.get_xlim()[1] < 2500
+    (lines,) = shown(plot_ranking(rank_of_efficiency(frame)))
     assert lines.get_xticklabels()[0].get_text().endswith(f"worst {number(45000)}")  # as ranked
-    assert figure.caption.endswith("1 design far from the others outside of the axes.")
     table = TestTable.of(range(1, 10), np.ones((9, 1)), frame.to_numpy(float))
-    assert shown(plot_objectives(table))[0].get_xlim()[1] < 5000
+    figure = plot_objectives(table)
+    assert 2250 < shown(figure)[0].get_xlim()[1] < 5000
+    assert figure.caption.endswith("1 design far from the others outside of the axes.")
     assert shown(plot_objectives(table, design=9))[0].get_xlim()[1] > 45000
 
 
-@pytest.mark.parametrize("m", [1, 2, 7, 8, 12])
+@pytest.mark.parametrize("m", [1, 2, 8, 12])
 def test_any_number_of_objectives_has_a_whole_page(m):
     figure = plot_ranking(ranked(m))
-    assert len(shown(figure)) == 1 + (m * (m - 1) // 2 if m <= 7 else 0)
+    assert len(shown(figure)) == 1
     assert_whole(figure)

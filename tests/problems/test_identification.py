@@ -61,8 +61,6 @@ def test_curves_of_the_best_designs_lie_over_the_measurements():
             design = dict(zip(BOX, table.X[row], strict=True))
             np.testing.assert_array_equal(curve.get_ydata(), model.series(design, name)[name])
             assert curve.get_label() == table.names[row]
-    with pytest.raises(PsiError, match="best must be"):
-        plot_identification(model, table, best=4)
 
 
 def test_adequacy_is_what_its_name_says():

@@ -7,7 +7,6 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -115,7 +114,7 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | 
 
 def run_analyze(options: Analyze) -> int:
     """Print sensitivities and convergence; write tables and pictures."""
-    from pymoo_psi.plots import plot_convergence, plot_sensitivities, save_figures
+    from pymoo_psi.plots import plot_sensitivities, save_figures
     from pymoo_psi.table import convergence, even_part, sensitivities
 
     path, out, asked = options.file, options.out, formulation_of(options)
@@ -141,14 +140,12 @@ def run_analyze(options: Analyze) -> int:
     except PsiError as error:
         remarks.append(f"Convergence not available: {error}.")
     if out is not None:
-        title, figures = path.name, dict[str, Any]()
         if found is not None:
             write_frame(found.reset_index(), out / "sensitivities.csv")
-            figures["sensitivities"] = plot_sensitivities(found, title=title)
+            figure = plot_sensitivities(found, title=path.name)
+            save_figures([("sensitivities", figure)], out, 200, ".png")
         if steps is not None:
             write_frame(steps.to_frame().reset_index(), out / "convergence.csv")
-            figures["convergence"] = plot_convergence(steps, title=title)
-        save_figures(figures.items(), out, 200, ".png")
 
     say_source(path, table, asked, ranked=False)
     for remark in remarks:

@@ -8,11 +8,10 @@ Of a :class:`~pymoo_psi.TestTable`, with limits on columns:
     :func:`plot_table`: histograms of the variables, and every objective against every variable.
     :func:`plot_objectives`: the objectives in pairs.
     :func:`plot_sensitivities`: how much each variable explains of each column.
-    :func:`plot_convergence`: how good the tests are against their number.
     :func:`plot_identification`: the best designs' curves over measured series.
 
 Of any ranked set:
-    :func:`plot_ranking`: its objectives in pairs and as parallel coordinates, by rank.
+    :func:`plot_ranking`: parallel coordinates, by rank.
 
 Of a :class:`~pymoo_psi.comparison.Comparison` of algorithms:
     :func:`plot_indicators`, :func:`plot_indicator`: quality against evaluations.

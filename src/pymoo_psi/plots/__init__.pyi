@@ -1,6 +1,5 @@
 # The public names. `lazy_loader` reads this file when the subpackage is imported.
 
-from ._analysis import plot_convergence as plot_convergence
 from ._analysis import plot_identification as plot_identification
 from ._analysis import plot_indicator as plot_indicator
 from ._analysis import plot_indicators as plot_indicators

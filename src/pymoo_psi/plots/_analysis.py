@@ -1,4 +1,4 @@
-"""What is learned from tests: sensitivities, convergence, fits, comparisons."""
+"""What is learned from tests: sensitivities, fits, comparisons."""
 
 from __future__ import annotations
 
@@ -10,18 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._validation import counted, instance, integer, invalid, known_name
+from pymoo_psi._validation import counted, instance, integer, known_name
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.plots._points import checked
 from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels
-from pymoo_psi.table import Convergence, Limits, TestTable
+from pymoo_psi.table import Limits, TestTable
 
 if TYPE_CHECKING:  # what tests are drawn of needs neither, nor pymoo and SciPy
     from pymoo_psi.comparison import Comparison
     from pymoo_psi.problems import Identification
 
 _PANELS = 3  # side by side
-_BEST = 3  # curves over measurements
 _MEANINGS = {
     "hypervolume": "hypervolume (share of the box)",
     "igd_plus": "IGD+ (units of N − U)",
@@ -30,18 +29,15 @@ _MEANINGS = {
 }
 
 
-def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str = "") -> Drawing:
+def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawing:
     """Return bars of the first-order sensitivities with their bands, one panel to a column.
 
     Args:
         sensitivities: From :func:`pymoo_psi.table.sensitivities`.
-        top: How many variables to a panel: those with the largest index in any column, in the
-            order of the table.
         title: What was tested; begins the caption.
 
     Raises:
         ArgumentTypeError: ``sensitivities`` is no such frame.
-        ArgumentValueError: ``top`` is below 1.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -55,18 +51,14 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str
     if names is None or list(names) != ["column", "variable"]:
         rule = "sensitivities must be what sensitivities(table) gives"
         raise ArgumentTypeError(f"{rule}, got {type(sensitivities).__name__}")
-    top = integer("top", top, minimum=1)
     columns = sensitivities.index.unique("column").tolist()
-    largest = sensitivities["first_order"].groupby(level="variable", sort=False).max()
-    kept = set(largest.sort_values(ascending=False).index[:top])
-    variables = [name for name in sensitivities.index.unique("variable") if name in kept]
+    variables = sensitivities.index.unique("variable").tolist()
     wide, height = min(_PANELS, max(len(columns), 1)), 16 + 5.0 * len(variables)
     with panels(len(columns), wide, head=22, height=height) as (figure, axes):
         for k, (ax, column) in enumerate(zip(axes, columns, strict=True)):
-            found = sensitivities.loc[column].loc[variables]
-            place = np.arange(len(found))
             # An index is between 0 and 1; its estimate need not be.
-            index = found.clip(0, 1)
+            index = sensitivities.loc[column].loc[variables].clip(0, 1)
+            place = np.arange(len(index))
             ax.barh(place, index["first_order"], 0.62, color="#0072B2", linewidth=0)
             ax.hlines(place, index["lower"], index["upper"], color="black", linewidth=0.9)
             ax.set(xlim=(0, 1), xlabel="share of the variance", ylim=(len(place) - 0.4, -0.6))
@@ -75,14 +67,9 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, top: int = 12, title: str
             ax.grid(visible=False, axis="y")
             constant = ": constant" if index["first_order"].isna().all() else ""
             ax.set_title(literal(column, 24) + constant)
-        left_out = len(largest) - len(variables)
-        rest = f" {left_out} variables with smaller ones are left out." if left_out else ""
         what = "what share of the variance of a column each variable explains alone"
-        figure.describe(
-            title,
-            f"First-order sensitivities: {what}, with 95 % bands; what they lack to 1 is "
-            f"interaction.{rest}",
-        )
+        rest = "with 95 % bands; what they lack to 1 is interaction."
+        figure.describe(title, f"First-order sensitivities: {what}, {rest}")
     return figure
 
 
@@ -106,8 +93,7 @@ def plot_identification(
     Raises:
         ArgumentTypeError: ``problem`` is no :class:`~pymoo_psi.Identification`, or ``table`` no
             test table.
-        ArgumentValueError: ``best`` is not from 1 to 3, no design is feasible, or a limit does not
-            fit.
+        ArgumentValueError: ``best`` is below 1, no design is feasible, or a limit does not fit.
 
     Example:
         >>> import numpy as np, pandas as pd
@@ -124,8 +110,7 @@ def plot_identification(
     from pymoo_psi.problems import Identification
 
     instance("problem", problem, Identification)
-    if integer("best", best, minimum=1) > _BEST:
-        raise invalid("best", f"at most {_BEST}, which are told apart", best)
+    integer("best", best, minimum=1)
     rows, ranking = checked(table).ranked(limits)
     chosen = rows[ranking.order[:best]]
     pairs = [(n, column) for n, data in problem.experiments.items() for column in data.columns[1:]]
@@ -141,42 +126,6 @@ def plot_identification(
             ax.set(title=literal(name), xlabel=literal(time), ylabel=literal(column))
         legend_of(figure, axes, ncols=best + 1)
         figure.describe(title, "Measured values, and the curves of the best designs.")
-    return figure
-
-
-def plot_convergence(convergence: Convergence, *, title: str = "") -> Drawing:
-    """Return distance of the best design and hypervolume against tests.
-
-    Args:
-        convergence: From :func:`pymoo_psi.table.convergence`.
-        title: What was tested; begins the caption, the verdict follows it.
-
-    Raises:
-        ArgumentTypeError: ``convergence`` is none.
-
-    Example:
-        >>> from pymoo_psi import VectorizedSphereChute, investigate
-        >>> from pymoo_psi.table import convergence
-        >>> table = investigate(VectorizedSphereChute(0.4), 256)
-        >>> len(plot_convergence(convergence(table)).axes)
-        2
-    """
-    found = instance("convergence", convergence, Convergence, "convergence(table) gives one")
-    quality = {
-        "distance $\\mu_1$ to $U$\nof the best design": found.mu1,
-        "hypervolume\n(share of the last)": found.hypervolume,
-    }
-    with panels(2, 2) as (figure, axes):
-        for ax, (name, values) in zip(axes, quality.items(), strict=True):
-            known = np.where(np.isfinite(values), values, np.nan)
-            ax.plot(found.tests, known, markersize=3.5, linewidth=1.2, **next(curves()))
-            ax.set_xscale("log", base=2)
-            shown = found.tests[::-1][::2][::-1].tolist()  # every other one, the last among them
-            ax.set_xticks(shown, [str(n) for n in shown])
-            ax.xaxis.set_minor_locator(NullLocator())
-            ax.set(title=name, xlabel="tests")
-            ax.set_ylim(0, 1.1 * np.nan_to_num(known).max(initial=0) or 1)
-        figure.describe(title, found.verdict())
     return figure
 
 

@@ -5,22 +5,19 @@ Every design is in one group; the groups differ by marker and by lightness.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.gridspec import GridSpec
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import counted, instance
-from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import EfficiencyRanking, number
-from pymoo_psi.plots._style import Drawing, literal, new_figure, row_height, view
-from pymoo_psi.table import Kind, Limits, TestTable, bounds_of
+from pymoo_psi.plots._style import literal, view
+from pymoo_psi.table import Kind, Limits, TestTable, bounds_of, value_ranks
 
 Array = NDArray[np.float64]
 
@@ -81,12 +78,10 @@ _GROUPS = {
     _DOMINATED: ("s", BLUE, 2.6, 3.0),
     PARETO: ("D", ORANGE, 3.8, 3.5),
 }
-_MARK: dict[str, Any] = {
-    "linestyle": "none", "markeredgecolor": "#D55E00", "zorder": 7.0,
+_CHOSEN: dict[str, Any] = {
+    "linestyle": "none", "marker": "o", "markersize": 9.0, "markerfacecolor": "none",
+    "markeredgecolor": "#D55E00", "markeredgewidth": 1.6, "zorder": 7.0,
     "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
-}  # fmt: skip
-_CHOSEN = _MARK | {
-    "marker": "o", "markersize": 9.0, "markerfacecolor": "none", "markeredgewidth": 1.6,
     "label": "proposed or chosen",
 }  # fmt: skip
 
@@ -103,7 +98,7 @@ class Column:
         log: Whether the axis is logarithmic.
         limits: The lower and the upper one.
         name: Of the limits in the legend.
-        marks: Places of the chosen design; NaN if unknown.
+        mark: Place of the chosen design; NaN if there is none.
     """
 
     places: Array
@@ -113,7 +108,7 @@ class Column:
     log: bool = False
     limits: tuple[float, float] = _OPEN
     name: str = ""
-    marks: tuple[Array, ...] = ()
+    mark: float = np.nan
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -122,7 +117,8 @@ class Column:
 
     def place_on(self, axes: Axes, letter: str) -> None:
         """Give an axis its ends, scale, texts, and shade what is beyond the limits."""
-        axes.set(**{f"{letter}lim": self.ends} | ({f"{letter}scale": "log"} if self.log else {}))
+        scale = "log" if self.log else "linear"
+        axes.set(**{f"{letter}lim": self.ends, f"{letter}scale": scale})
         span, line = (axes.axvspan, axes.axvline) if letter == "x" else (axes.axhspan, axes.axhline)
         style: dict[str, Any] = {"linestyle": {"x": "-.", "y": "--"}[letter], "zorder": 4.5}
         for sign, limit, end in zip("≥≤", self.limits, self.ends, strict=True):
@@ -130,7 +126,6 @@ class Column:
                 span(*sorted((limit, end)), fc="0.93", linewidth=0, zorder=0)
                 label = f"limit {literal(self.name, 24)} {sign} {number(limit, 6)}"
                 line(limit, label=label, color="0.25", linewidth=1.0, **style)
-        axes.set(**{f"{letter}lim": self.ends})  # matplotlib has made room for the limits
         name_axis(axes, letter, self.label, self.options)
 
 
@@ -158,12 +153,10 @@ class Points:
     Attributes:
         columns: By name.
         groups: By name.
-        looks: Of the marks of the columns.
     """
 
     columns: Mapping[str, Column]
     groups: Mapping[str, Group]
-    looks: tuple[dict[str, Any], ...] = ()
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
@@ -172,31 +165,10 @@ class Points:
         for name, group in self.groups.items():
             rows = group.rows[seen[group.rows]]
             axes.plot(x.places[rows], y.places[rows], **group.look(name))
-        for across, up, look in zip(x.marks, y.marks, self.looks, strict=True):
-            axes.plot(across, up, **look)
+        if not np.isnan(x.mark):
+            axes.plot(x.mark, y.mark, **_CHOSEN)
         x.place_on(axes, "x")
         y.place_on(axes, "y")
-
-    @contextmanager
-    def triangle(
-        self, names: Sequence[str], below: float = 0.0
-    ) -> Iterator[tuple[Drawing, list[Axes], GridSpec]]:
-        """Give a figure with each pair of names, above a row of ``below`` mm; its grid."""
-        wide, height = len(names) - 1, row_height(len(names) - 1)
-        heights = [height] * wide + [below] * bool(below)
-        with new_figure(28.0 + sum(heights)) as figure:
-            cells = figure.add_gridspec(len(heights), max(wide, 1), height_ratios=heights)
-            for k in range(wide):
-                for j in range(k + 1):
-                    ax = figure.add_subplot(cells[k, j])
-                    self.draw(ax, names[j], names[k + 1])
-                    # names at the left and below only
-                    ax.tick_params(labelbottom=k + 1 == wide, labelleft=j == 0)
-                    if k + 1 < wide:
-                        ax.set_xlabel("")
-                    if j > 0:
-                        ax.set_ylabel("")
-            yield figure, figure.axes[:], cells
 
     def counts(self, table: TestTable) -> str:
         """Return how many designs there are, and how many are not seen."""
@@ -205,12 +177,9 @@ class Points:
             out |= ~column.seen
         n = int(failed.sum())
         facts = f"{counted(len(table), 'design')} tested{f', {n} failed' * bool(n)}."
-        return f"{facts} {far(int((out & ~failed).sum()))}".strip()
-
-
-def far(n: int) -> str:
-    """Return the sentence of a caption that n designs are not seen; empty of none."""
-    return f"{counted(n, 'design')} far from the others outside of the axes." if n else ""
+        far = int((out & ~failed).sum())
+        more = f" {counted(far, 'design')} far from the others outside of the axes." if far else ""
+        return facts + more
 
 
 def checked(table: object) -> TestTable:
@@ -234,31 +203,20 @@ def points_of_table(
     bounds = bounds_of(limits, layout)
 
     def column(name: str) -> Column:
-        marks = () if chosen is None else (_numbers(chosen, name),)
-        options: tuple[Any, ...] = ()
+        label, log, limited = layout.label_of(name), layout.is_log(name), bounds.get(name, _OPEN)
         if name in layout.variables:
             places, ends, options = _variable(table, name)
-        else:
-            places = table.column(name)
-            inner = places[feasible] if len(np.unique(places[feasible])) > 1 else places
-            low, high = view(inner, *np.concatenate([[], *marks]))
-            # Beyond the feasible designs by their range: on axes that show every failed design
-            # nothing else is seen.
-            near = (places >= low - (high - low)) & (places <= high + (high - low))
-            ends = view(places[near], *np.concatenate([[], *marks]))
-        limited, log = bounds.get(name, _OPEN), layout.is_log(name)
-        return Column(places, ends, layout.label_of(name), options, log, limited, name, marks)
+            return Column(places, ends, label, options, log, limited, name)
+        places = table.column(name)
+        mark = np.nan if chosen is None else float(chosen.column(name)[0])
+        inner = places[feasible] if len(np.unique(places[feasible])) > 1 else places
+        low, high = view(inner, mark)
+        # Beyond the feasible designs by their range: on axes that show every failed design nothing
+        # else is seen.
+        near = (places >= low - (high - low)) & (places <= high + (high - low))
+        return Column(places, view(places[near], mark), label, (), log, limited, name, mark)
 
-    columns = {name: column(name) for name in names}
-    return Points(columns, groups, () if chosen is None else (_CHOSEN,))
-
-
-def _numbers(designs: TestTable, name: str) -> Array:
-    """Return a column of marked designs; NaN where there is none, or a choice."""
-    try:
-        return designs.column(name).astype(np.float64)
-    except (PsiError, ValueError):
-        return np.full(len(designs), np.nan)
+    return Points({name: column(name) for name in names}, groups)
 
 
 def _variable(table: TestTable, name: str) -> tuple[Array, tuple[float, float], tuple[Any, ...]]:
@@ -266,9 +224,7 @@ def _variable(table: TestTable, name: str) -> tuple[Array, tuple[float, float], 
     j = table.layout.variable(name)
     kind, cells = table.kinds[j], table.X[:, j]
     if not kind.real and kind is not Kind.INTEGER:
-        options = sorted({*cells.tolist()}, key=str)
-        index = {option: k for k, option in enumerate(options)}
-        places = np.array([index[cell] for cell in cells.tolist()], np.float64)
+        options, places = value_ranks(cells)
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
         return places + aside, (-0.5, len(options) - 0.5), tuple(options)
     x = cells.astype(np.float64)

@@ -24,7 +24,6 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import integer, known_name
 
 Array = NDArray[np.float64]
 
@@ -34,7 +33,6 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 HUGE = 1e300  # from here on the length of an axis may overflow; such values are penalties
-_SUFFIXES = (".png", ".pdf", ".svg")
 _WIDTH = 180.0  # of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch, as browsers count them
 # A few values, this share of all, are outside of an axis if the others would take less than a
@@ -42,9 +40,7 @@ _SCREEN = 96  # dots per inch, as browsers count them
 _FEW, _FLAT, _FAR = 0.05, 1 / 5, 4.0
 _STYLE: Any = {
     "figure.facecolor": "white",
-    "figure.titlesize": 9.0,
     "axes.facecolor": "white",
-    "font.family": "DejaVu Sans",
     "font.size": 8.0,
     "axes.titlesize": 8.5,
     "axes.labelsize": 8.0,
@@ -60,8 +56,6 @@ _STYLE: Any = {
     "legend.fontsize": 8.0,
     "legend.frameon": False,
     "lines.linewidth": 1.5,
-    "mathtext.fontset": "dejavusans",
-    "text.usetex": False,
 }
 
 
@@ -196,7 +190,8 @@ def save_figures(
 ) -> tuple[Path, ...]:
     """Write figures by name as they are made; no file changes before the last one is ready.
 
-    The caption of a figure is a text beside it, such as ``one.txt``.
+    The caption of a figure is a text beside it, such as ``one.txt``. The suffix is that of a format
+    of matplotlib, such as ``.png`` or ``.pdf``.
 
     Example:
         >>> import tempfile
@@ -204,8 +199,6 @@ def save_figures(
         ...     [path.name for path in save_figures([("one", Figure())], folder, 20, ".png")]
         ['one.png']
     """
-    dpi = integer("dpi", dpi, minimum=1)
-    suffix = known_name("suffix", suffix, _SUFFIXES)
     ready = {}
     for name, figure in figures:
         drawn = BytesIO()

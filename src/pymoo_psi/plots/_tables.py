@@ -22,17 +22,13 @@ from pymoo_psi.plots._points import (
     MARKERS,
     ORANGE,
     PARETO,
-    Column,
-    Group,
-    Points,
     checked,
-    far,
     name_axis,
     points_of_table,
     ranked_groups,
 )
-from pymoo_psi.plots._style import Drawing, legend_of, literal, panels, view
-from pymoo_psi.table import Histogram, Key, Layout, Limits, TestTable, histogram
+from pymoo_psi.plots._style import Drawing, legend_of, literal, new_figure, panels, row_height
+from pymoo_psi.table import Histogram, Layout, Limits, TestTable, histogram
 
 Array = NDArray[np.float64]
 
@@ -52,8 +48,8 @@ def plot_table(
     table: TestTable,
     limits: Limits | None = None,
     *,
-    variables: Sequence[Key] | None = None,
-    objectives: Sequence[Key] | None = None,
+    variables: Sequence[str] | None = None,
+    objectives: Sequence[str] | None = None,
     title: str = "",
 ) -> Drawing:
     """Return an overview of a table: histograms of variables, objectives against variables.
@@ -65,10 +61,9 @@ def plot_table(
     Args:
         table: A test table.
         limits: Limits on columns.
-        variables: Names or indices of the variables; all by default. With histograms alone other
-            columns may be among them, by name.
-        objectives: Names or indices of the objectives; all by default, none for histograms alone.
-            Constraints and further outputs may be among them, by name.
+        variables: Names of the variables, or of other columns; all variables by default.
+        objectives: Names of the objectives, or of other columns; all objectives by default, none
+            for histograms alone.
         title: What the table is of; begins the caption.
 
     Raises:
@@ -82,10 +77,8 @@ def plot_table(
         6
     """
     layout = checked(table).layout
-    rows = _objective_names(objectives, layout)
-    others = () if rows else layout.columns[len(layout.variables) :]
-    keys = layout.variables if variables is None else variables
-    columns = [str(k) if k in others else layout.variables[layout.variable(k)] for k in keys]
+    rows = _known("objectives", layout.objectives if objectives is None else objectives, layout)
+    columns = _known("variables", layout.variables if variables is None else variables, layout)
     if not columns:
         raise invalid("variables", "one or more", Received("none"))
     rows = rows if max(len(columns), len(rows)) <= MATRIX else []
@@ -96,7 +89,7 @@ def plot_table(
     with panels(len(columns) * (1 + len(rows)), wide) as (figure, axes):
         tops = axes[: len(columns)]
         for j, (top, name, found) in enumerate(zip(tops, columns, counts, strict=True)):
-            _draw_bars(top, found, whole, tested=name not in others)
+            _draw_bars(top, found, whole, tested=name in layout.variables)
             name_axis(top, "x", "" if rows else layout.label_of(name), found.values)
             name_axis(top, "y", "" if j % wide else "% of each group")
             for ax, objective in zip(axes[j + wide :: wide], rows, strict=False):
@@ -119,7 +112,7 @@ def plot_objectives(
     table: TestTable,
     limits: Limits | None = None,
     *,
-    objectives: Sequence[Key] | None = None,
+    objectives: Sequence[str] | None = None,
     design: int | None = None,
     title: str = "",
 ) -> Drawing:
@@ -128,8 +121,8 @@ def plot_objectives(
     Args:
         table: A test table.
         limits: Limits on columns.
-        objectives: Names or indices of two to seven objectives; all by default. Constraints and
-            further outputs may be among them, by name.
+        objectives: Names of two to seven objectives, or of other columns; all objectives by
+            default.
         design: Number of a test point to be marked, such as the one that was chosen.
         title: What the table is of; begins the caption.
 
@@ -144,28 +137,29 @@ def plot_objectives(
         >>> sum(ax.axison for ax in plot_objectives(table).axes)
         3
     """
-    names = _objective_names(objectives, checked(table).layout)
+    layout = checked(table).layout
+    names = _known("objectives", layout.objectives if objectives is None else objectives, layout)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
     if design is not None and design not in table.numbers:
         raise invalid("design", "the number of a test point of the table", design)
     chosen = None if design is None else table.rows(table.numbers == design)
-    points = points_of_table(table, names, limits, chosen)
-    with points.triangle(names) as (figure, axes, _):
-        legend_of(figure, axes)
+    points, wide = points_of_table(table, names, limits, chosen), len(names) - 1
+    with new_figure(28.0 + wide * row_height(wide)) as figure:
+        cells = figure.add_gridspec(wide, wide)
+        for k in range(wide):
+            for j in range(k + 1):
+                ax = figure.add_subplot(cells[k, j])
+                points.draw(ax, names[j], names[k + 1])
+                ax.label_outer()
+        legend_of(figure, figure.axes)
         figure.describe(title, "Objectives in pairs.", points.counts(table))
     return figure
 
 
-def _objective_names(keys: Sequence[Key] | None, layout: Layout) -> list[str]:
-    others = layout.constraints + layout.outputs
-    return [
-        known_name("objectives", key, others)
-        if key in others
-        else layout.objectives[layout.objective(key)]
-        for key in (layout.objectives if keys is None else keys)
-    ]
+def _known(argument: str, names: Sequence[str], layout: Layout) -> list[str]:
+    return [known_name(argument, name, layout.columns) for name in names]
 
 
 def _draw_bars(axes: Axes, found: Histogram, whole: tuple[int, ...], *, tested: bool) -> None:
@@ -193,20 +187,17 @@ def plot_ranking(
     *,
     units: Mapping[Any, str] | None = None,
     title: str = "",
-    pairs: bool = True,
     row: int | None = None,
 ) -> Drawing:
-    """Return the Pareto-optimal designs of a ranking, with ranks and the Salukvadze optimum.
+    """Return the Pareto-optimal designs of a ranking as parallel coordinates, by rank.
 
-    Up to seven objectives are drawn in pairs. Below, or alone, are parallel coordinates: a line for
-    each design, from the best value of each objective at the bottom to the worst of the Pareto set.
-    A value far from all others is outside of the pairs' axes; the caption says how many are.
+    Each is a line from the best value of every objective at the bottom to the worst of the Pareto
+    set. :func:`plot_objectives` of a table draws objectives in pairs.
 
     Args:
         ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
         units: Units of objectives by name, such as ``table.layout.units``.
         title: What the designs are; begins the caption.
-        pairs: Whether to draw pairs; parallel coordinates only if not.
         row: A design whose line is marked, such as the chosen one.
 
     Raises:
@@ -216,62 +207,38 @@ def plot_ranking(
         >>> from pymoo_psi import rank_of_efficiency
         >>> figure = plot_ranking(rank_of_efficiency([[1, 5], [2, 2], [5, 1]]))
         >>> [ax.get_ylabel() for ax in figure.axes]
-        ['f2', 'share of the range (0 is best)']
+        ['share of the range (0 is best)']
     """
     instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) gives one")
     names = ranking.objectives.headings({} if units is None else units)
-    groups, front = ranked_groups(ranking), ranking.pareto.copy()
-    if row is not None:
-        front[row] = True
-    columns = {
-        name: Column(values, view(values[front]), name)
-        for name, values in zip(names, ranking.objectives.values.T, strict=True)
-    }
-    few = names if pairs and len(names) <= MATRIX + 1 else names[:1]
-    height = 60.0 if len(names) <= MATRIX else 90.0
-    paired = [columns[name].seen[ranking.pareto] for name in few if len(few) > 1]
-    clipped = sum(not all(seen) for seen in zip(*paired, strict=True))
-    with Points(columns, groups).triangle(few, below=height) as (figure, _, cells):
-        below = figure.add_subplot(cells[-1, :])
-        _draw_parallel(below, ranking, groups, names, row)
-        looks = [Line2D([], [], **group.look(name)) for name, group in groups.items()]
-        legend_of(figure, [below], *looks, fontsize=8)
-        optimal = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
-        shown = f"{optimal} of {len(ranking.rank)}, by rank of efficiency, each a line from the "
-        shown += "best to the worst value of every objective."
-        figure.describe(title, shown, far(clipped))
-    return figure
-
-
-def _draw_parallel(
-    axes: Axes,
-    ranking: EfficiencyRanking,
-    groups: Mapping[str, Group],
-    names: Sequence[str],
-    marked: int | None,
-) -> None:
-    """Draw a line for each design through its objectives, each from its best to its worst value."""
     values, sign = ranking.objectives.values, ranking.objectives.sign
-    # Of all: a design is where the ranking has it, also where one value is far from the others.
     front = values[ranking.pareto] * sign
     best, worst = front.min(axis=0) * sign, front.max(axis=0) * sign
     shares = (values - best) / np.where(worst == best, 1.0, worst - best)
-    place = np.arange(len(names))
-    for group in groups.values():
-        rows = group.rows[:: -(-len(group.rows) // _LINES)]
-        many, top = len(group.rows) > _BARE, group.level == MARKERS[6][-1]
-        lines = LineCollection(
-            [np.column_stack([place, share]) for share in shares[rows]],
-            colors=group.colour, linewidths=2.0 if top else 0.4 if many else 1.0,
-            alpha=0.5 if many else 1.0, zorder=group.level, rasterized=many,
-        )  # fmt: skip
-        axes.add_collection(lines)
-    if marked is not None and marked not in ranking.salukvadze:
-        look: dict[str, Any] = {"linewidth": 2.0, "marker": "o", "markersize": 4.0, "zorder": 7.0}
-        axes.plot(place, shares[marked], "k--", label="proposed or chosen", **look)
-    axes.set(xlim=(-0.4, len(place) - 0.6), ylim=(-0.05, 1.05))
-    ends = zip(names, best.tolist(), worst.tolist(), strict=True)
-    labels = [f"{literal(n, 30)}\nbest {number(b)}\nworst {number(w)}" for n, b, w in ends]
-    longest = max(len(line) for label in labels for line in label.split("\n"))
-    axes.set_xticks(place, labels, rotation=90 if (longest + 2) * len(labels) > _TEXT else 0)
-    axes.set_ylabel("share of the range (0 is best)")
+    place, looks = np.arange(len(names)), list[Line2D]()
+    with panels(1, 1, height=60.0 if len(names) <= MATRIX else 90.0) as (figure, (axes,)):
+        for name, group in ranked_groups(ranking).items():
+            rows = group.rows[:: -(-len(group.rows) // _LINES)]
+            many, top = len(group.rows) > _BARE, group.level == MARKERS[6][-1]
+            lines = LineCollection(
+                [np.column_stack([place, share]) for share in shares[rows]],
+                colors=group.colour, linewidths=2.0 if top else 0.4 if many else 1.0,
+                alpha=0.5 if many else 1.0, zorder=group.level, rasterized=many,
+            )  # fmt: skip
+            axes.add_collection(lines)
+            looks.append(Line2D([], [], **group.look(name)))
+        if row is not None and row not in ranking.salukvadze:
+            look: dict[str, Any] = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
+            axes.plot(place, shares[row], "k--", label="proposed or chosen", zorder=7.0, **look)
+        axes.set(xlim=(-0.4, len(place) - 0.6), ylim=(-0.05, 1.05))
+        ends = zip(names, best.tolist(), worst.tolist(), strict=True)
+        labels = [f"{literal(n, 30)}\nbest {number(b)}\nworst {number(w)}" for n, b, w in ends]
+        longest = max(len(line) for label in labels for line in label.split("\n"))
+        axes.set_xticks(place, labels, rotation=90 if (longest + 2) * len(labels) > _TEXT else 0)
+        axes.set_ylabel("share of the range (0 is best)")
+        legend_of(figure, [axes], *looks, fontsize=8)
+        optimal = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
+        shown = f"{optimal} of {len(ranking.rank)}, by rank of efficiency, each a line from the "
+        shown += "best to the worst value of every objective."
+        figure.describe(title, shown)
+    return figure
