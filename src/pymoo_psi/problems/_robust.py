@@ -62,7 +62,6 @@ class Robust(WrappedProblem):
             problem's attribute ``names``) a number, by which the value may be larger or smaller,
             all values in between equally likely; or the distribution of what is added to the
             value, such as ``scipy.stats.norm(0, 0.01)``.
-        relative: The variables whose tolerances are shares of their values: 0.02 is then 2 %.
         uncertainty: For each parameter its distribution, as for :func:`pymoo_psi.robustness`. All
             tolerances and parameters are independent.
         n_scenarios: How many scenarios.
@@ -75,7 +74,7 @@ class Robust(WrappedProblem):
 
     Attributes:
         wrapped: The problem in the first scenario.
-        offsets: ``(n_scenarios, t)`` what the t tolerances add, or add relatively.
+        offsets: ``(n_scenarios, t)`` what the t tolerances add.
         parameters: ``(n_scenarios, k)`` the values of the k parameters.
         problems: The problem of each scenario; of all of them if no parameter is uncertain.
 
@@ -123,7 +122,6 @@ class Robust(WrappedProblem):
         problem: Any,
         *,
         tolerances: Mapping[str, Any] | None = None,
-        relative: Collection[str] = (),
         uncertainty: Mapping[str, Any] | None = None,
         n_scenarios: int = 64,
         criteria: str | Sequence[str] = "mean",
@@ -140,17 +138,8 @@ class Robust(WrappedProblem):
         self.problems = _problems(problem, uncertainty, self.parameters.tolist())
         nominal = self.problems[0]
         self.space = design_space(nominal)
-        places = {v.title: j for j, v in enumerate(self.space.variables)}
-        for name in tolerances:
-            j = places[known_name("a variable of tolerances", name, places)]
-            if not self.space.variables[j].kind.real or self.space.variables[j].fixed:
-                remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
-                raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
-        self._columns = [places[name] for name in tolerances]
-        for name in relative:
-            known_name("relative", name, tolerances)
-        self._relative = np.isin([*tolerances], [*relative])
-        self.criteria = _statistics(criteria, nominal.n_obj)
+        self._columns = [self._column(name) for name in tolerances]
+        self.criteria = _criteria(criteria, nominal.n_obj)
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
@@ -162,6 +151,15 @@ class Robust(WrappedProblem):
         names |= {name: given.get(name, name) for name in objectives}
         units = getattr(nominal, "units", None) or {}
         self.units = {name: unit for name, unit in units.items() if name in names.values()}
+
+    def _column(self, name: str) -> int:
+        """Return the place of a variable with a tolerance."""
+        titles = self.space.titles
+        j = titles.index(known_name("a variable of tolerances", name, titles))
+        if not self.space.variables[j].kind.real or self.space.variables[j].fixed:
+            remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
+            raise invalid("tolerances", "of real variables that are not fixed", name, remedy)
+        return j
 
     def name(self) -> str:
         """Return the name of the wrapped problem, and that it is robust.
@@ -183,11 +181,9 @@ class Robust(WrappedProblem):
         """
         # One text for all numbers of the scenarios: these are many.
         numbers = hashlib.sha256(self.offsets.tobytes() + self.parameters.tobytes()).hexdigest()
-        names = [self.space.names[j] for j in self._columns]
         return {
             "wrapped": own_parameters(self.wrapped),
-            "wrapped constraints": [self.wrapped.n_ieq_constr, self.wrapped.n_eq_constr],
-            "tolerances": dict(zip(names, self._relative.tolist(), strict=True)),
+            "tolerances": [self.space.names[j] for j in self._columns],
             "scenarios": f"{len(self.offsets)} {numbers[:16]}",
             "criteria": list(self.criteria),
             "failure_probability": self.failure_probability,
@@ -210,13 +206,17 @@ class Robust(WrappedProblem):
             ``(S, n, m)`` their objectives; ``(S, n)`` which are feasible with finite objectives,
             and ``(S, n)`` why others failed, empty for those that did not.
         """
-        scenarios = [self._offset(designs, k) for k in range(len(self.offsets))]
+        moved = np.repeat(designs[None], len(self.offsets), axis=0)
+        if self._columns:  # of whole numbers, an array would cut off what is added
+            moved = moved.astype(np.result_type(designs, np.float64))
+            values = designs[:, self._columns].astype(np.float64)
+            moved[..., self._columns] = values + self.offsets[:, None]
         if len(self.problems) == 1:  # the same in all scenarios: it is called once for all
-            scenarios = [np.concatenate(scenarios)]
+            moved = moved.reshape(1, -1, designs.shape[1])
         found = []
-        for problem, moved in zip(self.problems, scenarios, strict=True):
+        for problem, rows in zip(self.problems, moved, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
-            out = evaluate_designs(problem, self.space.designs(moved), *args, **kwargs)
+            out = evaluate_designs(problem, self.space.designs(rows), *args, **kwargs)
             feasible = meets_constraints(out["G"], out["H"]) & (out["failure"] == "")
             found.append((out["F"], competes(out["F"], feasible), out["failure"]))
         F, valid, reasons = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
@@ -233,15 +233,6 @@ class Robust(WrappedProblem):
         columns = [statistic(text, F[..., j], counts) for j, text in enumerate(self.criteria)]
         # Not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated.
         return np.column_stack(columns), (~valid).mean(axis=0)
-
-    def _offset(self, designs: NDArray[Any], k: int) -> NDArray[Any]:
-        """Return the designs as they are in a scenario."""
-        values = designs[:, self._columns].astype(np.float64)
-        scale = np.where(self._relative, values, 1.0)
-        # Designs may be given as whole numbers, an array of which would cut off what is added.
-        moved = designs.astype(np.result_type(designs, values) if self._columns else designs.dtype)
-        moved[:, self._columns] = values + self.offsets[k] * scale
-        return moved
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a design that is valid in no scenario
@@ -280,7 +271,7 @@ def _distribution(name: str, given: Any) -> Any:
     return SimpleNamespace(icdf=lambda q: half * (2 * q - 1))
 
 
-def _statistics(criteria: Any, m: int) -> tuple[str, ...]:
+def _criteria(criteria: Any, m: int) -> tuple[str, ...]:
     """Return the statistic of each objective, checked."""
     texts = tuple([criteria] * m if isinstance(criteria, str) else criteria)
     for text in texts:
@@ -320,8 +311,4 @@ def _problems(problem: Any, names: Collection[str], rows: list[list[float]]) -> 
     problems = [problem(**dict(zip(names, row, strict=True))) for row in rows if names] or [problem]
     for each in problems:
         require_problem(each, names)
-        sizes, found = [(p.n_var, p.n_obj) for p in (problems[0], each)]
-        if found != sizes:
-            rule = f"of (n_var, n_obj) = {sizes} in every scenario, as in the first"
-            raise invalid("problem", rule, found)
     return problems

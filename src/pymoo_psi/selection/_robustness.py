@@ -157,8 +157,7 @@ def robustness(
 
     Raises:
         ArgumentValueError: A count is out of range, a distribution gives no finite values, a
-            problem is of another size than the first or does not take a parameter, or all designs
-            fail in a scenario.
+            problem does not take a parameter, or all designs fail in a scenario.
         ArgumentTypeError: An argument has the wrong type; ``make_problem`` gives no problem.
 
     Example:
