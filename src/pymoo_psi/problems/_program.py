@@ -34,6 +34,7 @@ from pymoo_psi._validation import (
     positive_number,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
+from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._named import NamedProblem, section, sections
 from pymoo_psi.table import Expression
 
@@ -83,12 +84,11 @@ class Output:
             rule = "given as file with one of pattern, key and column, or as expression"
             raise invalid("an output", rule, Received(" and ".join(ways) or "none of these"))
         try:
-            groups = re.compile(self.pattern).groups
-        except re.error as error:
-            rule = f"a regular expression ({error})"
-            raise invalid("the pattern of an output", rule, self.pattern) from None
-        if self.pattern and groups != 1:
-            rule = r"with one group, which is the number, such as 'mass = (\S+)'"
+            one = not self.pattern or re.compile(self.pattern).groups == 1
+        except re.error:
+            one = False
+        if not one:
+            rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
             raise invalid("the pattern of an output", rule, self.pattern)
 
     @property
@@ -105,10 +105,10 @@ class Output:
         if not (folder / self.file).is_file():
             raise RunError(f"the program left no file {self.file}")
         text = text_of(folder / self.file).removeprefix("\ufeff").replace("\r\n", "\n")
-        cell = self._value(text) if self.key else self._cell(text)
-        if not _NUMBER.fullmatch(cell.strip()):
-            raise RunError(f"{cell.strip()!r:.60} in {self.file} is no plain number")
-        return float(cell.strip().lower().replace("d", "e"))
+        cell = (self._value(text) if self.key else self._cell(text)).strip()
+        if not _NUMBER.fullmatch(cell):
+            raise RunError(f"{cell!r:.60} in {self.file} is no plain number")
+        return float(cell.lower().replace("d", "e"))
 
     def _value(self, text: str) -> str:
         """Return what is at the path in JSON."""
@@ -128,11 +128,10 @@ class Output:
         if self.row is None and len(cells) > 1:
             remedy = "say which one by row, -1 for the last"
             raise RunError(f"{self.file} has {len(cells)} times a {what}; {remedy}")
-        try:
-            return str(cells[self.row or 0])
-        except IndexError:
-            number = "" if self.row is None else f" number {self.row}"
-            raise RunError(f"{self.file} has no {what}{number}") from None
+        row = self.row or 0
+        if not -len(cells) <= row < len(cells):
+            raise RunError(f"{self.file} has no {what} number {row}")
+        return str(cells[row])
 
     def _column(self, text: str) -> list[str]:
         lines = [line for line in text.splitlines() if line.strip()] or [""]
@@ -308,13 +307,12 @@ class ProgramProblem(NamedProblem):
         units = {n: output.unit for n, output in self.outputs.items() if output.unit}
         for word, goals in mapping("objectives", objectives, "minimize and maximize").items():
             known_name("an entry of objectives", word, ("minimize", "maximize"))
-            collection(f"objectives: {word}", goals, "a list of outputs")
+            for n in collection(f"objectives: {word}", goals, "a list of outputs"):
+                known_name("an objective", n, self.outputs)
         most = [*objectives.get("maximize", ())]
         every = [*objectives.get("minimize", ()), *most]
         if not every or len({*every}) < len(every):
             raise invalid("objectives", "outputs named once, one or more", every)
-        for n in every:
-            known_name("an objective", n, self.outputs)
         for n in limits or ():
             remedy = "of variables there are bounds, and requirements"
             known_name("what is limited", n, self.outputs, remedy)
@@ -382,11 +380,15 @@ class ProgramProblem(NamedProblem):
         run = ProgramRun(Path(tempfile.mkdtemp(prefix=prefix, dir=folder)))
         began = time.monotonic()
         try:
-            self._prepare(run, values)
+            if self.program.template:
+                shutil.copytree(self._template, run.folder, dirs_exist_ok=True)
+            for file in self.program.files:
+                written = run.written.setdefault(file, {})
+                text = filled(text_of(run.folder / file), values, written)
+                (run.folder / file).write_bytes(text.encode(errors="surrogateescape"))
+            run.words = [filled(w, values, {}) for w in shlex.split(self.program.command)]
             self.program.run(run.words, run.folder)
             self._read(run, values)
-        except shutil.Error as error:  # a list of files, their copies and what is wrong
-            run.flaw = str(error.args[0][0][2])
         except (RunError, OSError) as error:
             run.flaw = str(error)
         run.seconds = time.monotonic() - began
@@ -423,49 +425,26 @@ class ProgramProblem(NamedProblem):
         for n, output in self.outputs.items():
             used |= {known_name(f"a name in the expression of {n}", m, known) for m in output.names}
             known.append(n)
+        space = design_space(self)
+        lowest = space.matrix(np.zeros((1, len(space.searched))))[0].tolist()
+        values = dict(zip(self.variables, lowest, strict=True))
         for where, text in texts.items():
-            for name, form in _PLACEHOLDER.findall(text):
+            try:
+                filled(text, values, {})
+            except ValueError as error:
+                rule = "with formats that fit, such as {width:.6g}"
+                raise invalid(f"a placeholder in {where}", rule, Received(error)) from None
+            for name, _ in _PLACEHOLDER.findall(text):
+                near = difflib.get_close_matches(name, self.variables, n=1, cutoff=0.8)
+                if name not in self.variables and near:  # other braces stay as they are
+                    rule = f"{{{near[0]}}}, or unlike a variable"
+                    raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
                 used.add(name)
-                self._check_placeholder(name, form, where)
         for n in self.variables:
             if n not in used:
                 rule = "in the command, in one of files or in an expression"
                 remedy = f"write {{{n}}} where its value belongs"
                 raise invalid(f"the variable {n}", rule, Received("in none"), remedy)
-
-    def _check_placeholder(self, name: str, form: str, where: str) -> None:
-        """Refuse a misspelt variable, and a format that does not fit; other braces stay."""
-        near = difflib.get_close_matches(name, self.variables, n=1, cutoff=0.8)
-        if name not in self.variables and near:
-            rule = f"{{{near[0]}}}, or unlike a variable"
-            raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
-        variable = self.variables.get(name)
-        for value in getattr(variable, "options", getattr(variable, "bounds", ())):
-            try:
-                _shown(value, form)
-            except ValueError as error:
-                mark = f"{{{name}:{form}}} in {where}"
-                raise invalid(mark, "with a format such as {width:.6g}", Received(error)) from None
-
-    def _prepare(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
-        """Copy the template and write the values into it."""
-        if self.program.template:
-            shutil.copytree(self._template, run.folder, dirs_exist_ok=True)
-        for file in self.program.files:
-            path, written = run.folder / file, run.written.setdefault(file, {})
-            text = self._filled(text_of(path), values, written)
-            path.write_bytes(text.encode(errors="surrogateescape"))
-        run.words = [self._filled(w, values, {}) for w in shlex.split(self.program.command)]
-
-    def _filled(self, text: str, values: Mapping[str, Any], written: dict[str, str]) -> str:
-        """Return a text with values for placeholders, and note them in ``written``."""
-
-        def value(found: re.Match[str]) -> str:
-            name, form = found.groups("")
-            text = _shown(values[name], form) if name in values else found[0]
-            return written.setdefault(found[0], text)
-
-        return _PLACEHOLDER.sub(value, text)
 
     def _read(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
         """Read the outputs, or compute them, in their order."""
@@ -506,9 +485,15 @@ class ProgramProblem(NamedProblem):
         return run.outputs
 
 
-def _shown(value: Any, form: str) -> str:
-    """Return a value as it is written into a file."""
-    return format(value.item() if isinstance(value, np.generic) else value, form)
+def filled(text: str, values: Mapping[str, Any], written: dict[str, str]) -> str:
+    """Return a text with values for placeholders, and note them in ``written``."""
+
+    def value(found: re.Match[str]) -> str:
+        name, form = found.groups("")
+        text = format(values[name], form) if name in values else found[0]
+        return written.setdefault(found[0], text)
+
+    return _PLACEHOLDER.sub(value, text)
 
 
 def text_of(path: Path) -> str:
