@@ -1,37 +1,17 @@
-"""The box of a problem is taken as it is, or refused."""
+"""The box of a problem is taken as it is."""
 
 import numpy as np
-import pytest
-from pymoo.core.problem import ElementwiseProblem, Problem
-from pymoo.core.variable import Integer
+from pymoo.core.problem import Problem
 
-from pymoo_psi import PsiError, investigate
+from pymoo_psi import investigate
 from pymoo_psi.problems import design_space
-
-
-def whole(lower, upper):
-    return ElementwiseProblem(vars={"a": Integer(bounds=(lower, upper))}, n_obj=2)
-
-
-@pytest.mark.parametrize(
-    ("lower", "upper"), [(0, 2**53 + 1), (2**60, 2**60 + 7), (-(2**53) - 1, 0), (0, 2**64)]
-)
-def test_integers_that_float64_does_not_hold_are_refused(lower, upper):
-    for problem in (whole(lower, upper), Problem(n_var=1, n_obj=2, xl=lower, xu=upper, vtype=int)):
-        with pytest.raises(PsiError, match=r"below 2\^53 in size for an integer variable"):
-            investigate(problem, 8)
-
-
-def test_the_largest_integers_are_reached():
-    (variable,) = design_space(whole(2**53 - 4, 2**53 - 1)).variables
-    values = variable.values(np.array([0, 0.25, 0.5, 0.75]))
-    assert values.tolist() == [2**53 - k for k in (4, 3, 2, 1)]
 
 
 def test_limits_on_integers_are_kept_by_the_points_at_their_ends():
     """Also where k/n, rounded, lies in the part of the integer beside."""
     for n in (1, 7, 13, 49):
-        (variable,) = design_space(whole(3, n + 2)).variables
+        space = design_space(Problem(n_var=1, n_obj=2, xl=3, xu=n + 2, vtype=int))
+        (variable,) = space.variables
         for first in range(n):
             for last in range(first, n):
                 ends = np.array(variable.between(2.5 + first, 3.5 + last))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
 from pymoo_psi._validation import boolean, integer, invalid, known_name, wrong_type
-from pymoo_psi.problems import call_of, design_space
+from pymoo_psi.problems import design_space
 from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
@@ -59,10 +59,6 @@ class UniformSampling(Sampling):
     extendable = True
     randomised = False
     log: Collection[str] | None = None
-
-    def __repr__(self) -> str:
-        """Return the call that makes it."""
-        return call_of(self)
 
     def _do(
         self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any

@@ -8,7 +8,6 @@ from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import stream_designs as stream_designs
 from ._evaluation import streams as streams
-from ._evaluation import value_column as value_column
 from ._failures import FailureTolerant as FailureTolerant
 from ._failures import leave_failed_out as leave_failed_out
 from ._failures import untolerant as untolerant
@@ -20,7 +19,6 @@ from ._program import Program as Program
 from ._program import ProgramProblem as ProgramProblem
 from ._program import ProgramRun as ProgramRun
 from ._pymoo import WrappedProblem as WrappedProblem
-from ._pymoo import call_of as call_of
 from ._pymoo import problem_name as problem_name
 from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem

@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Of the integers from here on float64 holds some only, and pymoo keeps a vector's bounds in it.
-_LARGEST = 2**53
-
 _CLASSES = {Real: Kind.REAL, Integer: Kind.INTEGER, Binary: Kind.BINARY, Choice: Kind.CHOICE}
 _TYPES = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
 
@@ -328,8 +325,7 @@ def _variables(problem: Any) -> Iterator[Variable]:
             bounds, options = getattr(given, "bounds", ()), tuple(getattr(given, "options", ()))
             yield _variable(problem, str(name), given, kind, bounds, options)
         return
-    # as objects: a float array would round large integers before they can be refused
-    ends = [np.broadcast_to(np.array(end, dtype=object), problem.n_var) for end in problem.bounds()]
+    ends = [np.broadcast_to(end, problem.n_var) for end in problem.bounds()]
     for j, bounds in enumerate(zip(*ends, strict=True)):
         yield _variable(problem, f"x{j + 1}", problem.vtype, _TYPES.get(problem.vtype), bounds, ())
 
@@ -340,21 +336,16 @@ def _variable(
     where = f"{name} of {problem_name(problem)}"
     if kind is None or (kind is Kind.CHOICE and not options):
         raise wrong_type(f"variable {where}", "real, integer, binary or a choice of some", given)
-    if kind is Kind.BINARY:  # pymoo asks for no bounds there
-        return Variable(name, kind, 0.0, 1.0)
-    if kind is Kind.CHOICE:
-        return Variable(name, kind, 0.0, len(options) - 1.0, options)
-    rule = "finite and in increasing order"
+    if kind in (Kind.BINARY, Kind.CHOICE):
+        bounds = (0, len(options) - 1 if options else 1)
     try:
         low, high = map(float, bounds)
-    except (TypeError, ValueError, OverflowError):  # None, a text, an integer beyond all floats
+    except (TypeError, ValueError):  # None, a text
         low = high = np.nan
     if kind is Kind.INTEGER:
         low, high = float(np.ceil(low)), float(np.floor(high))  # the integers in between
-        rule += ", below 2^53 in size for an integer variable"
-        if max(abs(low), abs(high)) >= _LARGEST:
-            low = np.nan
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
-        raise invalid(f"bounds of {where}", rule, Received(" and ".join(map(str, bounds))))
-    return Variable(name, kind, low, high)
+        found = Received(" and ".join(map(str, bounds)))
+        raise invalid(f"bounds of {where}", "finite and in increasing order", found)
+    return Variable(name, kind, low, high, options)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Generator, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -155,9 +156,9 @@ class _Model:
             for outer in self.transformed:
                 design = outer.original(design)
             raw = self.function(copy.copy(design))
-            row = {name: _floats(name, raw.get(name), (size,)) for name, size in self.sizes.items()}
+            row = {n: _floats(x, n, raw.get(n), (size,)) for n, size in self.sizes.items()}
             if flaw := _flaw(row):
-                raise _BadValues(flaw)
+                raise EvaluationError(x, flaw)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a legacy model exits; Rust and asyncio have their own
@@ -175,9 +176,7 @@ class _Model:
     def failed(self, x: Any, error: BaseException) -> Values:
         """Return the reason why a design failed, or raise if the run is to stop."""
         if not isinstance(error, EvaluationError):
-            original = None if isinstance(error, _BadValues) else error
-            reason = one_line(original) if original else str(error)
-            error = EvaluationError(x, reason, original)
+            error = EvaluationError(x, one_line(error), error)
         if self.stop:
             raise error from error.original
         return {"failure": error.reason}
@@ -187,7 +186,7 @@ class _Model:
         n = len(X)
         try:
             raw = self._raw(X)
-            out = {name: _floats(name, raw.get(name), (n, m)) for name, m in self.sizes.items()}
+            out = {k: _floats(X[0], k, raw.get(k), (n, m)) for k, m in self.sizes.items()}
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # as of one design
@@ -207,14 +206,12 @@ class _Model:
         reasons = np.full(n, "", dtype=object)
         for i in np.flatnonzero(doubtful):
             flaw = _flaw({name: array[i] for name, array in out.items()})
-            reasons[i] = self.failed(X[i], _BadValues(flaw))["failure"]
+            reasons[i] = self.failed(X[i], EvaluationError(X[i], flaw))["failure"]
             out["F"][i], out["G"][i], out["H"][i] = np.inf, 0.0, 0.0
         out["failure"] = reasons
         for name, value in raw.items():
-            if name not in out and value is not None:
-                many = isinstance(value, list) or getattr(value, "ndim", 0) > 0
-                many = many and len(value) == n
-                out[name] = value_column(value if many else [value] * n)
+            if name not in out and isinstance(value, (list, np.ndarray)) and len(value) == n:
+                out[name] = value_column(value)
         return out
 
     def _raw(self, X: Any) -> dict[str, Any]:
@@ -230,32 +227,29 @@ class _Model:
             out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
         # as in pymoo, a list holds the columns
         lists = {name: out[name] for name in self.sizes if isinstance(out[name], list)}
-        return out | {name: np.ma.column_stack(value) for name, value in lists.items()}
+        return out | {name: np.column_stack(value) for name, value in lists.items()}
 
 
-class _BadValues(Exception):  # noqa: N818 - only ever a reason, and never leaves this module
-    """What a model returned cannot be used."""
-
-
-def _floats(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return values as a new array of floats of a shape, NaN where they are masked."""
     size = shape[-1]
     if value is None:
         if size:
-            raise _BadValues(f"{name} is missing")
+            raise EvaluationError(design, f"{name} is missing")
         return np.zeros(shape)
     try:
-        if (found := np.asarray(value)).dtype.kind in "cmM":
+        if (found := np.asarray(value)).dtype.kind == "c":
             raise TypeError(f"it holds {found.dtype}")  # NumPy would drop a half
         array = np.array(found, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
-        raise _BadValues(f"{name} is not an array of numbers: {error}") from error
+        raise EvaluationError(design, f"{name} is not an array of numbers: {error}") from error
     if isinstance(value, np.ma.MaskedArray):
         array[value.mask] = np.nan
     # Of many designs (m, n) is not (n, m), but the values of one may be a row or a column.
     one = len(shape) == 1 and array.size == size
     if not one and array.shape != shape and (size, array.shape) != (1, shape[:1]):
-        raise _BadValues(f"{name} has shape {array.shape} instead of {shape}")
+        rule = f"{name} has shape {array.shape} instead of {shape}"
+        raise EvaluationError(design, rule)
     return array.reshape(shape)
 
 
@@ -275,14 +269,10 @@ def value_column(values: list[Any] | NDArray[Any]) -> NDArray[Any]:
     """Return another value of all designs as an array; NaN or None where a design has none."""
     if type(values) is np.ndarray and values.dtype.kind in "fiub":
         return values.copy()
-    # NumPy would take what lies under the mask for the value.
-    values = [None if np.ma.is_masked(value) else value for value in values]
     present = [value for value in values if value is not None]
-    try:
-        found = np.array(present, dtype=None if present else np.float64)
+    with suppress(ValueError):  # lists in it differ in length
+        found = np.array(present)
         if found.dtype.kind in "fiub":
             nothing = np.full(found.shape[1:], np.nan)
             return np.array([nothing if value is None else value for value in values])
-    except ValueError:  # lists in it differ in length
-        pass
     return np.fromiter(values, object)

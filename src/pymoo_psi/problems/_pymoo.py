@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import inspect
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import partial
 from typing import Any
 
@@ -82,26 +82,6 @@ def problem_name(problem: Any) -> str:
     return str((name() if callable(name) else name) or type(problem).__name__)
 
 
-def call_of(made: object) -> str:
-    """Return how an object is made whose attributes are called as the arguments of its class.
-
-    Arguments with their default values, and those that it does not keep, are left out.
-    """
-    shown = ", ".join(f"{n}={v!r}" for n, v in _arguments_of(made, [type(made)]).items())
-    return f"{type(made).__name__}({shown})"
-
-
-def _arguments_of(made: Any, classes: Iterable[type]) -> dict[str, Any]:
-    parameters = {n: p for c in classes for n, p in inspect.signature(c).parameters.items()}
-    found = {}
-    for name, parameter in parameters.items():
-        value = getattr(made, name, getattr(made, f"_{name}", parameter.default))
-        value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-        if value is not parameter.default and not (_is_plain(value) and value == parameter.default):
-            found[name] = value
-    return found
-
-
 def own_parameters(problem: Any) -> dict[str, Any]:
     """Return what ``fingerprint()`` of a problem returns, or numbers and texts it was made with.
 
@@ -114,9 +94,17 @@ def own_parameters(problem: Any) -> dict[str, Any]:
     while isinstance(problem, WrappedProblem):
         problem = problem.wrapped
     classes = [c for c in reversed(type(problem).__mro__) if issubclass(c, Problem)]
-    pymoos = inspect.signature(Problem).parameters
-    given = _arguments_of(problem, classes)
-    return {n: _short(v) for n, v in given.items() if n not in pymoos and _is_plain(v)}
+    parameters = {n: p for c in classes for n, p in inspect.signature(c).parameters.items()}
+    found = {}
+    for name in [n for n in parameters if n not in inspect.signature(Problem).parameters]:
+        default = parameters[name].default
+        value = getattr(problem, name, getattr(problem, f"_{name}", default))
+        value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+        if _is_plain(value) and value != default:
+            text = repr(value)
+            long = len(text) > _LONGEST
+            found[name] = hashlib.sha256(text.encode()).hexdigest()[:16] if long else value
+    return found
 
 
 def _is_plain(value: Any) -> bool:
@@ -125,12 +113,6 @@ def _is_plain(value: Any) -> bool:
     return isinstance(value, (bool, int, float)) or (
         isinstance(value, str) and not {"/", "\\"} & {*value}
     )
-
-
-def _short(value: Any) -> Any:
-    """Return a value, or the hash of a long one, as a study keeps it."""
-    text = repr(value)
-    return value if len(text) <= _LONGEST else hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def seed_ties(algorithm: Any) -> None:
