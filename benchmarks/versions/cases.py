@@ -203,9 +203,7 @@ def random_formulation(rng, tests):
     pool = [*goals, *layout.outputs, *layout.inequalities, *computed]
     objectives = [name for name in pool if rng.random() < 0.6] if rng.random() < 0.7 else []
     asked = objectives or goals
-    turned = [name for name in asked if rng.random() < 0.3]
-    maximize = [name for name in turned if name not in maximized(layout)]
-    minimize_ = [name for name in turned if name in maximized(layout)]
+    maximize = [name for name in asked if rng.random() < 0.3]
     constraints = [*layout.inequalities, *layout.equalities]
     relaxed = [name for name in constraints if name not in asked and rng.random() < 0.3]
     limits = random_limits(rng, columns, 0.25)
@@ -214,8 +212,7 @@ def random_formulation(rng, tests):
     if relaxed and rng.random() < 0.5:
         limits |= random_limits(rng, {relaxed[0]: tests.column(relaxed[0])}, 1)
     return formulated(
-        objectives, maximize=maximize, minimize=minimize_, limits=limits, relaxed=relaxed,
-        computed=computed,
+        objectives, maximize=maximize, limits=limits, relaxed=relaxed, computed=computed,
     )  # fmt: skip
 
 

@@ -35,7 +35,7 @@ def test_sets_and_ranks_are_those_of_the_union_and_say_where_tests_are_from():
     np.testing.assert_array_equal(table.column("heat"), [4, 5, np.nan, np.nan, np.nan])
     assert (table.layout.lower.tolist(), table.layout.upper.tolist()) == ([0.0], [2.0])
     # A design that both experiments have tested counts once.
-    assert table.repeats.tolist() == [0, 0, 9, 0, 0]
+    assert table.repeats.tolist() == [False, False, True, False, False]
     assert table.pareto().tolist() == [False, True, False, False, False]
     assert table.ranking().rank.tolist() == rank_of_efficiency([[1.0, -2.0]]).rank.tolist()
     boundless = replace(FINE, layout=replace(FINE.layout, lower=[np.nan]))

@@ -46,10 +46,6 @@ def test_what_the_last_doubling_brought(bnh):
     said = found.verdict()
     assert f"{percent(1 - found.mu1[-1] / before)} nearer to the ideal point" in said
     assert f"the hypervolume by {percent(1 / found.hypervolume[-2] - 1)}" in said
-    assert found.verdict(tolerance=1e-9).startswith(
-        "The last doubling, from 150 to 300 tests, still"
-    )
-    assert "changed the decision by less than 90 %" in found.verdict(tolerance=0.9)
 
 
 @pytest.mark.parametrize("columns", [1, 2])

@@ -75,7 +75,7 @@ class ByHand(Problem):
         for name, function in self.computed.items():
             with np.errstate(all="ignore"):
                 values[name] = function(values)
-        up = {"gain", *self.asked.maximize}.difference(self.asked.minimize)
+        up = {"gain", *self.asked.maximize}
         signs = [-1.0 if name in up else 1.0 for name in self.criteria]
         columns = [np.abs(values[n]) if n == "volume" else values[n] for n in self.criteria]
         out["F"] = np.column_stack(columns) * signs
@@ -110,12 +110,10 @@ def formulations(draw):
     columns = ["mass", "gain", "heat", *CONSTRAINTS, *computed]
     criteria = draw(st.lists(st.sampled_from(columns), unique=True, max_size=3))
     named = criteria or ["mass", "gain"]
-    turned = draw(st.dictionaries(st.sampled_from(named), st.booleans()))
+    turned = draw(st.lists(st.sampled_from(named), unique=True))
     relaxed = draw(st.lists(st.sampled_from(CONSTRAINTS), unique=True, max_size=2))
     kept = {*CONSTRAINTS}.difference(relaxed, criteria)
-    more = {"gain", *(n for n, up in turned.items() if up)}.difference(
-        n for n, up in turned.items() if not up
-    )
+    more = {"gain", *turned}
     free = [n for n in [*columns, "width", "wall kg"] if n not in kept]
     limits = {}
     for name in draw(st.lists(st.sampled_from(free), unique=True, max_size=3)):
@@ -125,8 +123,7 @@ def formulations(draw):
         limits[name] = draw(st.sampled_from(pairs))
     asked = Formulation(
         objectives=criteria,
-        maximize=[n for n, up in turned.items() if up],
-        minimize=[n for n, up in turned.items() if not up],
+        maximize=turned,
         limits=limits,
         relaxed=relaxed,
         computed={n: COMPUTED[n][0] for n in computed},
@@ -252,7 +249,6 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
     [
         ('{"objectives": ["a"], "objectives": ["b"]}', "a name occurs twice"),
         ('{"objective": ["a"]}', "an entry must be one of .* did you mean 'objectives'"),
-        ('{"maximize": ["a"], "minimize": ["a"]}', "of different columns, got 'a'"),
         ('{"limits": {"mass": NaN}}', "NaN is no number of JSON"),
         ('{"page": {"a": -Infinity}}', "-Infinity is no number of JSON"),
         ('{"computed": {"r": "__import__(\'os\').abort()"}}', "arithmetic of columns"),

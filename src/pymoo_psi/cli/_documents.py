@@ -44,7 +44,7 @@ def run_page(options: Page) -> int:
             former = opened(prototype, written, same)
         except PsiError as error:
             raise ArgumentValueError(f"--prototype {prototype}: {error}") from None
-    opens = replace(asked, objectives=(), maximize=(), minimize=(), relaxed=(), computed={})
+    opens = replace(asked, objectives=(), maximize=(), relaxed=(), computed={})
     title = options.title or str(asked.page.get("title") or path.stem)
     page = decision_page(table, opens, prototype=former, title=title)
     # What the table was asked is repeated in the decisions that the page saves.

@@ -57,7 +57,7 @@ even_part returns: of points of a sequence, not of what an algorithm has chosen.
 :mod:`pymoo_psi.plots` draws them.
 Files: ``to_csv`` and ``read_csv``, ``to_xlsx``, ``to_study`` and ``read_study`` change nothing;
 ``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former, too.
-For the other subpackages: what limits say (bounds_of, ends, within, excess, lacking), designs as a
+For the other subpackages: what limits say (bounds_of, within, excess, lacking), designs as a
 matrix (design_matrix, design_keys, ...), and a table as a head and columns (head_of,
 columns_of, kinds_of_columns, table_of), as studies hold it.
 """
@@ -75,7 +75,6 @@ from pymoo_psi.table._layout import (
     Layout,
     Limits,
     bounds_of,
-    ends,
     excess,
     lacking,
     within,
@@ -113,7 +112,6 @@ __all__ = [
     "design_matrix",
     "designs_head",
     "difference",
-    "ends",
     "even_part",
     "excess",
     "head_of",

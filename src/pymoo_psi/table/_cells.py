@@ -9,8 +9,7 @@ have two meanings, one in each notation:
 1. Where ``decimal`` or ``thousands`` is given, it decides.
 2. Else a column that only one notation can read, as one with 1.5, 0.125 or 1.250.000, is of it.
 3. Else the mark, as in 1.250, is a decimal mark if it is one in all columns of the file that are
-   certain; or if it is a point in a file with commas between its cells, and all numbers of the
-   column have three digits behind it, as programs print them.
+   certain.
 4. Else the column is refused: no number is read that could be another one.
 """
 
@@ -49,7 +48,6 @@ _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of
 _OTHER = {".": ",", ",": "."}
 _GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
 _LONGEST = 100  # characters of a number; a longer text is none, and costs no time
-_PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 # What a reader may take for a number, though it is none by the rule: $5, ~5, 5 kg, 1/2, =A1; but
 # not dates and times.
 _NUMBERLIKE = re.compile(
@@ -81,7 +79,6 @@ class Cells:
     Attributes:
         columns: The n cells of each column by its name, in the order of the source.
         lines: The line of the file on which each row ends; empty if there are no lines.
-        separator: The mark between the cells of a line; empty if there is none.
         head: What the source says of its columns, as :func:`designs_head` writes it.
         label: The column that names the designs, if the source says so.
         rows: The numbers of the rows, from 1 to n if empty.
@@ -89,7 +86,6 @@ class Cells:
 
     columns: dict[str, list[Any]]
     lines: Sequence[int] = ()
-    separator: str = ""
     head: Head | None = None
     label: str | None = None
     rows: Sequence[int] = ()
@@ -188,7 +184,7 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
                 raise UnfitError(f"{what}; {out}, or begin its name otherwise")
         kept = [k for k in range(len(rows)) if k not in marked]
         rows, ends = [rows[k] for k in kept], [ends[k] for k in kept]
-    return cells_of_rows(rows, ends, separator)
+    return cells_of_rows(rows, ends)
 
 
 def rows_of_workbook(content: bytes, name: str | None) -> tuple[Head | None, list[Row]]:
@@ -233,7 +229,7 @@ def cells_of_sheet(rows: Sequence[Row], skip_rows: Collection[int], head: Head |
         for i, row in enumerate(rows, start=1)
         if i not in skip_rows and not all(map(_nothing, row))
     }
-    return cells_of_rows([*kept.values()], [*kept], "", head)
+    return cells_of_rows([*kept.values()], [*kept], head)
 
 
 def _nothing(cell: Any) -> bool:
@@ -302,9 +298,7 @@ def in_a_line(name: str) -> str:
     return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
 
 
-def cells_of_rows(
-    rows: list[list[Any]], ends: list[int], separator: str, head: Head | None = None
-) -> Cells:
+def cells_of_rows(rows: list[list[Any]], ends: list[int], head: Head | None = None) -> Cells:
     """Return rows as columns under the names in the first row."""
     if not rows:
         raise UnfitError(_EMPTY)
@@ -333,7 +327,7 @@ def cells_of_rows(
         if count > 1:
             what = f"its header names the column {name!r} {count} times"
             raise UnfitError(f"{what}; leave titles above the names out by --skip-rows")
-    return Cells(dict(named), ends[1:], separator, head)
+    return Cells(dict(named), ends[1:], head)
 
 
 # From cells to numbers
@@ -454,10 +448,8 @@ def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) 
     decimal = marks[0]
     if len(unclear := np.flatnonzero(~np.isnan(one) & (one != two))):
         i, used = unclear[0], {mark for i in unclear for mark in ".," if mark in column[i]}
-        printed = all(is_blank(c) or _PRINTED.fullmatch(str(c).strip()) for c in column)
         decimal = "." if "." in column[i] else ","
-        settled = used == certain or (printed and cells.separator == "," and not certain)
-        if len(used) > 1 or not settled:
+        if len(used) > 1 or used != certain:
             readings = " or ".join(f"{values[m][i]:.15g}" for m in (_OTHER[decimal], decimal))
             remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
             return refused(i, f"either {readings}; {remedy}")

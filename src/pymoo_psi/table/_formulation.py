@@ -84,7 +84,6 @@ class Formulation:
             variable or a constraint among them is one no more (an equality counts by its absolute
             value). The table's other objectives become outputs.
         maximize: Objectives to be maximised, beside those of which the table says so.
-        minimize: Objectives to be minimised although the table says otherwise.
         limits: Limits on objectives, variables and outputs, ``(lower, upper)`` with ``None`` for an
             open end; a number is an upper limit. Each becomes an inequality constraint, such as
             ``mass<=30`` with the value mass - 30.
@@ -103,7 +102,7 @@ class Formulation:
         page: What else the decision page showed; changes no decision.
 
     Raises:
-        ArgumentValueError: A name is given twice or in two directions, a limit is none, or an
+        ArgumentValueError: A name is given twice, a limit is none, or an
             expression cannot be read.
         ArgumentTypeError: A name is not text, a limit not of numbers.
 
@@ -122,7 +121,6 @@ class Formulation:
 
     objectives: Sequence[str] = ()
     maximize: Sequence[str] = ()
-    minimize: Sequence[str] = ()
     limits: Mapping[str, Limit] = field(default_factory=dict)
     relaxed: Sequence[str] = ()
     computed: Mapping[str, str] = field(default_factory=dict)
@@ -134,13 +132,11 @@ class Formulation:
 
     def __post_init__(self) -> None:
         """Check what can be checked without a table, and take copies."""
-        for group in ("objectives", "maximize", "minimize", "relaxed"):
+        for group in ("objectives", "maximize", "relaxed"):
             names = column_names(group, getattr(self, group))
             if twice := [name for name in names if names.count(name) > 1]:
                 raise invalid(group, "columns that are named once", twice[0])
             object.__setattr__(self, group, names)
-        if both := [name for name in self.maximize if name in self.minimize]:
-            raise invalid("maximize and minimize", "of different columns", both[0])
         for group in ("limits", "computed", "page"):
             entries = mapping_of(group, getattr(self, group), "columns to values")
             column_names(group, tuple(entries))
@@ -162,7 +158,7 @@ class Formulation:
             >>> Formulation(["mass", "r"], limits={"x1": 3}, computed={"r": "f2 / f1"}).columns
             ('mass', 'x1', 'f2', 'f1')
         """
-        used = [*self.objectives, *self.maximize, *self.minimize, *self.relaxed, *self.limits]
+        used = [*self.objectives, *self.maximize, *self.relaxed, *self.limits]
         for text in self.computed.values():
             used += Expression.of(text).columns
         return tuple(name for name in dict.fromkeys(used) if name not in self.computed)
@@ -187,14 +183,11 @@ class Formulation:
             <BLANKLINE>
             True
         """
-        blank = Formulation()
+        blank, content = Formulation(), {f.name: getattr(self, f.name) for f in fields(self)}
+        said = {name: value for name, value in content.items() if value != getattr(blank, name)}
         # One line for each attribute: short enough to be read, and to be edited by hand.
-        content = {f.name: getattr(self, f.name) for f in fields(self)}
-        lines = ",\n ".join(
-            f'"{name}": {json.dumps(value, ensure_ascii=False, allow_nan=False)}'
-            for name, value in content.items()
-            if value != getattr(blank, name)
-        )
+        texts = {n: json.dumps(v, ensure_ascii=False, allow_nan=False) for n, v in said.items()}
+        lines = ",\n ".join(f'"{name}": {text}' for name, text in texts.items())
         with whole_file(path) as written:
             written.write_text(f"{{\n {lines}\n}}\n", encoding="utf-8")
 
@@ -252,9 +245,8 @@ def formulated(
         known_name("objectives", name, whole)
         if name in layout.variables:  # other columns are of float64
             whole[name] = real_column(name, whole[name])
-    for group in ("maximize", "minimize"):
-        for name in getattr(formulation, group):
-            known_name(group, name, objectives, "only objectives have a direction")
+    for name in formulation.maximize:
+        known_name("maximize", name, objectives, "only objectives have a direction")
     for name in formulation.relaxed:
         known_name("relaxed", name, layout.constraints)
     for name, unit in formulation.units.items():
@@ -272,7 +264,7 @@ def formulated(
     )
     former = (*layout.outputs, *layout.objectives, *layout.constraints, *formulation.computed)
     outputs = tuple(n for n in former if n not in (*objectives, *inequalities, *equalities))
-    more = {*layout.maximize, *formulation.maximize}.difference(formulation.minimize)
+    more = {*layout.maximize, *formulation.maximize}
     asked = replace(
         layout,
         variables=tuple(layout.variables[j] for j in kept),

@@ -24,8 +24,6 @@ _ROUNDING = 1e-9  # relative, of results that two machines have computed
 def outputs_under(layout: Layout, table: TestTable) -> Array:
     """Return the outputs of a table in a layout that has them all; NaN for others."""
     names = layout.outputs
-    if names == table.layout.outputs:
-        return table.outputs
     outputs = np.full((len(table), len(names)), np.nan)
     outputs[:, [names.index(name) for name in table.layout.outputs]] = table.outputs
     return outputs
@@ -84,7 +82,7 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
     """
     layout = table.layout
     columns = {name: table.column(name) for name in layout.columns}
-    if first is None:
+    if by_design := first is None:
         first = np.arange(len(table))
         known = np.flatnonzero(table.status != "failed")
         first[known] = known[first_rows(table.X[known])]
@@ -96,8 +94,8 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
     for name, column in columns.items():
         one, two = column[first[again]], column[again]
         other = unequal(one, two, _ROUNDING)
-        if name in layout.outputs or name in table.extra:
-            other &= ~(blank(one) | blank(two))
+        if by_design and name in layout.outputs:  # which not every experiment has
+            other &= ~(np.isnan(one) | np.isnan(two))
         if other.any():
             i = other.argmax()
             pair = [table.rows([row]) for row in (first[again[i]], again[i])]
@@ -109,13 +107,6 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
             found = Received(f"{one[i]} and {two[i]} as {name} of {which}")
             remedy = "do not join runs of different problems, bounds or versions"
             raise invalid("tests", "of one result for each test point and design", found, remedy)
-
-
-def blank(column: NDArray[Any]) -> Mask:
-    """``(n,)`` which cells hold nothing."""
-    if column.dtype.kind == "f":
-        return np.asarray(np.isnan(column))
-    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
 
 
 def unequal(one: NDArray[Any], two: NDArray[Any], rounding: float = 0.0) -> Mask:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Received, counted, instance, invalid, known_name, positive_number
+from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Limits
@@ -31,6 +31,9 @@ _FIRST = 8  # tests of the first row of a convergence; fewer have no front to sp
 # Of the hypervolume, in units of the last front's range: a little beyond its worst values, so that
 # the designs at its ends count, too.
 _REFERENCE = 1.1
+# What share of its μ1 the best design must have come nearer, or of itself the hypervolume must have
+# grown, for the last tests to be worth it.
+_WORTH = 0.01
 
 
 def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.DataFrame:
@@ -254,18 +257,11 @@ class Convergence(Shown):
         frame = pd.DataFrame({name: getattr(self, name) for name in names})
         return frame.set_index(pd.Index(self.tests, name="tests"))
 
-    def verdict(self, *, tolerance: float = 0.01) -> str:
+    def verdict(self) -> str:
         """Say what the last doubling of the tests changed in the decision, and what is not known.
 
         What the next one will change is not foretold: on known problems no estimate from the
         doublings before is right often enough.
-
-        Args:
-            tolerance: What share of its μ1 the best design must have come nearer, or of itself the
-                hypervolume must have grown, to be worth the tests.
-
-        Raises:
-            ArgumentValueError: ``tolerance`` is not above 0.
 
         Example:
             >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -273,7 +269,7 @@ class Convergence(Shown):
             >>> print(convergence(table, normalize=False).verdict())
             The last doubling, from 512 to 1024 tests, still changed the decision by more than ...
         """
-        tolerance, n = positive_number("tolerance", tolerance), int(self.tests[-1])
+        n = int(self.tests[-1])
         if len(self.tests) < 2 or not self.optimum[-2]:
             return (
                 f"Too few tests to tell: {int(self.feasible[-1])} of {n} are feasible, and half of "
@@ -293,12 +289,12 @@ class Convergence(Shown):
         (before, now), volume = self.mu1[-2:].tolist(), float(self.hypervolume[-2])
         nearer = max(0.0, before - now) / (before or 1.0)
         larger = 1 / volume - 1 if volume > 0 else np.inf
-        still = max(nearer, larger - 2 * self.volume_error[-2]) > tolerance
+        still = max(nearer, larger - 2 * self.volume_error[-2]) > _WORTH
         what = "still changed the decision by more than" if still else "changed the decision by"
         grown = f"by {percent(larger)}" if np.isfinite(larger) else "from nothing"
         moved = f", which moved by {percent(self.moved[-1])} of a range" if changes else ""
         return (
-            f"{last} {what} {'' if still else 'less than '}{percent(tolerance)}: it brought the "
+            f"{last} {what} {'' if still else 'less than '}{percent(_WORTH)}: it brought the "
             f"best design {percent(nearer)} nearer to the ideal point{moved}, and enlarged "
             f"the hypervolume {grown}. {unknown}"
         )

@@ -35,7 +35,7 @@ from pymoo_psi._validation import (
     real_array,
     wrong_type,
 )
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     Explanation,
@@ -60,7 +60,7 @@ from pymoo_psi.table._files import (
     text_rows,
 )
 from pymoo_psi.table._formulation import Formulation, formulated
-from pymoo_psi.table._joining import blank, difference, require_one_result, stacked, unequal
+from pymoo_psi.table._joining import difference, require_one_result, stacked, unequal
 from pymoo_psi.table._layout import ORIGIN, RESERVED, Key, Layout, Limits, bounds_of, within
 
 if TYPE_CHECKING:
@@ -301,34 +301,24 @@ class TestTable(Shown):
         return [f"{word} {t}" if re.fullmatch(r"\d+( #\d+)?", t) else t for t in texts]
 
     @property
-    def repeats(self) -> NDArray[np.int64]:
-        """``(n,)`` which tests repeat a design: the number of its first test, else 0.
+    def repeats(self) -> Mask:
+        """``(n,)`` which tests repeat the design and the objectives of one before.
 
-        A repetition has the same objectives, too; only designs without a real variable, and those
-        of joined experiments, are looked at. PSI calls the model once for each design, and in a
-        Pareto set the first test of a design stands for all.
+        PSI calls the model once for each design, and in a Pareto set the first test of a design
+        stands for all.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])
             >>> table.repeats
-            array([0, 0, 1])
+            array([False, False,  True])
         """
-        result = np.zeros(len(self), dtype=np.int64)
-        if self._recurs():
-            first = first_rows(self.X, self.F)
-            again = first < np.arange(len(self))
-            result[again] = self.numbers[first[again]]
-        return result
-
-    def _recurs(self) -> bool:
-        """Whether designs can occur again.
-
-        In one experiment a real variable that is free never has a value twice; of several, two may
-        begin with the same points.
-        """
+        # In one experiment a real variable that is free never has a value twice; of several, two
+        # may begin with the same points.
         bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)
-        finite = [not kind.real or low == high for kind, low, high in bounds]
-        return bool(finite) and (all(finite) or len(self.experiments) > 1)
+        free = any(kind.real and low != high for kind, low, high in bounds)
+        if free and len(self.experiments) < 2:
+            return np.zeros(len(self), dtype=bool)
+        return np.asarray(first_rows(self.X, self.F) < np.arange(len(self)))
 
     @property
     def experiments(self) -> tuple[str, ...]:
@@ -413,9 +403,7 @@ class TestTable(Shown):
         mask = self.eligible(limits)
         if self.F.shape[1] > 0:  # without objectives no design is better than another
             mask[mask] = nondominated(self.F[mask])
-        if self._recurs():
-            first = first_rows(self.X[mask], self.F[mask])
-            mask[mask] = first == np.arange(len(first))
+        mask[mask] = ~self.rows(mask).repeats
         return mask
 
     def ranking(self, limits: Limits | None = None, *, normalize: bool = True) -> EfficiencyRanking:
@@ -466,7 +454,7 @@ class TestTable(Shown):
             (array([0, 1, 2]), array([6, 6, 0]), 'test point 5')
         """
         rows = np.flatnonzero(self.eligible(limits))
-        rows = rows[self.rows(rows).repeats == 0]
+        rows = rows[~self.rows(rows).repeats]
         names = self.names
         objectives = self._objectives(rows, [names[row] for row in rows])
         return rows, ranking_of(objectives, self.pareto(limits)[rows], normalize=normalize)
@@ -725,7 +713,7 @@ class TestTable(Shown):
         """Return the tests of this and another run of the same problem, by number of test point.
 
         ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
-        tables counts once, with the outputs and extra columns of both.
+        tables counts once, and must be the same in everything.
 
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance or
@@ -740,17 +728,8 @@ class TestTable(Shown):
         tables = [self, instance("other", other, TestTable)]
         whole = stacked(tables, ["other"] * 2, "a table of the same problem")
         _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
-        first = rows[inverse]
-        require_one_result(whole, first)
-        again = np.flatnonzero(first != np.arange(len(whole)))
-        before = first[again]
-        outputs = whole.outputs.copy()
-        outputs[before] = np.where(np.isnan(outputs[before]), outputs[again], outputs[before])
-        extra = {name: column.copy() for name, column in whole.extra.items()}
-        for column in extra.values():
-            unknown = blank(column[before])
-            column[before[unknown]] = column[again[unknown]]
-        table = whole._with(outputs=outputs, extra=extra).rows(rows)
+        require_one_result(whole, rows[inverse])
+        table = whole.rows(rows)
         require_one_result(table)
         return table
 
@@ -1079,13 +1058,10 @@ def _lack(table: TestTable, row: np.intp) -> str:
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
     """Return numbers of test points as an array of its own: integers from 1, each once."""
-    try:
-        array = np.asarray(value)
-    except ValueError as error:  # lists of unequal length
-        raise ArgumentTypeError(f"numbers must be integers from 1: {error}") from error
+    array = np.asarray(value)
     if array.size and array.dtype.kind not in "iu":
         raise wrong_type("numbers", "integers from 1", Received(f"dtype {array.dtype}"))
-    if array.ndim != 1 or (array.size and array.min() < 1):
+    if array.ndim != 1 or (array < 1).any():
         raise invalid("numbers", "one-dimensional, of integers from 1", value)
     numbers = np.array(array, dtype=np.int64)
     _require_distinct(numbers)
