@@ -655,13 +655,13 @@ def wrappers(rng, folder):
 def scenarios(rng, folder):
     load = {"load": stats.norm(1.0, 0.2), "strength": stats.uniform(0.2, 0.7)}
     X, found = 2 * psi.lp_tau(int(rng.integers(2, 30)), 2, first=int(rng.integers(1, 99))), {}
-    names = "scenarios optimum_share efficient_share pareto_share infeasible_share mean spread"
+    names = "scenarios optimum_share efficient_share pareto_share infeasible_share"
     held = lambda: fields(  # noqa: E731
         psi.robustness(
             Loaded, X, uncertainty=load, n_scenarios=int(rng.integers(2, 40)),
             normalize=bool(rng.random() < 0.6),
         ),
-        names + " worst mean_regret worst_regret",
+        names + " mean_regret worst_regret",
     )  # fmt: skip
     attempt(found, "robustness", held)
     return found

@@ -223,8 +223,7 @@ def compare(
             ``"psi+nsga3"`` (half the budget for PSI, whose best designs start NSGA-III); these but
             ``"nsga3"`` with ``-scrambled`` behind ``psi`` or ``surrogate`` (scrambled Sobol' points
             for the LPτ points, which begin with the corner and the middle of the box, where many
-            test problems have optimal designs); and pymoo's ``"nsga2"``, ``"unsga3"``,
-            ``"moead"``, ``"sms"`` and ``"spea2"``.
+            test problems have optimal designs); and ``"nsga2"``.
         reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
             they join the union.
         folder: A folder in which every finished run is kept, as a study of all that it tested; the

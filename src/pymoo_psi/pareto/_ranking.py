@@ -90,6 +90,8 @@ class Objectives:
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
+        if isinstance(F, Objectives):
+            return F
         if isinstance(F, EfficiencyRanking) or hasattr(F, "ranked"):  # the latter a test table
             if len(maximize):
                 rule = "left out where a table or ranking has directions of its own"

@@ -31,23 +31,17 @@ Mask = NDArray[np.bool_]
 class Robustness(Shown):
     """What becomes of n designs in S scenarios.
 
-    Shares are of all S scenarios. The statistics of objectives and regret are over the scenarios in
-    which the design is feasible, NaN if it is in none. Regret is measured in the frame of each
-    scenario: how much farther from that scenario's U the design is than the nearest design.
+    Shares are of all S scenarios, regret of those in which the design is feasible, NaN if it is in
+    none. Regret is measured in the frame of each scenario: how much farther from that scenario's U
+    the design is than the nearest design.
 
     Attributes:
         X: ``(n, n_var)`` the designs, or ``(n,)`` mappings.
-        parameters: Names of the k uncertain parameters.
-        scenarios: ``(S, k)`` their values.
-        objectives: Names of the m objectives.
+        scenarios: ``(S, k)`` the values of the k uncertain parameters.
         optimum_share: ``(n,)`` share of scenarios in which the design is the Salukvadze optimum.
         efficient_share: ``(n,)`` share in which its rank of efficiency is 5 or 6.
         pareto_share: ``(n,)`` share in which it is Pareto optimal among the designs.
         infeasible_share: ``(n,)`` share in which it is infeasible.
-        mean: ``(n, m)`` mean of every objective, in the original direction.
-        spread: ``(n, m)`` standard deviation of every objective, of the scenarios as they are.
-        worst: ``(n, m)`` worst value of every objective: the largest, or of one that the problem
-            says is maximised the least.
         mean_regret: ``(n,)`` mean regret.
         worst_regret: ``(n,)`` largest regret.
 
@@ -65,21 +59,14 @@ class Robustness(Shown):
         array([0., 1., 0.])
         >>> result.order  # the first and the last tie in all but the regret
         array([1, 0, 2])
-        >>> result.mean.round(2)  # the mean load is 1
-        array([[0.5, 2. ], [1. , 1. ], [2. , 0.5]])
     """
 
     X: Any
-    parameters: tuple[str, ...]
     scenarios: Array
-    objectives: tuple[str, ...]
     optimum_share: Array
     efficient_share: Array
     pareto_share: Array
     infeasible_share: Array
-    mean: Array
-    spread: Array
-    worst: Array
     mean_regret: Array
     worst_regret: Array
 
@@ -103,8 +90,7 @@ class Robustness(Shown):
         """Return one row per design, the most robust first; its index is the row in ``X``.
 
         Returns:
-            Columns: the variables, the four shares, ``mean_regret``, ``worst_regret``, and
-            ``f1_mean``, ``f1_spread``, ``f1_worst`` for every objective.
+            Columns: the variables, the four shares, ``mean_regret``, ``worst_regret``.
         """
         import pandas as pd
 
@@ -114,9 +100,6 @@ class Robustness(Shown):
         shares = [f"{kind}_share" for kind in ("optimum", "efficient", "pareto", "infeasible")]
         for name in (*shares, "mean_regret", "worst_regret"):
             frame[name] = getattr(self, name)
-        for j, name in enumerate(self.objectives):
-            for statistic in ("mean", "spread", "worst"):
-                frame[f"{name}_{statistic}"] = getattr(self, statistic)[:, j]
         return frame.iloc[self.order]
 
 
@@ -127,16 +110,15 @@ def robustness(
     uncertainty: Mapping[str, Any],
     n_scenarios: int = 256,
     normalize: bool = True,
-    keep_bounds: bool = True,
 ) -> Robustness:
     """Rank designs in many scenarios of uncertain parameters of their problem.
 
     In every scenario the designs are evaluated by the problem of that scenario and ranked by
-    efficiency among themselves. Objectives are called as the problem's attribute ``names`` says, or
-    else f1, f2, …; one in its attribute ``maximize`` is reported in its own direction. A design
-    that is infeasible there, whose evaluation fails, or that has an objective that is not finite,
-    is left out of that ranking and counts as infeasible. It is an error if all fail, unless
-    ``make_problem`` returns ``FailureTolerant(problem)``. All n_scenarios · n · m values are held.
+    efficiency among themselves. A design that is infeasible there, lies outside the bounds of that
+    scenario's problem, whose evaluation fails, or that has an objective that is not finite, is left
+    out of that ranking and counts as infeasible. It is an error if all fail, unless
+    ``make_problem`` returns ``FailureTolerant(problem)``. Statistics of the objectives over the
+    same scenarios are those of :class:`pymoo_psi.Robust`.
 
     Args:
         make_problem: Called with the uncertain parameters by name, returns a pymoo problem. The
@@ -149,11 +131,9 @@ def robustness(
         n_scenarios: How many scenarios: LPτ points, taken through the quantile functions.
         normalize: Measure each objective in units of its range in the scenario, as for
             :func:`pymoo_psi.rank_of_efficiency`.
-        keep_bounds: Count a design that lies outside the bounds of a scenario's problem as
-            infeasible there. The chute's bound on the slope, for one, is 3.5 μ.
 
     Returns:
-        Shares, statistics of the objectives and regret for each design.
+        Shares and regret for each design.
 
     Raises:
         ArgumentValueError: A count is out of range, a distribution gives no finite values, a
@@ -171,15 +151,15 @@ def robustness(
         ...     n_scenarios=16,
         ...     normalize=False,
         ... )
-        >>> result.to_frame()[["x1", "x2", "optimum_share", "f1_worst"]].round(3)
-             x1   x2  optimum_share  f1_worst
-        2  0.30  0.1          0.688     2.318
-        3  0.35  0.1          0.312     2.228
-        4  0.40  0.1          0.000     2.159
-        1  0.25  0.1          0.000     2.435
-        0  0.20  0.1          0.000     2.589
+        >>> result.to_frame()[["x1", "x2", "optimum_share", "worst_regret"]].round(3)
+             x1   x2  optimum_share  worst_regret
+        2  0.30  0.1          0.688         0.022
+        3  0.35  0.1          0.312         0.028
+        4  0.40  0.1          0.000         0.075
+        1  0.25  0.1          0.000         0.114
+        0  0.20  0.1          0.000         0.264
     """
-    normalize, keep_bounds = boolean("normalize", normalize), boolean("keep_bounds", keep_bounds)
+    normalize = boolean("normalize", normalize)
     robust = Robust(make_problem, uncertainty=uncertainty, n_scenarios=n_scenarios)
     # By next(iter(X)), as X[0] of a data frame is a column of that name.
     named = not isinstance(X, np.ndarray) and len(X) and isinstance(next(iter(X)), Mapping)
@@ -193,37 +173,18 @@ def robustness(
         if all(reasons[k]) and not isinstance(problem, FailureTolerant):  # likely a mistake
             remedy = "if designs may fail, make FailureTolerant(problem)"
             raise invalid("make_problem", "of problems that evaluate X", reasons[k, 0], remedy)
-        if keep_bounds:
-            for variable, column in zip(design_space(problem).variables, matrix.T, strict=True):
-                if variable.kind is not Kind.CHOICE:
-                    values = column.astype(np.float64)
-                    feasible[k] &= (variable.lower <= values) & (values <= variable.upper)
+        for variable, column in zip(design_space(problem).variables, matrix.T, strict=True):
+            if variable.kind is not Kind.CHOICE:
+                values = column.astype(np.float64)
+                feasible[k] &= (variable.lower <= values) & (values <= variable.upper)
         ranked.append(_ranked(F[k], feasible[k], normalize))
-    marks, values = (np.array(arrays) for arrays in zip(*ranked, strict=True))
-    values[~feasible] = np.nan
+    marks, regret = (np.array(arrays) for arrays in zip(*ranked, strict=True))
     with warnings.catch_warnings():  # of a design that is never feasible nothing is known
         warnings.simplefilter("ignore", RuntimeWarning)
-        mean, spread = np.nanmean(values, axis=0), np.nanstd(values, axis=0)
-        worst = np.nanmax(values, axis=0)
-    optimum, efficient, pareto = marks.mean(axis=0)
-    objectives = tuple(robust.names[f"f{j + 1}"] for j in range(robust.n_obj))
-    maximize = getattr(robust, "maximize", None) or ()
-    sign = np.array([-1.0 if name in maximize else 1.0 for name in objectives])
-    return Robustness(
-        designs,
-        tuple(uncertainty),
-        robust.parameters,
-        objectives,
-        optimum,
-        efficient,
-        pareto,
-        (~feasible).mean(axis=0),
-        mean=mean[:, :-1] * sign,
-        spread=spread[:, :-1],
-        worst=worst[:, :-1] * sign,
-        mean_regret=mean[:, -1],
-        worst_regret=worst[:, -1],
-    )
+        mean_regret, worst_regret = np.nanmean(regret, axis=0), np.nanmax(regret, axis=0)
+    (optimum, efficient, pareto), infeasible = marks.mean(axis=0), (~feasible).mean(axis=0)
+    shares = optimum, efficient, pareto, infeasible
+    return Robustness(designs, robust.parameters, *shares, mean_regret, worst_regret)
 
 
 def _ranked(F: Array, feasible: Mask, normalize: bool) -> tuple[Mask, Array]:
@@ -231,10 +192,10 @@ def _ranked(F: Array, feasible: Mask, normalize: bool) -> tuple[Mask, Array]:
 
     Returns:
         ``(3, n)`` which designs are the Salukvadze optimum, of rank 5 or 6, Pareto optimal;
-        ``(n, m + 1)`` their objectives and their regret, μ1 less the least μ1 of the scenario, of
-        no meaning where infeasible.
+        ``(n,)`` their regret, μ1 less the least μ1 of the scenario, NaN where infeasible.
     """
-    rows, marks, regret = np.flatnonzero(feasible), np.zeros((3, len(F)), bool), np.zeros(len(F))
+    rows, n = np.flatnonzero(feasible), len(F)
+    marks, regret = np.zeros((3, n), bool), np.full(n, np.nan)
     if len(rows):
         ranking = rank_of_efficiency(F[rows], normalize=normalize)
         marks[0, rows[ranking.salukvadze]] = True
@@ -244,4 +205,4 @@ def _ranked(F: Array, feasible: Mask, normalize: bool) -> tuple[Mask, Array]:
         # is farther from U than the one that dominates it.
         mu1 = ranking.criteria[:, 0]
         regret[rows] = mu1 - mu1[ranking.pareto].min()
-    return marks, np.column_stack([F, regret])
+    return marks, regret

@@ -23,12 +23,10 @@ from pymoo_psi._validation import Received, boolean, finite_array, invalid, mapp
 from pymoo_psi.pareto import (
     LAST_PLACES,
     EfficiencyRanking,
-    Objectives,
     front_of,
     levels,
-    nondominated,
+    rank_of_efficiency,
     ranking_from,
-    ranking_of,
     unit_lengths,
 )
 
@@ -60,7 +58,7 @@ class RankingSelector(Indicator):
         """Return the indices of the chosen rows of ``F``.
 
         Args:
-            F: ``(n, m)`` objective values, an array or a data frame; one row may be ``(m,)``.
+            F: ``(n, m)`` objective values, as for :func:`pymoo_psi.rank_of_efficiency`.
             maximize: The objectives to be maximised: column indices or, of a data frame, names.
 
         Example:
@@ -69,13 +67,7 @@ class RankingSelector(Indicator):
             >>> SalukvadzeOptimum().do([[0.0, 0.0], [0.3, 0.6], [1.0, 1.0]], maximize=[1])
             array([1])
         """
-        F = F if hasattr(F, "columns") else np.atleast_2d(F)  # a mask is kept, to be refused
-        return self.chosen(Objectives.of(F, maximize))
-
-    def chosen(self, objectives: Objectives) -> Rows:
-        """Return what :meth:`do` returns, of checked objectives with names and directions."""
-        pareto = nondominated(objectives.minimized)
-        return self._choose(ranking_of(objectives, pareto, normalize=self.normalize))
+        return self._choose(rank_of_efficiency(F, normalize=self.normalize, maximize=maximize))
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         raise NotImplementedError
@@ -278,14 +270,12 @@ def compare_selectors(
         {'Salukvadze': array([2]), 'L1': array([1]), 'L2': array([2])}
     """
     ranking = ranking_from(F, normalize, maximize)
-    front, n = np.flatnonzero(ranking.pareto), int(ranking.pareto.sum())
-    objectives, chosen = ranking.objectives.rows(front), {}
+    front, chosen = np.flatnonzero(ranking.pareto), {}
+    n, objectives = len(front), ranking.objectives.rows(front)
     for name, selector in mapping("selectors", selectors, "names to selectors").items():
-        if isinstance(selector, RankingSelector):
-            answer: Any = selector.chosen(objectives)
-        else:
-            with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all of them off
-                answer = selector.do(objectives.minimized)
+        own = isinstance(selector, RankingSelector)
+        with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all of them off
+            answer: Any = selector.do(objectives if own else objectives.minimized)
         rows = np.atleast_1d([] if answer is None else answer)
         if len(rows) and (rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= n):
             rule = f"a selector that returns indices from 0 to {n - 1}"
