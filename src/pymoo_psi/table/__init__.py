@@ -62,65 +62,7 @@ matrix (design_matrix, design_keys, ...), and a table as a head and columns (hea
 columns_of, kinds_of_columns, table_of), as studies hold it.
 """
 
-from pymoo_psi._kinds import Kind
-from pymoo_psi.table._analysis import Histogram, alike, constraint_costs, histogram
-from pymoo_psi.table._designs import design_keys, design_matrix, value_ranks
-from pymoo_psi.table._files import columns_of, head_of, kinds_of_columns, table_of
-from pymoo_psi.table._formulation import Expression, Formulation
-from pymoo_psi.table._joining import difference
-from pymoo_psi.table._layout import (
-    RESERVED,
-    Bounds,
-    Key,
-    Layout,
-    Limits,
-    bounds_of,
-    excess,
-    lacking,
-    within,
-)
-from pymoo_psi.table._samples import (
-    PROPOSAL_ROUND,
-    Convergence,
-    convergence,
-    even_part,
-    sensitivities,
-)
-from pymoo_psi.table._source import designs_head, read_table
-from pymoo_psi.table._table import STATUSES, TestTable
+import lazy_loader
 
-__all__ = [
-    "PROPOSAL_ROUND",
-    "RESERVED",
-    "STATUSES",
-    "Bounds",
-    "Convergence",
-    "Expression",
-    "Formulation",
-    "Histogram",
-    "Key",
-    "Kind",
-    "Layout",
-    "Limits",
-    "TestTable",
-    "alike",
-    "bounds_of",
-    "columns_of",
-    "constraint_costs",
-    "convergence",
-    "design_keys",
-    "design_matrix",
-    "designs_head",
-    "difference",
-    "even_part",
-    "excess",
-    "head_of",
-    "histogram",
-    "kinds_of_columns",
-    "lacking",
-    "read_table",
-    "sensitivities",
-    "table_of",
-    "value_ranks",
-    "within",
-]
+# Each name at its first use: who opens a table needs no analysis of it.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

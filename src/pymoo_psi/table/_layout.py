@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._kinds import Kind
+from pymoo_psi._kinds import Kind as Kind  # public here
 from pymoo_psi._validation import (
     Received,
     finite_number,

@@ -1,0 +1,35 @@
+# The public names. `lazy_loader` reads this file when the subpackage is imported.
+
+from ._analysis import Histogram as Histogram
+from ._analysis import alike as alike
+from ._analysis import constraint_costs as constraint_costs
+from ._analysis import histogram as histogram
+from ._designs import design_keys as design_keys
+from ._designs import design_matrix as design_matrix
+from ._designs import value_ranks as value_ranks
+from ._files import columns_of as columns_of
+from ._files import head_of as head_of
+from ._files import kinds_of_columns as kinds_of_columns
+from ._files import table_of as table_of
+from ._formulation import Expression as Expression
+from ._formulation import Formulation as Formulation
+from ._joining import difference as difference
+from ._layout import RESERVED as RESERVED
+from ._layout import Bounds as Bounds
+from ._layout import Key as Key
+from ._layout import Kind as Kind
+from ._layout import Layout as Layout
+from ._layout import Limits as Limits
+from ._layout import bounds_of as bounds_of
+from ._layout import excess as excess
+from ._layout import lacking as lacking
+from ._layout import within as within
+from ._samples import PROPOSAL_ROUND as PROPOSAL_ROUND
+from ._samples import Convergence as Convergence
+from ._samples import convergence as convergence
+from ._samples import even_part as even_part
+from ._samples import sensitivities as sensitivities
+from ._source import designs_head as designs_head
+from ._source import read_table as read_table
+from ._table import STATUSES as STATUSES
+from ._table import TestTable as TestTable
