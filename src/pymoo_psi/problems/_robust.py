@@ -5,21 +5,14 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Collection, Mapping, Sequence
+from numbers import Real
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import (
-    Received,
-    finite_number,
-    integer,
-    invalid,
-    known_name,
-    mapping,
-    wrong_type,
-)
+from pymoo_psi._validation import finite_number, integer, invalid, known_name, mapping, wrong_type
 from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._design_space import design_space, given_names
 from pymoo_psi.problems._evaluation import evaluate_designs
@@ -65,9 +58,8 @@ class Robust(WrappedProblem):
         uncertainty: For each parameter its distribution, as for :func:`pymoo_psi.robustness`. All
             tolerances and parameters are independent.
         n_scenarios: How many scenarios.
-        criteria: ``"mean"``; ``"quantile:0.9"``, the value that is not exceeded with a probability
-            of 0.9, up to ``"quantile:1"``, the worst of all; or ``"cvar:0.9"``, the mean of the
-            worst tenth. One text for all objectives or a list with one for each. They are of the
+        criteria: ``"mean"``; ``"cvar:0.9"``, the mean of the worst tenth; or ``"worst"``, the worst
+            of all. One text for all objectives or a list with one for each. They are of the
             minimised values, so that of an objective to be maximised the low ones are the bad ones.
         failure_probability: The share of scenarios in which a design may violate constraints, 0
             to below 1. It is known in steps of ``1 / n_scenarios``.
@@ -94,7 +86,7 @@ class Robust(WrappedProblem):
         ...     return 1 - x[0] if x[0] <= 0.8 else 2.0
         >>> problem = FunctionalProblem(1, [cost], xl=0, xu=1)
         >>> within = {"x1": 0.1}
-        >>> robust = Robust(problem, tolerances=within, criteria="quantile:1", n_scenarios=31)
+        >>> robust = Robust(problem, tolerances=within, criteria="worst", n_scenarios=31)
         >>> for p in (problem, robust):
         ...     table = investigate(p, 128)
         ...     print(table.X[table.F.argmin()].round(2))
@@ -130,7 +122,7 @@ class Robust(WrappedProblem):
         tolerances = mapping("tolerances", tolerances or {}, "names to tolerances")
         uncertainty = mapping("uncertainty", uncertainty or {}, "names to distributions")
         if not tolerances and not uncertainty:
-            raise invalid("uncertainty or tolerances", "given", Received("neither"))
+            raise invalid("uncertainty or tolerances", "given", uncertainty)
         given = {f"tolerances[{n!r}]": _distribution(n, d) for n, d in tolerances.items()}
         given |= {f"uncertainty[{n!r}]": d for n, d in uncertainty.items()}
         values = _quantiles(integer("n_scenarios", n_scenarios, minimum=1), given)
@@ -139,7 +131,13 @@ class Robust(WrappedProblem):
         nominal = self.problems[0]
         self.space = design_space(nominal)
         self._columns = [self._column(name) for name in tolerances]
-        self.criteria = _criteria(criteria, nominal.n_obj)
+        self.criteria = [*criteria]
+        if isinstance(criteria, str):
+            self.criteria = [criteria] * nominal.n_obj
+        self._shares = [_share(str(criterion)) for criterion in self.criteria]
+        if len(self._shares) != nominal.n_obj:
+            rule = f"one for all or each of {nominal.n_obj} objectives"
+            raise invalid("criteria", rule, criteria)
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
@@ -185,7 +183,7 @@ class Robust(WrappedProblem):
             "wrapped": own_parameters(self.wrapped),
             "tolerances": [self.space.names[j] for j in self._columns],
             "scenarios": f"{len(self.offsets)} {numbers[:16]}",
-            "criteria": list(self.criteria),
+            "criteria": self.criteria,
             "failure_probability": self.failure_probability,
         }
 
@@ -230,57 +228,41 @@ class Robust(WrappedProblem):
         F[~finite] = np.inf  # last in order, where it is not counted
         F.sort(axis=0)
         counts = finite.sum(axis=0)
-        columns = [statistic(text, F[..., j], counts) for j, text in enumerate(self.criteria)]
+        columns = [mean_of_worst(s, F[..., j], counts) for j, s in enumerate(self._shares)]
         # Not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated.
         return np.column_stack(columns), (~valid).mean(axis=0)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a design that is valid in no scenario
-def statistic(text: str, ordered: Array, counts: NDArray[np.intp]) -> Array:
-    """Return a statistic over scenarios, all of them equally likely.
+def mean_of_worst(share: float, ordered: Array, counts: NDArray[np.intp]) -> Array:
+    """Return the mean of the worst scenarios, all of them equally likely.
 
     Args:
-        text: ``"mean"``, ``"quantile:q"`` or ``"cvar:q"``.
+        share: Which share of them counts; at least one does.
         ordered: ``(s, n)`` the values of n designs, increasing along the scenarios.
-        counts: ``(n,)`` how many of them count; infinite for a design without any.
+        counts: ``(n,)`` how many of them are valid; infinite for a design without any.
     """
-    kind, _, number = text.partition(":")
-    q = float(number or 0.0)
-    there, last = counts > 0, np.maximum(counts, 1) - 1
-    if kind == "quantile":
-        # The k-th of n LPτ points without the origin is the quantile of k / (n + 1).
-        position = np.clip(q * (counts + 1), 1, last + 1) - 1
-        below = position.astype(np.intp)
-        ends = np.stack([below, np.minimum(below + 1, last)])
-        low, high = np.take_along_axis(ordered, ends, axis=0)
-        value = low + (position - below) * (high - low)
-    else:
-        # The mean of all is that of the worst share 1; part of a scenario counts for that part.
-        from_worst = last - np.arange(len(ordered))[:, None]
-        weights = np.clip((1 - q) * counts - from_worst, 0.0, 1.0) * (from_worst >= 0)
-        value = (weights * np.where(weights > 0, ordered, 0.0)).sum(axis=0)
-        value /= np.where(there, weights.sum(axis=0), 1.0)
-    return np.where(there, value, np.inf)
+    from_worst = np.maximum(counts, 1) - 1 - np.arange(len(ordered))[:, None]
+    # part of a scenario counts for that part
+    weights = np.clip(np.maximum(share * counts, 1.0) - from_worst, 0.0, 1.0) * (from_worst >= 0)
+    value = (weights * np.where(weights > 0, ordered, 0.0)).sum(axis=0) / weights.sum(axis=0)
+    return np.where(counts > 0, value, np.inf)
 
 
 def _distribution(name: str, given: Any) -> Any:
     """Return a tolerance as a distribution; a number stands for the uniform one to both sides."""
-    if hasattr(given, "ppf") or hasattr(given, "icdf"):
+    if not isinstance(given, Real):
         return given
     half = finite_number(f"tolerances[{name!r}]", given)
-    return SimpleNamespace(icdf=lambda q: half * (2 * q - 1))
+    return SimpleNamespace(ppf=lambda q: half * (2 * q - 1))
 
 
-def _criteria(criteria: Any, m: int) -> tuple[str, ...]:
-    """Return the statistic of each objective, checked."""
-    texts = tuple([criteria] * m if isinstance(criteria, str) else criteria)
-    for text in texts:
-        found = re.fullmatch(r"mean|(quantile|cvar):([0-9]+\.?[0-9]*|\.[0-9]+)", str(text))
-        q = float(found[2]) if found and found[2] else 0.5
-        if not found or not 0 < q <= 1 or (found[1] == "cvar" and q == 1) or len(texts) != m:
-            rule = "'mean', 'quantile:q' with 0 < q <= 1 or 'cvar:q' with 0 < q < 1"
-            raise invalid("criteria", f"{rule}, one for all or each of {m} objectives", criteria)
-    return texts
+def _share(criterion: str) -> float:
+    """Return the share of the worst scenarios that a criterion is the mean of."""
+    if not re.fullmatch(r"mean|worst|cvar:0?\.\d+", criterion):
+        raise invalid("criteria", "'mean', 'worst' or 'cvar:q' with 0 < q < 1", criterion)
+    named = {"mean": 1.0, "worst": 0.0}
+    return named[criterion] if criterion in named else 1 - float(criterion.removeprefix("cvar:"))
 
 
 def _quantiles(n_scenarios: int, distributions: Mapping[str, Any]) -> Array:
@@ -298,8 +280,7 @@ def _quantiles(n_scenarios: int, distributions: Mapping[str, Any]) -> Array:
             raise wrong_type(name, rule, distribution)
         values[:, j] = quantile(values[:, j])
         if not np.isfinite(values[:, j]).all():
-            found = Received(str(values[:, j]))
-            raise invalid(name, "a distribution with finite quantiles", found)
+            raise invalid(name, "a distribution with finite quantiles", values[:, j])
     return values
 
 
