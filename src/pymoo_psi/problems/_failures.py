@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import zlib
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 
 from pymoo_psi._validation import known_name
+from pymoo_psi.errors import EvaluationError
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem, seed_ties
@@ -22,19 +22,6 @@ from pymoo_psi.problems._transformed import Restricted
 Mask = NDArray[np.bool_]
 
 _VIOLATION = 1e10  # of a failed design: above any other, and finite for sums and ratios
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A design that failed.
-
-    Attributes:
-        design: The design as the problem takes it.
-        reason: Why, as one line.
-    """
-
-    design: Any
-    reason: str
 
 
 class FailureTolerant(WrappedProblem):
@@ -66,7 +53,8 @@ class FailureTolerant(WrappedProblem):
 
     Attributes:
         wrapped: The problem.
-        failures: The failed designs so far, in the order of evaluation.
+        failures: The failed designs so far, in the order of evaluation, each with ``design`` and
+            ``reason``.
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem.
@@ -91,7 +79,7 @@ class FailureTolerant(WrappedProblem):
         require_problem(problem)
         problem = required(untolerant(problem))
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
-        self.failures: list[Failure] = []
+        self.failures: list[EvaluationError] = []
         self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
         n_ieq_constr = problem.n_ieq_constr + (self.failed_as == "constraint")
         super().__init__(problem, n_ieq_constr=n_ieq_constr)
@@ -112,7 +100,7 @@ class FailureTolerant(WrappedProblem):
         """Note the failures among values of :func:`evaluate_designs`, and make them infeasible."""
         failed = out["failure"] != ""
         for i in np.flatnonzero(failed):
-            self.failures.append(Failure(copy.copy(X[i]), out["failure"][i]))
+            self.failures.append(EvaluationError(copy.copy(X[i]), out["failure"][i]))
         if self.failed_as == "constraint":
             out["G"] = np.column_stack([out["G"], np.where(failed, _VIOLATION, 0.0)])
         else:
