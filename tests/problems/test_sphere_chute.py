@@ -29,7 +29,7 @@ def test_a_stall_violates_the_constraint(make):
 @pytest.mark.parametrize(
     ("options", "kind", "message"),
     [
-        ({"mu": 0}, ValueError, "mu must be a positive number, got 0.0"),
+        ({"mu": 0}, ValueError, "mu must be positive, got 0.0"),
         (
             {"lower": (1, 0.1)},
             ValueError,

@@ -79,21 +79,15 @@ class Variable:
     def between(self, least: float, greatest: float) -> tuple[float, float]:
         """Return the numbers in [0, 1] between which numbers lie that are allowed.
 
-        Of a choice, whose options have any order, others may lie between them, too.
+        The options of a choice have any order: all of them may be tried.
         """
-        if self.kind.real:
-            low, high = self.points(np.clip([least, greatest], self.lower, self.upper))
-        else:
-            if self.kind is Kind.CHOICE:
-                steps = [k for k, option in enumerate(self.options) if least <= option <= greatest]
-                least, greatest = (steps[0], steps[-1]) if steps else (self.lower, self.upper)
-            first, last = np.clip([np.ceil(least), np.floor(greatest)], self.lower, self.upper)
-            count = self.upper - self.lower + 1
-            # Just inside, as a bound itself may be rounded to the value beside it.
-            inside = 2 * np.finfo(np.float64).eps
-            low = (first - self.lower) / count * (1 + inside)
-            high = (last - self.lower + 1) / count * (1 - inside)
-        return float(low), float(max(low, high))
+        if self.kind is Kind.CHOICE:
+            return 0.0, 1.0
+        ends = np.clip([least, greatest], self.lower, self.upper)
+        if not self.kind.real:
+            ends = np.array([np.ceil(ends[0]), np.floor(ends[1])])
+        low, high = self.points(ends).tolist()
+        return low, max(low, high)
 
 
 @dataclass(frozen=True)

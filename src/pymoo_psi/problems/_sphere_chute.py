@@ -7,7 +7,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 from pymoo.core.problem import ElementwiseProblem, Problem
 
-from pymoo_psi._validation import Received, finite_array, invalid, known_name, positive_number
+from pymoo_psi._validation import Received, finite_array, finite_number, invalid, known_name
 from pymoo_psi.chute import MODELS, ChuteParameters, criteria, motion
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 
@@ -28,16 +28,13 @@ class _ChuteProblem(Problem):
         **kwargs: Any,
     ) -> None:
         require_known_keywords(type(self).__name__, Problem, kwargs, taken=OF_A_MODEL)
-        self.parameters = ChuteParameters(
-            mu=positive_number("mu", mu),
-            c=positive_number("c", c),
-            r=positive_number("r", r),
-            omega0=_vector("omega0", omega0, 3),
-        )
+        self.parameters = ChuteParameters(mu, c, r, omega0)
+        for value in self.parameters.columns:
+            finite_number("a parameter", value)  # one for all designs
         self.model = known_name("model", model, MODELS)
-        xl = _vector("lower", lower, 2)
+        xl = _pair("lower", lower)
         # Eq. 2.12: above u1 = 3.5 mu the sphere cannot roll.
-        xu = _vector("upper", (3.5 * self.parameters.mu, 6.0) if upper is None else upper, 2)
+        xu = _pair("upper", (3.5 * self.parameters.mu, 6.0) if upper is None else upper)
         if (xl < 0).any() or (xl > xu).any():
             both = Received(f"lower={xl.tolist()}, upper={xu.tolist()}")
             raise invalid("lower", ">= 0 and at most upper in each variable", both)
@@ -108,8 +105,8 @@ class VectorizedSphereChute(_ChuteProblem):
     """
 
 
-def _vector(name: str, value: ArrayLike, size: int) -> Any:
-    vector = finite_array(name, value)
-    if vector.shape != (size,):
-        raise invalid(name, f"{size} numbers", value)
-    return vector
+def _pair(name: str, value: ArrayLike) -> Any:
+    pair = finite_array(name, value)
+    if pair.shape != (2,):
+        raise invalid(name, "two numbers", value)
+    return pair
