@@ -6,7 +6,7 @@
 still be there, with the same values, and must never be evaluated again; in the end table and front
 must be, bit for bit, those of a run that nobody disturbed. Anything else ends with an error.
 
-``surrogate``: SurrogatePSI with a study, likewise; its predictions must be the same, too.
+``surrogate``: SurrogatePSI with a study, likewise.
 
 ``asynchronous``: SurrogatePSI whose four workers do not wait for each other. What it proposes
 depends on which design is done first, so there is no other run to compare with; but no test may be
@@ -152,12 +152,11 @@ def surrogate(folder: Path, kills: int) -> None:
     expected, found = search(folder / "log 2", folder / "undisturbed.db"), search(log, path)
     assert stored.equals(expected.table), "the table is another one"
     assert found.table.equals(expected.table), "the run that goes on has another table"
-    assert found.predictions().equals(expected.predictions()), "the predictions are others"
     assert checked == len(lines(log)), "the finished run was evaluated again"
     lost = checked - len(stored)
     print(
-        f"surrogate: {kills} kills, {len(stored)} tests, table and predictions bit for bit those "
-        f"of an undisturbed run; {lost} evaluations under way were repeated"
+        f"surrogate: {kills} kills, {len(stored)} tests, table bit for bit that of an undisturbed "
+        f"run; {lost} evaluations under way were repeated"
     )
 
 

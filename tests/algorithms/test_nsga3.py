@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.population import Population
-from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import PsiError, VectorizedSphereChute, lp_tau, nsga3
@@ -132,7 +131,6 @@ def test_reference_directions_fit(n_obj, n_points):
     [
         (lambda: nsga3(get_problem("dtlz2"), 0), "n_evaluations must be an integer >= 1, got 0"),
         (lambda: nsga3(get_problem("sphere"), 9), "at least 2 for NSGA-III, got 1; use PSI"),
-        (lambda: minimize(BNH, nsga3(BNH, 20)), "algorithm must be .* a Result; nsga3.* has already run"),
         (lambda: nsga3(BNH, 9, popsize=3), "'popsize'; did you mean 'pop_size'"),
     ],
 )  # fmt: skip

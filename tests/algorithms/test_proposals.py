@@ -23,23 +23,22 @@ class Valley(ElementwiseProblem):
 
 
 def proposals(problem=None, **options):
-    """All designs after 40 uniform ones and 4 rounds of 6, the proposals, and what was expected."""
+    """All designs after 40 uniform ones and 4 rounds of 6, and the proposals."""
     psi = SurrogatePSI(64, n_points=40, batch=6, **options)
     algorithm = minimize(problem or Valley(), psi, seed=1).algorithm
-    return algorithm.table.X, algorithm.table.X[40:], algorithm.predictions()
+    return algorithm.table.X, algorithm.table.X[40:]
 
 
 def test_proposals_are_new_feasible_and_on_the_front():
-    every, made, predicted = proposals()
+    every, made = proposals()
     assert len(np.unique(every.round(6), axis=0)) == 64
     x, y = made.T
     assert (x + y > 0.45).all()
     assert (np.abs(y - np.maximum(0.3, 0.5 - x)) < 0.05).mean() >= 0.5
-    np.testing.assert_allclose(predicted["f1_predicted"], x, atol=0.05)
 
 
 def test_where_no_design_keeps_a_limit_those_nearest_to_it_are_proposed_but_not_all_alike():
-    _, made, _ = proposals(limits={"f1": -0.5})
+    _, made = proposals(limits={"f1": -0.5})
     x, y = made.T
     assert x.min() < 0.01
     assert y[x.argmin()] > 0.45
@@ -50,7 +49,7 @@ def test_where_no_design_keeps_a_limit_those_nearest_to_it_are_proposed_but_not_
 @pytest.mark.parametrize("edge", [0.5, 0.7])
 def test_designs_near_failures_are_avoided(edge):
     """But not in every round, lest a model that fails there at random is never asked again."""
-    _, made, _ = proposals(Valley(fails_beyond=edge))
+    _, made = proposals(Valley(fails_beyond=edge))
     beyond = made[:, 0] > edge
     assert beyond[:18].mean() < 0.25  # half of the bounds is beyond, and the best designs are
     assert beyond[18:].any()

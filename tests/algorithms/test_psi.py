@@ -61,10 +61,16 @@ def test_single_objective_returns_the_best():
 
 
 def test_individuals_are_those_of_pymoos_own_loop():
-    """Made from the table at the end, or evaluated one by one as pymoo does it."""
-    ours = minimize(get_problem("osy"), PSI(100, block_size=30))
-    theirs = minimize(get_problem("osy"), PSI(100, block_size=30, evaluator=Evaluator()))
-    assert ours.algorithm.evaluator.n_eval == theirs.algorithm.evaluator.n_eval == 100
+    """Made from the table at the end, or evaluated by pymoo where a user asks and tells."""
+    osy = get_problem("osy")
+    ours = minimize(osy, PSI(100, block_size=30))
+    algorithm = PSI(100, block_size=30, evaluator=Evaluator())
+    algorithm.setup(osy)
+    while algorithm.has_next():
+        algorithm.tell(infills=algorithm.evaluator.eval(osy, algorithm.ask()))
+    theirs = algorithm.result()
+    theirs.algorithm = algorithm
+    assert ours.algorithm.evaluator.n_eval == algorithm.evaluator.n_eval == 100
     for name in ("X", "F", "G", "H", "CV", "FEAS", "test_point", "n_gen", "n_iter", "rank"):
         np.testing.assert_array_equal(ours.pop.get(name), theirs.pop.get(name), err_msg=name)
     assert ours.opt.get("test_point").tolist() == theirs.opt.get("test_point").tolist()

@@ -121,12 +121,6 @@ def test_the_arguments_of_a_problem_are_part_of_what_it_is(tmp_path, wrap):
     assert again.seen == []
 
 
-def test_a_missing_key_is_said_as_such(tmp_path):
-    run(Counted(), 8, tmp_path / "s.db", study_key="v2")
-    with pytest.raises(StudyMismatchError, match="begun with study_key='v2', and none is given"):
-        run(Counted(), 8, tmp_path / "s.db")
-
-
 def test_failed_designs_are_recorded_and_retried(tmp_path):
     path = tmp_path / "s.db"
     table = run(Counted(broken={3, 7}), 32, path)

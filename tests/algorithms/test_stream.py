@@ -17,7 +17,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Integer
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, JoblibRunner, TestTable, investigate, nsga3
+from pymoo_psi import PSI, JoblibRunner, TestTable, investigate
 from tests.processes import LONG, posix, until
 
 
@@ -195,39 +195,13 @@ def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, r
     assert os.listdir(tmp_path) == ["s.db"]  # nor does a lock lie beside it
 
 
-@pytest.mark.parametrize(
-    "run",
-    [
-        lambda: investigate(Sum(), 64, progress=True, block_size=16),
-        lambda: minimize(Sum(), PSI(64, block_size=16), progress=True),
-        lambda: nsga3(Sum(), 64, seed=1, progress=True),
-    ],
-)
-def test_a_log_has_lines_of_progress_instead_of_a_bar(run, capsys, monkeypatch):
+def test_a_log_has_lines_of_progress_instead_of_a_bar(capsys, monkeypatch):
     monkeypatch.setattr("pymoo_psi.parallel._progress._EVERY", 0.0)
-    run()
+    investigate(Sum(), 64, progress=True, block_size=16)
     out, lines = capsys.readouterr()
     assert out == ""
     assert lines.splitlines()[-1] == "100% done"
     assert all(re.fullmatch(r"\d+% done(, [0-9:]+ left)?", line) for line in lines.splitlines())
-
-
-@pytest.mark.parametrize("study", [None, "s.db"])
-def test_an_interrupt_says_what_is_kept_and_how_to_continue(tmp_path, study):
-    def stop(x):
-        if x[0] == 0.875:
-            raise KeyboardInterrupt
-
-    path = study and tmp_path / study
-    expected = (
-        r"7 tests kept in study .*s\.db; the same call goes on" if study else "no test is kept"
-    )
-    for run in (
-        lambda: minimize(Sum(stop), PSI(64, study=path)),
-        lambda: investigate(Sum(stop), 64, study=path),
-    ):
-        with pytest.raises(KeyboardInterrupt, match=expected):
-            run()
 
 
 class Few(ElementwiseProblem):

@@ -94,8 +94,6 @@ def test_where_everything_fails_designs_are_spread_and_tests_go_on():
 
     # until a design is tested that does not fail, nobody knows that there is a heat
     algorithm = run(Fragile(), 52, limits={"heat": 2.0})
-    made = algorithm.predictions()
-    assert made["surrogate"].iloc[0] == ""
     # of 32 designs chance would find one
     assert (algorithm.table.status[20:] == "ok").sum() >= 5
 
@@ -169,7 +167,6 @@ def test_proposals_are_stored_before_they_are_tested(tmp_path, undisturbed):
     longer = run(Mixed(), 44, study=path)
     assert longer.evaluator.n_eval == 22
     assert longer.table.equals(undisturbed.table)
-    assert longer.predictions().equals(undisturbed.predictions())
     assert TestTable.read_study(path).equals(undisturbed.table)
 
 
@@ -226,7 +223,6 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     assert algorithm.evaluator.n_eval == 30
     assert algorithm.table.numbers.tolist() == list(range(1, 71))
     assert algorithm.table.rows(stored.numbers - 1).equals(stored)
-    assert len(algorithm.predictions()) == 50
     units = [content["point"] for *_, content in proposed]
     tested = design_space(Mixed()).matrix(np.array(units))[: 70 - 20]
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)
@@ -248,7 +244,6 @@ def test_it_goes_on_from_the_tests_of_psi(tmp_path):
     assert went_on.evaluator.n_eval == 12
     assert went_on.table.numbers.tolist() == list(range(3, 45))
     np.testing.assert_array_equal(went_on.table.X[:30], earlier.X)
-    assert len(went_on.predictions()) == 12
     again = run(Mixed(), 16, start=earlier, study=tmp_path / "run.db")
     assert again.evaluator.n_eval == 4
     np.testing.assert_array_equal(again.table.X[:42], went_on.table.X)
@@ -285,9 +280,6 @@ def test_tests_of_another_problem_are_refused():
         run(Mixed(), 8, start=TestTable.of([1], [[0.1]], [[1.0]]))
 
 
-# What it says of itself
-
-
 def test_what_is_an_expression_is_computed_and_not_learned():
     class Bar(ProgramProblem):
         def values(self, design):
@@ -309,24 +301,5 @@ def test_what_is_an_expression_is_computed_and_not_learned():
     goals = {"minimize": ["area"], "maximize": ["gain"]}
     command = {"command": "echo {a} {b}", "keep": "none"}
     problem = Bar({"a": (0, 1), "b": (0, 1)}, command, outputs, goals, {"stress": "<= 40"})
-    made = run(problem, 36).predictions()
-    np.testing.assert_allclose(made["area_predicted"], made["area"], atol=1e-9)
-    assert (made["gain_predicted"] - made["gain"]).abs().median() < 0.1
-
-
-def test_predictions_are_in_the_users_sense():
-    class Gain(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = [-10 + x[0] ** 2, x[1] + 5 * (x[0] - 1) ** 2]
-
-    algorithm = run(Gain(), 52, names={"f1": "gain"}, maximize=["gain"])
-    made = algorithm.predictions()
-    table = algorithm.table.to_frame()[20:].reset_index(drop=True)
-    np.testing.assert_array_equal(made["gain"], table["gain"])
-    assert (made["gain"] > 0).all()
-    np.testing.assert_allclose(made["gain_predicted"], made["gain"], atol=0.1)
-    assert (made["gain_deviation"] >= 0).all()
-    assert made["round"].tolist() == np.repeat(np.arange(1, 9), 4).tolist()
+    # the least area is -1; where nothing is computed, the first round reaches -0.4
+    assert run(problem, 24).table.F[20:, 0].min() < -0.99

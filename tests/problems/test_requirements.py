@@ -84,11 +84,11 @@ def test_nsga3_runs_none_that_violates_one_and_says_how_many(tmp_path, study):
     problem, calls = Mixed(), []
     evaluate = problem._evaluate
     problem._evaluate = lambda x, out, *args: (calls.append(x), evaluate(x, out))
-    searched = Required(problem)
-    searched = Recorded(searched, study=tmp_path / "s.db") if study else searched
+    ruled = Required(problem)
+    searched = Recorded(ruled, study=tmp_path / "s.db") if study else ruled
     result = nsga3(searched, n_evaluations=100, seed=1)
     assert len(result.F)
-    assert len(calls) + result.n_not_run == 100
+    assert len(calls) + ruled.n_not_run == 100
     assert 0 < len(calls) < 100
 
 

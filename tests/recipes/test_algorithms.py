@@ -198,7 +198,7 @@ def test_a_callback_and_the_history_see_every_iteration(make):
 @pytest.mark.parametrize(
     ("output", "problem", "column"),
     [
-        (None, BNH, "tested"),
+        (None, BNH, "n_nds"),
         (MultiObjectiveOutput, BNH, "n_nds"),
         (SingleObjectiveOutput, Plane(), "f_min"),
     ],

@@ -112,6 +112,7 @@ class Engine:
 
     Attributes:
         problem: The problem, not tolerant of failures.
+        model: It without its requirements.
         space: Its variables.
         table: The test table without tests: the columns that the problem promises, and what
             problem it is.
@@ -136,7 +137,7 @@ class Engine:
     ) -> None:
         self._stop = options.on_failure == "raise"
         self.problem = required(untolerant(problem), options.requirements)
-        self._model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
+        self.model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
         names = mapping("names", options.names or {}, "names such as f1 to your own")
         default = {own: name for name, own in names.items()}
         log = options.log if options.log is None else [default.get(n, n) for n in options.log]
@@ -169,7 +170,7 @@ class Engine:
                 raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
         self.store = Store(options, self.table, (first, last))
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
-        self._streams = streams(self._model)
+        self._streams = streams(self.model)
         workers = active_workers(getattr(runner, "n_jobs", -1)).count if elementwise else 1
         self.n_workers = self._ahead = 0  # points evaluated beyond the block that is asked for
         if self._streams and isinstance(runner, JoblibRunner):
@@ -231,7 +232,7 @@ class Engine:
         """
         self._wanted = end = min(start + count, len(self.points))
         last = self.points.numbers[end - 1]
-        with stored_at_termination(self.store):
+        with stored_at_termination():
             try:
                 while sum((b.tests.numbers <= last).sum() for b in self._arrived) < end - start:
                     if self._steps is None:
@@ -273,12 +274,16 @@ class Engine:
         """Return the tests of points, given by their rows and values, of designs X if others."""
         points = self.points.at(rows)
         X = points.matrix(self.space) if X is None else X
-        if isinstance(self.problem, Required):  # its constraints are computed, whatever happened
-            none = np.zeros(n := self._model.n_ieq_constr)
-            pairs = zip(values, self.problem.amounts(X), strict=True)
-            values = [v | {"G": np.append(v.get("G", none)[:n], above)} for v, above in pairs]
-        out = columns_of_values(self.problem, values)
+        n = self.model.n_ieq_constr  # what is behind these is computed, whatever happened
+        values = [v | {"G": v["G"][:n]} if "G" in v else v for v in values]
+        out = columns_of_values(self.model, values)
+        out["G"] = np.hstack([out["G"], self.amounts(X)])
         return table_of_values(self.table.layout, points, X, out)
+
+    def amounts(self, X: NDArray[Any]) -> NDArray[np.float64]:
+        """Return ``(n, k)`` by how much designs violate the requirements, if there are any."""
+        here = isinstance(self.problem, Required)
+        return self.problem.amounts(X) if here else np.zeros((len(X), 0))
 
     def _run(self, start: int) -> Generator[None]:
         """Test the points from a row on, step by step; nothing is being evaluated yet."""
@@ -306,9 +311,9 @@ class Engine:
             rows, again = self._repeats.new(rows, self.points.at(rows).matrix(self.space))
             self._put_again(again)
         if isinstance(self.problem, Required) and len(rows):
-            above = self.problem.amounts(self.points.at(rows).matrix(self.space))
+            above = self.amounts(self.points.at(rows).matrix(self.space))
             unmet = (above > 0).any(axis=1)
-            values = [{"failure": ""}] * int(unmet.sum())
+            values: list[Values] = [{"failure": ""}] * int(unmet.sum())
             self.problem.n_not_run += len(values)
             self._put_again(list(zip(rows[unmet].tolist(), values, strict=True)))
             rows = rows[~unmet]
@@ -358,7 +363,7 @@ class Engine:
         top_up(0)
         if waiting:
             top_up(self._ahead)
-            results = stream_designs(self._model, waiting, one_by_one=self._stop)
+            results = stream_designs(self.model, waiting, one_by_one=self._stop)
             for _ in in_groups(results, keep, at_once):
                 yield
                 top_up(self._ahead)

@@ -15,7 +15,6 @@ from pymoo.core.mixed import (
 )
 from pymoo.core.population import Population
 from pymoo.core.result import Result
-from pymoo.core.termination import NoTermination
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.crossover.ux import UX
 from pymoo.operators.mutation.bitflip import BitflipMutation
@@ -25,9 +24,8 @@ from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSamp
 from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, integer, invalid, wrong_type
+from pymoo_psi._validation import integer, invalid
 from pymoo_psi.algorithms._sampling import uniform_sampling
-from pymoo_psi.parallel import progress_lines
 from pymoo_psi.problems import (
     LogScaled,
     design_space,
@@ -38,21 +36,6 @@ from pymoo_psi.problems import (
 )
 
 
-class NSGA3Result(Result):
-    """A pymoo ``Result``, of which ``minimize`` says that it is none of its algorithms.
-
-    Attributes:
-        n_not_run: How many designs violated requirements, so that the model did not see them.
-    """
-
-    n_not_run: int
-
-    def run(self) -> None:
-        """Refuse to run: pymoo's ``minimize`` calls it of what it takes for an algorithm."""
-        remedy = "nsga3(problem, ...) has already run it: use what it returns, without minimize"
-        raise wrong_type("algorithm", "one of pymoo's algorithms", Received("a Result"), remedy)
-
-
 def nsga3(
     problem: Any,
     n_evaluations: int,
@@ -61,7 +44,7 @@ def nsga3(
     verbose: bool = False,
     progress: bool = False,
     **kwargs: Any,
-) -> NSGA3Result:
+) -> Result:
     """Minimise a problem by pymoo's NSGA-III and return the Result; ``minimize`` is not needed.
 
     Exactly ``n_evaluations`` designs are asked for, of which those that violate the problem's
@@ -79,13 +62,14 @@ def nsga3(
         n_evaluations: The budget, 1 or more.
         seed: Seed of the run, which can be repeated with it.
         verbose: As for ``minimize``.
-        progress: As for ``minimize``, and in a file a line a minute instead of a bar.
+        progress: As for ``minimize``.
         **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling`` (also by name, as of
             :class:`PSI`), ``ref_dirs``, ``callback``; and ``termination`` as for ``minimize``.
 
     Returns:
         The pymoo ``Result``: ``res.X`` and ``res.F`` are the designs found, ``res.pop`` the last
-        population, ``res.n_not_run`` how many designs requirements kept from being evaluated.
+        population. How many designs requirements kept from being evaluated is ``n_not_run`` of a
+        :class:`~pymoo_psi.Required` that is given as the problem.
 
     Raises:
         ArgumentValueError: The budget is below 1, the seed below 0, or the problem has one
@@ -102,7 +86,6 @@ def nsga3(
     problem = required(problem)
     scaled = any(v.kind is Kind.LOG for v in design_space(problem).variables)
     problem = LogScaled(problem) if scaled else problem
-    before = getattr(problem, "n_not_run", 0)
     budget = integer("n_evaluations", n_evaluations, minimum=1)
     require_known_keywords("nsga3", NSGA3, kwargs)
     if problem.n_obj < 2:
@@ -119,11 +102,9 @@ def nsga3(
     if isinstance(kwargs.get("sampling"), str):
         kwargs["sampling"] = uniform_sampling(kwargs["sampling"])
     # pymoo's default would end a run by its own rules, before the budget is used up
-    kwargs.setdefault("termination", NoTermination())
-    result = NSGA3Result()
+    kwargs.setdefault("termination", ("n_eval", budget))
     algorithm = NSGA3(seed=seed, **kwargs)
-    done = run_within_budget(algorithm, problem, budget, verbose=verbose, progress=progress)
-    result.__dict__.update(vars(done), n_not_run=getattr(problem, "n_not_run", 0) - before)
+    result = run_within_budget(algorithm, problem, budget, verbose=verbose, progress=progress)
     if scaled:
         result.problem = problem.wrapped
         shared = {id(each): each for group in (result.pop, result.opt) for each in group}
@@ -215,14 +196,13 @@ def run_within_budget(
         problem: A pymoo problem.
         n_evaluations: The budget, 1 or more.
         verbose: As for ``minimize``.
-        progress: As for ``minimize``, and in a file a line a minute instead of a bar.
+        progress: As for ``minimize``.
 
     Returns:
         The pymoo ``Result``.
     """
     seed_ties(algorithm)
-    lines = progress_lines(progress)
-    algorithm.setup(problem, verbose=verbose, progress=progress and lines is None)
+    algorithm.setup(problem, verbose=verbose, progress=progress)
     # a budget may be used up by its start
     while algorithm.has_next() and (left := n_evaluations - algorithm.evaluator.n_eval) > 0:
         if (infills := algorithm.infill()) is None:  # it has nothing more to ask for
@@ -234,8 +214,6 @@ def run_within_budget(
         if algorithm.evaluator.n_eval == n_evaluations:
             algorithm.termination.terminate()
         algorithm.advance(infills=infills)
-        if lines is not None:
-            lines(algorithm.evaluator.n_eval / n_evaluations)
     result = algorithm.result()
     result.algorithm = algorithm
     return result

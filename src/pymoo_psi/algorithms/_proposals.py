@@ -114,21 +114,6 @@ class KnownTests:
     pending: Array
 
 
-@dataclass(frozen=True)
-class Proposals:
-    """What to test next.
-
-    Attributes:
-        points: ``(k, d)`` points of the unit cube.
-        predicted: ``(k, q)`` the outputs that surrogates expect; NaN without any.
-        deviation: ``(k, q)`` their standard deviations.
-    """
-
-    points: Array
-    predicted: Array
-    deviation: Array
-
-
 def propose(
     tests: KnownTests,
     fit: Fit | None,
@@ -137,8 +122,8 @@ def propose(
     batch: int,
     turn: int,
     random: np.random.Generator,
-) -> Proposals:
-    """Return the next designs to test.
+) -> Array:
+    """Return the ``(batch, d)`` points to test next.
 
     Args:
         tests: All tests.
@@ -153,8 +138,7 @@ def propose(
     Z = seen[: len(known)][known]
     risk = _risk(Z, seen[: len(known)][tests.failed], turn)
     if fit is None:
-        nothing = np.full((batch, tests.Y.shape[1]), np.nan)
-        return Proposals(_far(seen, encode, risk, batch, goal, random), nothing, nothing)
+        return _far(seen, encode, risk, batch, goal, random)
     T = fit.to(bounded(tests.Y[known]))
     processes = [GaussianProcess(Z, *of) for of in zip(T.T, fit.lengths, strict=True)]
 
@@ -162,10 +146,6 @@ def propose(
         at = encode(points)
         predicted = np.column_stack([process(at) for process in processes])
         return goal.expected(points, predicted, fit)
-
-    def spread(points: Array) -> Array:
-        at = encode(points)
-        return np.column_stack([process.deviation(at) for process in processes])
 
     def judge(points: Array) -> tuple[Array, Array]:
         predicted, unwanted = predict(points), risk(encode(points))
@@ -178,20 +158,19 @@ def propose(
     found = _search(judge, *_start(best, turn % _NEARBY == 1, goal, random), inward, random)
     found = found[(goal.required(found) <= 0).all(axis=1)]
     both, n = np.vstack([found, tests.pending]), len(found)
-    optimistic = fit.back(predict(both) - _OPTIMISM * spread(both))[:, : goal.n_obj]
-    violated = np.maximum(judge(both)[1], 0).sum(axis=1)
-    expected = optimistic[n:][violated[n:] <= 0]
-    front = np.vstack([tests.Y[tests.eligible, : goal.n_obj], expected])
-    at = encode(found)
-    points = found[_choice(front, optimistic[:n], violated[:n], at, seen, batch, inward)]
+    expected, excess = judge(both)
+    at = encode(both)
+    deviation = np.column_stack([process.deviation(at) for process in processes[: goal.n_obj]])
+    optimistic = fit.back(expected - _OPTIMISM * deviation)
+    violated = np.maximum(excess, 0).sum(axis=1)
+    pending = optimistic[n:][violated[n:] <= 0]
+    front = np.vstack([tests.Y[tests.eligible, : goal.n_obj], pending])
+    points = found[_choice(front, optimistic[:n], violated[:n], at[:n], seen, batch, inward)]
     if len(points) < batch:  # all that was found is tested: of a few discrete designs, say
         seen = np.vstack([seen, encode(points)])
         rest = _far(seen, encode, risk, batch - len(points), goal, random)
         points = np.vstack([points, rest])
-    T, deviation = predict(points), spread(points)
-    # half of what is between one deviation above and below: scales need not be linear
-    deviation = (fit.back(T + deviation) - fit.back(T - deviation)) / 2
-    return Proposals(points, fit.back(T), deviation)
+    return points
 
 
 def encoded(space: DesignSpace, points: Array) -> Array:

@@ -18,14 +18,13 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
 from pymoo.core.termination import TerminateIfAny, Termination
-from pymoo.util.display.column import Column
-from pymoo.util.display.output import Output
+from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid, job_count, known_name
 from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine, by_number, kept_tests
 from pymoo_psi.algorithms._run import run_options, stored_at_termination
-from pymoo_psi.parallel import progress_bar, progress_lines
+from pymoo_psi.parallel import progress_bar
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     evaluate_designs,
@@ -91,7 +90,8 @@ class PSI(Algorithm):
         array([1, 2, 3, 5, 6, 7])
     """
 
-    is_initialized: bool  # pymoo's, as is the seed
+    archive: Any  # pymoo's, as the next two
+    is_initialized: bool
     seed: int | None
     _without: tuple[str, ...] = ("seed",)  # run options that are none here: pymoo's has a seed
 
@@ -104,7 +104,7 @@ class PSI(Algorithm):
         self.block_size = self.options.block_size or lines
         self.limits = self.options.limits
         own.setdefault("evaluator", _Evaluator(self.options.on_failure == "raise"))
-        own.setdefault("output", _Output())
+        own.setdefault("output", MultiObjectiveOutput())
         self.table = TestTable.empty()
         self._population = Population.empty()  # of the first rows of the table, as far as asked for
         self._blocks: list[int] = []  # how many tests each iteration brought
@@ -131,9 +131,6 @@ class PSI(Algorithm):
             shown = Received(f"one that has tested {self.n_tested} points")
             raise invalid("the algorithm", "set up before it runs", shown, "make another")
         problem = required(untolerant(problem), self.options.requirements)
-        self._lines = progress_lines(kwargs.get("progress", False))
-        if self._lines is not None:  # pymoo's bar would fill a file with what it rewrites
-            kwargs["progress"] = False
         known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
         require_known_keywords("PSI.setup", Algorithm, kwargs, more=known)
         given = termination_from_tuple(kwargs.get("termination", self.termination))
@@ -162,10 +159,6 @@ class PSI(Algorithm):
         """Test the next block; another process cannot test it meanwhile for the same study."""
         if len(rows := self._rows()) == 0:
             return
-        if self.archive is not None or not isinstance(self.evaluator, _Evaluator):
-            with self._engine.store.writing():
-                super().next()  # these take pymoo's populations
-            return
         if not self.is_initialized:
             self._initialize()
         tests, n_evaluated = self._engine.block(self.n_tested, len(rows))
@@ -175,8 +168,8 @@ class PSI(Algorithm):
         try:
             # the rest of pymoo's `advance`, which would ask for the optimum of every block
             self._post_advance()
-            if self._lines is not None:
-                self._lines(self.n_tested / self._n_tests)
+            if self.archive is not None:
+                self.archive = self.archive.add(self.off)
             if self.termination.has_terminated():
                 self.finalize()
         except BaseException:  # of a callback
@@ -344,26 +337,6 @@ class _PointsTested(Termination):
         return progress
 
 
-class _Output(Output):
-    """The columns shown by ``verbose=True``.
-
-    Evaluations of this run, tested points (with those of a study), failed, feasible and
-    Pareto-optimal designs.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.columns += [Column(n, width=8) for n in ("tested", "failed", "feasible", "n_nds")]
-
-    def update(self, algorithm: PSI) -> None:
-        super().update(algorithm)
-        table, optimal = algorithm.table, len(algorithm._optimal_rows())
-        feasible = table.feasible(algorithm.limits).sum() if optimal else 0
-        counts = len(table), (table.status == "failed").sum(), feasible, optimal
-        for column, count in zip(self.columns[-4:], counts, strict=True):
-            column.set(int(count))
-
-
 def investigate(
     problem: Any,
     n_points: int,
@@ -421,11 +394,7 @@ def investigate(
     engine = Engine(problem, n_points, run, keep=keep, n_jobs=n_jobs)
     n = len(engine.points)
     tables, done, size, least = [engine.table], 0, 0, 0  # rows now, and left by the last filter
-    with (
-        progress_bar(progress) as bar,
-        stored_at_termination(engine.store),
-        closing(engine.tests()) as blocks,
-    ):
+    with progress_bar(progress) as bar, stored_at_termination(), closing(engine.tests()) as blocks:
         for tests, called in blocks:
             tables.append(tests)
             size, done = size + len(tests), done + len(called)

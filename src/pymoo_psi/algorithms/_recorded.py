@@ -156,7 +156,7 @@ class Recorded(WrappedProblem):
             self._read()
         if unknown():
             # The lock is within, so that it is given back.
-            with stored_at_termination(self._store), self._store.writing():
+            with stored_at_termination(), self._store.writing():
                 self._read()  # what another process stored before we got the lock
                 if rows := unknown():
                     self._evaluate(given[rows], [keys[row] for row in rows])

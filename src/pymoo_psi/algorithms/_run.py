@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from os import PathLike
 from typing import Any
@@ -15,22 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._validation import (
-    Received,
-    collection,
-    counted,
-    finite_array,
-    integer,
-    invalid,
-    known_name,
-)
+from pymoo_psi._validation import Received, collection, finite_array, integer, invalid, known_name
 from pymoo_psi.algorithms._sampling import (
     LPTauSampling,
     QMCSampling,
     UniformSampling,
     uniform_sampling,
 )
-from pymoo_psi.errors import StudyError, StudyMismatchError
 from pymoo_psi.parallel import Result, Values
 from pymoo_psi.problems import DesignSpace, require_known_keywords
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau, lp_tau_at
@@ -295,12 +286,6 @@ class Store:
         self.study = Study(f"{path}/{share.file}" if share else path)
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
-        begun = self.study.facts()["head"]["problem"] if os.path.exists(self.study.path) else None
-        if options.study_key is None and begun and (key := begun.get("key")) is not None:
-            raise StudyMismatchError(
-                f"study {self.study.path} was begun with study_key={key!r}, and none is given; "
-                "give the same one, or the name of another file"
-            )
         self.study.begin(head_of(table), share if share and share.of > 1 else None, points)
 
     def writing(self) -> AbstractContextManager[None]:
@@ -339,15 +324,6 @@ class Store:
         """Return all that is stored; without failures where some are to be tried again."""
         stored = self.stored()
         return stored.rows(stored.status != "failed") if len(self._retry) else stored
-
-    def kept(self) -> str:
-        """Say what is kept of an interrupted run, and how it goes on."""
-        if self.study is None:
-            return "no test is kept; with study='FILE.db' the same call would go on from the last"
-        with suppress(StudyError):
-            n = counted(len(self.study.columns(1, LAST)["test_point"]), "test")
-            return f"{n} kept in study {self.study.path}; the same call goes on from there"
-        return f"see study {self.study.path} for what is kept"
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""
@@ -396,11 +372,10 @@ class _Terminated(KeyboardInterrupt):
 
 
 @contextmanager
-def stored_at_termination(store: Store | None = None) -> Iterator[None]:
+def stored_at_termination() -> Iterator[None]:
     """Let SIGTERM end the process after the body has stored what has arrived.
 
-    Clusters send it before they kill. A handler of the user's is left alone. Where there is a
-    store, an interrupt that leaves the body says what is kept.
+    Clusters send it before they kill. A handler of the user's is left alone.
     """
     main = threading.current_thread() is threading.main_thread()
     ours = main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
@@ -412,12 +387,10 @@ def stored_at_termination(store: Store | None = None) -> Iterator[None]:
         signal.signal(signal.SIGTERM, interrupt)
     try:
         yield
-    except KeyboardInterrupt as error:
-        if ours and isinstance(error, _Terminated):
+    except _Terminated:
+        if ours:
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
             os.kill(os.getpid(), signal.SIGTERM)
-        elif store is not None:
-            error.args = error.args or (store.kept(),)  # the last line of what Python prints
         raise
     finally:
         if ours:

@@ -12,18 +12,17 @@ from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Received, boolean, instance, integer, invalid
 from pymoo_psi.algorithms._engine import by_number
-from pymoo_psi.algorithms._proposals import Goal, KnownTests, Proposals, encoded, propose
+from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
 from pymoo_psi.algorithms._run import Points
 from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
-from pymoo_psi.problems import ProgramProblem, Required
-from pymoo_psi.study import LAST, Proposal
+from pymoo_psi.problems import ProgramProblem
+from pymoo_psi.study import LAST
 from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
 
 Array = NDArray[np.float64]
@@ -37,7 +36,7 @@ _GROWTH = 1.1
 # test: they pay most while little is known.
 _BATCH, _FEW, _LITTLE = 8, 4, 64
 _POINTS = 20  # a sample that shows a heavy tail; more tell less than as many proposals
-_GAUSSIAN = "gaussian process"  # what proposals are made by, in studies
+_MADE_BY = "surrogates"  # proposals, in studies
 _LEAST = 4  # tests that are known, below which no surrogate is made
 
 # Several threads would spin at matrices as small as these, ten times as long where other work is
@@ -56,8 +55,7 @@ class SurrogatePSI(PSI):
 
     Result and table are those of :class:`PSI`: every test is numbered and kept, and limits can be
     set afterwards. The tests of the sequence come first; the output ``proposal_round`` of the table
-    is 0 for them and the number of the round for proposals. :meth:`predictions` has what was
-    expected of each proposal and what was found: how far surrogates can be trusted.
+    is 0 for them and the number of the round for proposals.
 
     The run is determined by its arguments and the seed, which is 0 unless given, if it is not
     asynchronous: with a study, one that was interrupted or killed makes the same tests when it is
@@ -101,8 +99,8 @@ class SurrogatePSI(PSI):
         >>> from pymoo.optimize import minimize
         >>> from pymoo_psi import SphereChute
         >>> res = minimize(SphereChute(0.4, model="rolling"), SurrogatePSI(28))
-        >>> len(res.algorithm.table), res.algorithm.predictions()["round"].tolist()
-        (28, [1, 1, 1, 1, 2, 2, 2, 2])
+        >>> res.algorithm.table.column("proposal_round")[20:].tolist()
+        [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]
     """
 
     # A share of the points or blocks of them have no meaning here.
@@ -127,7 +125,6 @@ class SurrogatePSI(PSI):
         self._asynchronous = None if asynchronous is None else boolean("asynchronous", asynchronous)
         self._given = start
         self._asked = None if n_points is None else integer("n_points", n_points, minimum=1)
-        self._rounds: list[Proposals] = []
         self._ends: list[int] = []  # how many tests there are after the start, after each round
         self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
 
@@ -179,33 +176,31 @@ class SurrogatePSI(PSI):
         if left := self._n_tests - len(points):
             size = self._engine.n_idle or (_FEW if len(points) < _LITTLE else _BATCH)
             first = int(points.numbers[-1]) + 1
-            self._rounds.append(made := self._round(first, self._batch or size))
-            self._ends.append(len(points) + len(made.points))
-            units = made.points[:left]
-            numbers = first + np.arange(len(units))
-            self._engine.points = points.followed(numbers, units, len(self._rounds))
+            made = self._round(first, self._batch or size)
+            self._ends.append(len(points) + len(made))
+            units, turn = made[:left], len(self._ends) - 1
+            self._engine.points = points.followed(first + np.arange(len(units)), units, turn)
 
-    def _round(self, first: int, size: int) -> Proposals:
-        """Return the proposals of a round, those of the study if it has them."""
+    def _round(self, first: int, size: int) -> Array:
+        """Return the points that a round proposes, those of the study if it has them."""
         # Of asynchronous rounds some designs before have no test yet.
         study, points = self._engine.store.study, self._engine.points
         table = by_number([self.table, self._engine.arrived()])
         pending = points.at(np.flatnonzero(~np.isin(points.numbers, table.numbers)))
         if study is None:
             return self._proposed(size, table, pending)
-        turn = len(self._rounds) + 1
+        turn = len(self._ends)
         stored = study.proposals(first, LAST - first)
         if not stored:  # another process may propose the same meanwhile: one file, one truth
-            made = self._proposed(size, table, pending)
-            stored = study.propose(_rows(made, turn, first, pending))
-        stored = [proposal for proposal in stored if proposal[1] == turn]
-        named = ("point", "predicted", "deviation")
-        values = ([content[name] for *_, content in stored] for name in named)
-        units, *outputs = (np.array(value, dtype=np.float64) for value in values)
-        return Proposals(units, *outputs)
+            made = self._proposed(size, table, pending).tolist()
+            # All tests before them were known but these.
+            more = {"pending": pending.numbers.tolist()} if len(pending) else {}
+            rows = [(n, turn, _MADE_BY, {"point": x} | more) for n, x in enumerate(made, first)]
+            stored = study.propose(rows)
+        return np.array([content["point"] for _, n, _, content in stored if n == turn])
 
     @_one_thread
-    def _proposed(self, size: int, table: TestTable, pending: Points) -> Proposals:
+    def _proposed(self, size: int, table: TestTable, pending: Points) -> Array:
         goal, further = self._goal(table)
         last = self._engine.points.numbers[self._n_uniform - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
@@ -226,20 +221,18 @@ class SurrogatePSI(PSI):
                 Z = encode(tests.points[rows])
                 fit = Fit.of(Z, bounded(tests.Y[rows]), uniform, goal.n_obj)
             self._fitted = fitted, fit
-        turn = len(self._rounds)
+        turn = len(self._ends) - 1
         random = np.random.default_rng([self.seed or 0, turn])
-        made = propose(tests, self._fitted[1], goal, encode, size, turn, random)
-        # of outputs with limits, which may be others tomorrow, no predictions are kept
-        kept = slice(len(self._learned()))
-        return replace(made, predicted=made.predicted[:, kept], deviation=made.deviation[:, kept])
+        return propose(tests, self._fitted[1], goal, encode, size, turn, random)
 
     def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
         """Return what is searched for, and the further outputs that have limits."""
-        layout, space = table.layout, self._engine.space
-        names, known = [v.name for v in space.searched], len(self._learned())
+        layout, space, problem = table.layout, self._engine.space, self._engine.model
+        names = [v.name for v in space.searched]
         low, high = np.zeros(len(names)), np.ones(len(names))
-        n_obj, n_eq = len(layout.objectives), len(layout.equalities)
-        bounds = [(j, -np.inf if j < known - n_eq else 0.0, 0.0) for j in range(n_obj, known)]
+        n_obj, n_ieq = problem.n_obj, problem.n_ieq_constr
+        known = n_obj + n_ieq + problem.n_eq_constr
+        bounds = [(j, -np.inf if j < n_obj + n_ieq else 0.0, 0.0) for j in range(n_obj, known)]
         further: list[str] = []
         for name, (least, greatest) in bounds_of(self._known_limits(table), layout).items():
             if name in layout.objectives:
@@ -252,8 +245,6 @@ class SurrogatePSI(PSI):
                 j = names.index(name)
                 low[j], high[j] = space.searched[j].between(least, greatest)
         goal = Goal(n_obj, bounds, low, high, self._required)
-        problem = self._engine.problem
-        problem = problem.wrapped if isinstance(problem, Required) else problem
         outputs = problem.outputs if isinstance(problem, ProgramProblem) else {}
         # Expressions are not learned, but the outputs of the program that they are made of.
         used = {name for output in outputs.values() for name in output.names}
@@ -275,32 +266,20 @@ class SurrogatePSI(PSI):
 
     def _required(self, points: Array) -> Array:
         """Return ``(n, k)`` by how much points violate requirements."""
-        problem, space = self._engine.problem, self._engine.space
-        if not isinstance(problem, Required):
-            return np.zeros((len(points), 0))
-        return problem.amounts(space.matrix(points))
-
-    def _learned(self) -> tuple[str, ...]:
-        """Return objectives and constraints, but for requirements, which are known."""
-        layout, problem = self.table.layout, self._engine.problem
-        known = len(problem.required) if isinstance(problem, Required) else 0
-        n_ieq = len(layout.inequalities) - known
-        return layout.objectives + layout.inequalities[:n_ieq] + layout.equalities
+        return self._engine.amounts(self._engine.space.matrix(points))
 
     def _tests(
         self, table: TestTable, n_uniform: int, further: Sequence[str], pending: Points
     ) -> KnownTests:
-        space, failed = self._engine.space, table.status == "failed"
-        names = self._learned()[table.F.shape[1] :]
-        n_ieq = len(names) - table.H.shape[1]
+        failed, n_ieq = table.status == "failed", self._engine.model.n_ieq_constr
         required = table.G[:, n_ieq:]  # behind the model's own
         unknown = failed | (required > 0).any(axis=1)
         uniform = table.F[:n_uniform][~unknown[:n_uniform]]
         F = without_penalties(table.F, uniform)
         G = below_zero(np.where(unknown[:, None], np.nan, table.G[:, :n_ieq]), n_uniform)
         return KnownTests(
-            space.points(table.X),
-            np.column_stack([F, G, *map(table.column, (*names[n_ieq:], *further))]),
+            self._engine.space.points(table.X),
+            np.column_stack([F, G, table.H, *map(table.column, further)]),
             table.eligible(self._known_limits(table)),
             failed,
             unknown,
@@ -314,53 +293,3 @@ class SurrogatePSI(PSI):
         """
         unknown = (table.status == "failed").all() and lacking(self.limits, table.layout)
         return None if unknown else self.limits
-
-    def predictions(self) -> pd.DataFrame:
-        """Return what was expected of each proposal that is tested, and what was found.
-
-        Columns: ``test_point``, ``round`` from 1, ``surrogate``, ``status``; then of each objective
-        and constraint, in the original direction, what was found under its name, and with
-        ``_predicted`` and ``_deviation`` behind it what was expected, and how surely: NaN where it
-        is not known. The surrogate is empty where too few tests were known
-        to make one.
-
-        Example:
-            >>> from pymoo.optimize import minimize
-            >>> from pymoo_psi import SphereChute
-            >>> algorithm = minimize(SphereChute(model="rolling"), SurrogatePSI(36)).algorithm
-            >>> frame = algorithm.predictions()
-            >>> bool((frame["f1"] - frame["f1_predicted"]).abs().median() < frame["f1"].std())
-            True
-        """
-        table = self.table.rows(np.arange(self._n_uniform, self.n_tested))
-        n, rounds, names = len(table), self._rounds, self._learned()
-        none = np.zeros((0, len(names)))
-        predicted = np.vstack([none, *(made.predicted for made in rounds)])[:n]
-        deviation = np.vstack([none, *(made.deviation for made in rounds)])[:n]
-        columns: dict[str, Any] = {"test_point": table.numbers}
-        sizes = [len(made.points) for made in rounds]
-        columns["round"] = np.repeat(np.arange(len(rounds)) + 1, sizes)[:n]
-        columns["surrogate"] = np.where(np.isnan(predicted).all(axis=1), "", _GAUSSIAN)
-        columns["status"] = table.status
-        for j, name in enumerate(names):
-            found = np.where(table.status == "failed", np.nan, table.column(name))
-            sign = -1 if name in table.layout.maximize else 1
-            columns |= {name: found, f"{name}_predicted": predicted[:, j] * sign}
-            columns[f"{name}_deviation"] = deviation[:, j]
-        return pd.DataFrame(columns)
-
-
-def _rows(made: Proposals, number: int, first: int, pending: Points) -> list[Proposal]:
-    """Return the proposals of a round as a study has them: NaN, which JSON lacks, as None.
-
-    All tests before them were known but those that are ``pending``.
-    """
-    named = {"point": made.points, "predicted": made.predicted, "deviation": made.deviation}
-    nothing = np.array(None)
-    kind = "far from all tests" if np.isnan(made.predicted).all() else _GAUSSIAN
-    lists = {n: np.where(np.isnan(v), nothing, v).tolist() for n, v in named.items()}
-    more = {"pending": pending.numbers.tolist()} if len(pending) else {}
-    return [
-        (first + i, number, kind, {name: rows[i] for name, rows in lists.items()} | more)
-        for i in range(len(made.points))
-    ]

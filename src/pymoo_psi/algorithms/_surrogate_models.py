@@ -218,8 +218,8 @@ class Fit:
         return np.column_stack(columns)
 
     def back(self, T: Array) -> Array:
-        """Return values on the scales as outputs."""
-        return np.column_stack([s.back(t) for s, t in zip(self.scales, T.T, strict=True)])
+        """Return values of the first outputs, or of all, from their scales."""
+        return np.column_stack([s.back(t) for s, t in zip(self.scales, T.T, strict=False)])
 
 
 class GaussianProcess:

@@ -246,7 +246,7 @@ def _by_nsga3(
         result = nsga3(searched, n_evaluations=points, seed=run.seed, callback=callback)
         table = searched.table
     reasons = tuple(failure.reason for failure in searched.failures)
-    unmet: int = result.n_not_run
+    unmet: int = getattr(problem, "n_not_run", 0)
     stored = 0 if run.study is None else points - searched.n_evaluated - unmet
     counts = f"{points - unmet} evaluated"
     counts += f", {stored} of them from the study" if stored else ""
