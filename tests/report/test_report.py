@@ -104,13 +104,6 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     ])  # fmt: skip
 
 
-def test_sensitivities_of_tests_that_failed_in_part_come_with_a_caution():
-    title = "First-order sensitivities"
-    for known, n in (({"sampling": "LPτ"}, 1), ({"sampling": "an algorithm"}, 0)):
-        told = lines(decision_report(dataclasses.replace(beams(), problem=known)), title)
-        assert sum("failed and count for nothing" in text for text in told) == n
-
-
 def test_another_design_is_explained_as_itself():
     table = beams()
     numbers = table.numbers[table.eligible(LIMITS)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from html import escape
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,8 @@ from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.page._document import html_of
 from pymoo_psi.page._payload import payload, values_of
-from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
-from pymoo_psi.table import Bounds, Formulation, Limits, TestTable, alike, bounds_of, read_table
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-_REASONS = 20  # why designs failed; more would not be read
+from pymoo_psi.pareto import cautions
+from pymoo_psi.table import Bounds, Formulation, Limits, TestTable, bounds_of, read_table
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,7 +120,6 @@ def decision_page(
     units: Mapping[str, str] | None = None,
     prototype: Any = None,
     limits: Limits | None = None,
-    decision: str | PathLike[str] | None = None,
     title: str = "Pareto set",
 ) -> DecisionPage:
     """Return a page to decide on a Pareto set with, to be saved as one HTML file.
@@ -139,17 +133,17 @@ def decision_page(
 
     Args:
         source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
-            with one row for each design, an array of objectives, a study, a file. Or a ranking, or
-            a result of pymoo: its ``F``, minimised, beside its ``X`` where these are numbers.
+            with one row for each design, an array of objectives such as ``res.F`` of a result of
+            pymoo, a study, a file.
         formulation: Objectives, directions, computed columns; the page opens with its limits, its
-            choice and its reason. Or names of the objectives, all minimised.
+            choice and its reason, such as those of a decision file that the page saved
+            (``Formulation.read_json``). Or names of the objectives, all minimised.
         variables: Names of the columns with design variables; as the source tells unless given.
         units: Units of columns by name, beside those that the source tells.
         prototype: Existing designs to compare with, a source as above. They are not ranked and
             stay on the page whatever the limits.
         limits: Further limits that the page opens with and that its reader can move, ``(lower,
             upper)`` with ``None`` for an open end, or an upper one.
-        decision: A decision file that the page saved, a formulation: the page opens with it.
         title: Heading of the page.
 
     Returns:
@@ -157,7 +151,7 @@ def decision_page(
 
     Raises:
         ArgumentValueError: The source cannot be read, cannot be ranked, has no feasible design, or
-            does not have the columns that the formulation, the limits or the decision name.
+            does not have the columns that the formulation or the limits name.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
         OSError: A file cannot be opened.
 
@@ -169,12 +163,6 @@ def decision_page(
         (DecisionPage('Brackets': 3 designs), ['B'])
     """
     asked = formulation if isinstance(formulation, Formulation) else Formulation(formulation)
-    if decision is not None:
-        if asked != Formulation():
-            raise invalid("formulation", "left out beside a decision, which is one", formulation)
-        asked = Formulation.read_json(decision)
-    if isinstance(source, EfficiencyRanking) or hasattr(source, "opt"):
-        source, asked = _framed(source, asked)
     # Limits are set on the page, where their reader can move them.
     question = replace(asked, limits={})
     table = read_table(source, question, variables=variables, drop_incomplete=True)
@@ -196,23 +184,6 @@ def decision_page(
     opens = replace(asked, limits=_json_limits(given))
     origin = Path(source).name if isinstance(source, (str, PathLike)) else ""
     return DecisionPage(str(title), shown, former, opens, said, origin)
-
-
-def _framed(source: Any, asked: Formulation) -> tuple[pd.DataFrame, Formulation]:
-    """Return the designs of a ranking or a result of pymoo as a frame, with what is asked of it."""
-    import pandas as pd
-
-    found = Objectives.of(source)
-    names = list(map(str, found.names))
-    frame = pd.DataFrame(found.values, list(found.labels), names)
-    X = getattr(source, "X", None)
-    if isinstance(X, np.ndarray) and X.dtype.kind in "biuf":
-        X = np.atleast_2d(X)
-        frame[[f"x{j + 1}" for j in range(X.shape[1])]] = X
-    if not asked.objectives:
-        more = [name for name, sign in zip(names, found.sign, strict=True) if sign < 0]
-        asked = replace(asked, objectives=names, maximize=[*asked.maximize, *more])
-    return frame, asked
 
 
 def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_]:
@@ -244,15 +215,13 @@ def _json_limits(bounds: Bounds) -> dict[str, Any]:
 
 def _left_out(table: TestTable) -> list[str]:
     """Say how many designs of a table are not on the page, and why."""
-    found = []
-    numbers = table.numbers[table.status == "failed"]
-    failed = Counter(alike(table.reasons.get(n, "") for n in numbers))
+    numbers = {"failed": 0, "infeasible": 0} | Counter(table.status.tolist())
     # What a file of offers lacks has been said.
-    if failed and not any("incomplete design" in remark for remark in table.remarks):
-        # The most frequent ones: messages may all differ.
-        reasons = ", ".join(f"{why} ({n})" for why, n in failed.most_common(_REASONS) if why)
-        why = f": {reasons}" if reasons else ""
-        found.append(f"{counted(failed.total(), 'test')} failed{why}. They are not on the page.")
-    if violating := int((table.status == "infeasible").sum()):
-        found.append(f"Not on the page: {counted(violating, 'design')} with violated constraints.")
-    return found
+    if any("incomplete design" in remark for remark in table.remarks):
+        numbers["failed"] = 0
+    why = {"failed": "that failed", "infeasible": "with violated constraints"}
+    return [
+        f"Not on the page: {counted(numbers[status], 'design')} {text}."
+        for status, text in why.items()
+        if numbers[status]
+    ]

@@ -109,28 +109,21 @@ def scale_of(values: NDArray[np.float64]) -> tuple[float, float, bool]:
     """Return the range of ``(n,)`` values that axes show, outliers left out, and if it is log."""
     if len(values) == 0:
         return 0.0, 0.0, False
-    low, high = _without_outliers(values)
-    middle = float(np.median(values[(low <= values) & (values <= high)]))
-    # Logarithmic where a straight scale would press most of the values into its first tenth.
-    crowded = middle - low < 0.1 * (high - low)
-    return low, high, bool(low > 0 and high >= 10**_DECADES * low and crowded)
-
-
-def _without_outliers(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the least and the greatest of values that are no outliers."""
     # Values over decades, by their sizes: of 1, 10, …, 1e6 none is an outlier.
-    positive = bool(values.min() > 0)
-    wide = positive and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25)
-    measured = np.log(values) if wide else values
+    decades = values.min() > 0 and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25)
+    measured, kept = np.log(values) if decades else values, values
     # Wider parts where more than half of the values are equal, and tell of no distance.
     for share in (0.25, 0.1, 0.02):
         # Python's floats, as these overflow without a warning: then all are inside.
         first, last = map(float, np.quantile(measured, [share, 1 - share]))
         if last > first:
             reach = _FENCE * (last - first)
-            inside = (measured >= first - reach) & (measured <= last + reach)
-            return float(values[inside].min()), float(values[inside].max())
-    return float(values.min()), float(values.max())
+            kept = values[(measured >= first - reach) & (measured <= last + reach)]
+            break
+    low, high = float(kept.min()), float(kept.max())
+    # Logarithmic where a straight scale would press most of the values into its first tenth.
+    crowded = float(np.median(kept)) - low < 0.1 * (high - low)
+    return low, high, low > 0 and high >= 10**_DECADES * low and crowded
 
 
 def values_of(name: str, table: TestTable, former: TestTable | None = None) -> NDArray[Any]:

@@ -20,7 +20,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pymoo_psi._output import Shown
 from pymoo_psi._validation import counted, integer, invalid, job_count, known_name
 from pymoo_psi.algorithms import investigate
 from pymoo_psi.chute import MODELS, criteria, motion
@@ -37,7 +36,6 @@ PAPER_POINTS = 4096
 
 # The columns of the CSV files, which users have.
 _CRITERIA = [f"f{j}" for j in range(1, 5)]
-_PRINTED = [f"paper_f{j}" for j in range(1, 5)]
 
 _SPEEDS = tuple(np.linspace(0.05, 1.0, 96).tolist())  # around the paper's c = 0.3193
 
@@ -60,9 +58,7 @@ def published_table(number: str) -> pd.DataFrame:
     """
     known_name("number", number, ("6.1", "6.2"))
     text = resources.files(__package__).joinpath("published.json").read_text("utf-8")
-    rows = json.loads(text)[f"table_{number.replace('.', '_')}"]
-    lines = [(row["mu"], row["test_point"], *row["f"]) for row in rows]
-    return pd.DataFrame(lines, columns=["mu", "test_point", *_PRINTED])
+    return pd.DataFrame(json.loads(text)[f"table_{number.replace('.', '_')}"])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,7 +108,7 @@ class Case:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Reproduction(Shown):
+class Reproduction:
     """All cases of the paper, computed with ``n_points`` test points each.
 
     Example:
@@ -128,9 +124,6 @@ class Reproduction(Shown):
         """Return how many points and which cases."""
         cases = ", ".join(f"{case.model} {case.mu:g}" for case in self.cases)
         return f"Reproduction({self.n_points} test points: {cases})"
-
-    def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        return self.table_6_1().head(n), len(self.cases)
 
     def table_6_1(self) -> pd.DataFrame:
         """Return the Salukvadze optima, with the printed one of the same μ beside each.
@@ -230,11 +223,8 @@ def reproduce(
         (value, model) for model in sorted(set(models), reverse=True) for value in dict.fromkeys(mu)
     ]
 
-    def solved(task: tuple[float, str]) -> Case:
-        return solve_case(*task, n_points)
-
     cases = {}
-    for number, case in in_parallel(solved, wanted, n_jobs):
+    for number, case in in_parallel(lambda t: solve_case(t[0], t[1], n_points), wanted, n_jobs):
         on_case(case)
         cases[number] = case
     return Reproduction(n_points, tuple(cases[number] for number in range(len(wanted))))

@@ -27,7 +27,7 @@ _LETTERS = 90  # of text over the width of a figure, in the size of axis labels
 _SPREAD = 0.6  # of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
 _MANY = 200  # from here on the markers of a group shrink
-_RASTERIZED = 2000  # markers that a vector format would draw one by one, slowly
+_RASTERIZED = 1000  # markers that would fill a file of a vector format, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
 
 

@@ -6,7 +6,6 @@ A table is a dictionary of columns of texts, by their headings.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,7 +15,6 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import boolean, counted, integer, invalid
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
-    Explanation,
     alternative,
     cautions,
     compare_designs,
@@ -28,25 +26,12 @@ from pymoo_psi.pareto import (
     sentence,
 )
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
-from pymoo_psi.table import (
-    Limits,
-    TestTable,
-    alike,
-    bounds_of,
-    constraint_costs,
-    convergence,
-    even_part,
-    sensitivities,
-    value_ranks,
-)
+from pymoo_psi.table import Limits, TestTable, alike, constraint_costs, convergence
 
 _REASONS = 12  # of failures that are listed one by one
 _LIMITS = 6  # that cost most
 _IDLE = 3  # limits that cost nothing, by name
 _FEW = 5  # representatives, side by side on paper
-# Sensitivities of more tests say the same and take long; the first points of a sequence
-# are an investigation of their own.
-_ENOUGH = 8192
 
 Columns: TypeAlias = dict[str, list[str]]
 
@@ -71,13 +56,15 @@ class Case:
 
     Attributes:
         rows: ``(k,)`` which tests are feasible with finite objectives, each design once.
-        ranking: The ranking of these; None if there are none, and then only :meth:`limit_costs`,
-            :meth:`tests` and :meth:`drives` have something to say.
-        best: Which of them is the Salukvadze optimum, the first of several.
-        chosen: Which is chosen or, if none is, proposed.
-        decided: Whether one is chosen.
-        choices: What selectors choose, by name.
+        ranking: The ranking of these; None if there are none, and then only :meth:`limit_costs`
+            and :meth:`tests` have something to say, and what follows in this list is not there.
         cautions: What speaks against relying on the optimum, the gravest first.
+        decided, word: Whether one is chosen; what the design is.
+        best, optimum: Which of them is the Salukvadze optimum, the first of several; its name.
+        chosen, name, point: Which is chosen or, if none is, proposed; its name, its test point.
+        agrees: Whether this is an optimum.
+        why: Why it is where it is.
+        choices: What selectors choose, by name.
     """
 
     def __init__(
@@ -91,60 +78,31 @@ class Case:
     ) -> None:
         self.table, self.limits, self.layout, self.reason = table, limits, table.layout, reason
         self.normalize, self.decided = boolean("normalize", normalize), design is not None
+        # Nothing is chosen until somebody has.
+        self.word = "chosen" if self.decided else "proposed"
+        self.units = {n: u for n, u in self.layout.units.items() if n in self.layout.objectives}
         self.ranking: Any = None
         self.rows: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
         self.cautions: tuple[str, ...] = ()
         if table.eligible(limits).any():
             self.rows, self.ranking = table.ranked(limits, normalize=normalize)
         at = self.ranking.salukvadze if self.ranking else self.rows
-        self.best = int(at[0]) if len(at) else 0
         if design is not None:
             numbers = table.numbers[self.rows]
             at = np.flatnonzero(numbers == integer("design", design, minimum=1))
             if len(at) == 0:
                 raise invalid("design", "the number of a feasible test", design)
-        self.chosen = int(at[0]) if len(at) else 0
-        if self.ranking:
-            self.choices = self._choices(selectors)
-            # They are about the optimum, which need not be what was chosen.
-            what = "" if self.agrees else f" to {self.optimum}, the optimum"
-            self.cautions = tuple(f"Attention{what}: {each}" for each in cautions(self.ranking))
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the design is an optimum."""
-        return self.chosen in self.ranking.salukvadze
-
-    @property
-    def word(self) -> str:
-        """What the design is: nothing is chosen until somebody has."""
-        return "chosen" if self.decided else "proposed"
-
-    @property
-    def name(self) -> str:
-        """What the design is called."""
-        return str(self.ranking.name_of(self.chosen))
-
-    @property
-    def optimum(self) -> str:
-        """What the Salukvadze optimum is called."""
-        return str(self.ranking.name_of(self.best))
-
-    @property
-    def point(self) -> int:
-        """The number of the design's test point."""
-        return int(self.table.numbers[self.rows[self.chosen]])
-
-    @property
-    def units(self) -> dict[str, str]:
-        """Units of the objectives."""
-        units = self.layout.units
-        return {name: units[name] for name in self.layout.objectives if name in units}
-
-    @cached_property
-    def why(self) -> Explanation:
-        """Why the design is where it is."""
-        return explain(self.ranking, self.chosen, units=self.units)
+        if not self.ranking:
+            return
+        self.best, self.chosen = int(self.ranking.salukvadze[0]), int(at[0])
+        self.optimum, self.name = map(self.ranking.name_of, (self.best, self.chosen))
+        self.point = int(table.numbers[self.rows[self.chosen]])
+        self.agrees = self.chosen in self.ranking.salukvadze
+        self.why = explain(self.ranking, self.chosen, units=self.units)
+        self.choices = self._choices(selectors)
+        # They are about the optimum, which need not be what was chosen.
+        what = "" if self.agrees else f" to {self.optimum}, the optimum"
+        self.cautions = tuple(f"Attention{what}: {each}" for each in cautions(self.ranking))
 
     def instead(self) -> str:
         """Return what the design is chosen instead of, and how they differ."""
@@ -286,17 +244,6 @@ class Case:
         shown = [str(reason)[:400] for reason in top.index]
         return {"designs": [*map(str, top["size"])], "reason": shown, "first": [*top["first"]]}
 
-    def ranges(self) -> Columns:
-        """Return where variables lie."""
-        layout, X, feasible = self.layout, self.table.X, self.table.feasible(self.limits)
-        bounds = np.column_stack([layout.lower, layout.upper])
-        return {
-            "variable": [*map(layout.label_of, layout.variables)],
-            "bounds": [_range(ends[np.isfinite(ends)]) for ends in bounds],
-            "tested": [*map(_range, X.T)],
-            "feasible": [*map(_range, X[feasible].T)],
-        }
-
     def verdict(self) -> str:
         """Return whether more tests would change the choice; empty if nothing is known of it."""
         if "sampling" not in (self.table.problem or {}):  # rows in an order that says nothing
@@ -306,28 +253,3 @@ class Case:
         except PsiError:  # its reason is of the evenly spread part alone
             return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
         return steps.verdict() if len(steps.tests) > 1 else ""
-
-    def drives(self) -> tuple[list[str], pd.DataFrame | None]:
-        """Return remarks, and first-order sensitivities if there are any."""
-        table, layout, remarks = self.table, self.layout, list[str]()
-        if len(table) > _ENOUGH:
-            table = table.rows(np.arange(_ENOUGH))
-            remarks = [f"By the first {_ENOUGH} of {len(self.table)} tests, which suffice for it."]
-        limited = [name for name in bounds_of(self.limits, layout) if name not in layout.variables]
-        names = dict.fromkeys((*layout.objectives, *layout.constraints, *limited))
-        found = None
-        try:
-            remarks += even_part(table)[1]
-            found = sensitivities(table, list(names))
-        except PsiError as error:
-            remarks.append(f"No sensitivities: {error}.")
-        return remarks, found
-
-
-def _range(values: NDArray[Any]) -> str:
-    """Return the least and the greatest value, of choices all."""
-    if len(values) == 0:
-        return "—"
-    if isinstance(values[0], (str, bool, np.bool_)):
-        return ", ".join(map(str, value_ranks(values)[0]))
-    return f"{cell(values.min())} to {cell(values.max())}"

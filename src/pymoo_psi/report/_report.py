@@ -10,10 +10,8 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader
 from matplotlib import rc_context
-from matplotlib.lines import Line2D
 
 from pymoo_psi import plots
 from pymoo_psi._output import whole_file
@@ -22,7 +20,6 @@ from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in
 from pymoo_psi.report._contents import Case, Columns
 from pymoo_psi.table import Limits, TestTable
 
-_MARKS = 1000  # of a line that are drawn as an image, or they would fill the file
 _DPI = 200  # of the marks that are too many for a drawing of each, as on good paper
 # A number, with or without its share: columns of such cells stand to the right.
 _NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|")
@@ -127,9 +124,6 @@ def _image(figure: plots.Drawing) -> str:
 
     As an image of its own nothing drawn in it can reach the rest of the document.
     """
-    for line in figure.findobj(Line2D):
-        if np.size(line.get_xdata()) > _MARKS:
-            line.set_rasterized(True)
     drawn = io.StringIO()
     with rc_context({"svg.fonttype": "path"}):  # whatever fonts the reader has
         figure.savefig(drawn, format="svg", dpi=_DPI, metadata={"Date": None})
