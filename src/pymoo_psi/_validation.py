@@ -112,11 +112,11 @@ def identity_text(identity: Mapping[str, Any], **layout: Any) -> str:
         ) from None
 
 
-def flat(values: Mapping[str, Any], of: str = "") -> dict[str, str]:
-    """Return plain values by name as JSON, in which NaN is equal to NaN; of inner ones by path."""
+def flat(values: Any, of: str = "") -> dict[str, str]:
+    """Return plain values by their path as JSON, in which NaN is equal to NaN."""
     texts: dict[str, str] = {}
-    for name, value in values.items():
-        inner = isinstance(value, Mapping)
+    for name, value in values.items() if isinstance(values, Mapping) else enumerate(values):
+        inner = isinstance(value, (Mapping, list))
         text = json.dumps(None if inner else value, ensure_ascii=False)
         texts |= flat(value, f"{of}{name}.") if inner else {f"{of}{name}": text}
     return texts

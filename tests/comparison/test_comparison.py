@@ -254,7 +254,7 @@ def test_runs_on_another_problem_are_refused(tmp_path):
             compare(other, **arguments | {"n_evaluations": 32})
     (stored,) = tmp_path.glob("*.db")
     stored.write_bytes(stored.read_bytes()[:40])
-    with pytest.raises(StudyCorruptError, match=r"psi_16\.db is damaged|study file"):
+    with pytest.raises(StudyCorruptError, match=r"psi_16\.db is no study"):
         compare(VectorizedSphereChute(0.4), **arguments)
 
 

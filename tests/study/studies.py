@@ -59,6 +59,12 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
 
 
+def read(path):
+    """The head and the tests of a study."""
+    facts, columns = Study(path).contents()
+    return facts["head"], columns
+
+
 def begun(path, head=HEAD, **options):
     study = Study(path, **options)
     study.begin(head)

@@ -3,7 +3,6 @@
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -15,9 +14,9 @@ import pytest
 
 import pymoo_psi
 from pymoo_psi.errors import StudyLockedError
-from pymoo_psi.study import Study, read_study
+from pymoo_psi.study import Study
 from tests.processes import LONG, until
-from tests.study.studies import HEAD, begun, bits, block, rows
+from tests.study.studies import HEAD, begun, bits, block, read, rows
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
 
@@ -25,8 +24,8 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers a
 SERVER = """
 import json, os, signal, sys, time, traceback
 from pymoo_psi.errors import PsiError, StudyAccessError
-from pymoo_psi.study import Study, read_study
-from tests.study.studies import HEAD, begun, block
+from pymoo_psi.study import Study
+from tests.study.studies import HEAD, begun, block, read
 
 def say(path, *words):
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
@@ -100,21 +99,18 @@ def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, workers)
         f"    Study({str(path)!r}).append(block(5, 4))\n"
     )
     assert until(ready.exists)
-    who = rf"is being written by process {pid} on {socket.gethostname()} since \d{{4}}-\d\d-\d\d \d\d:\d\d:\d\d UTC; waited 0 s: let it finish or stop it"
-    with pytest.raises(StudyLockedError, match=who):
+    with pytest.raises(StudyLockedError, match="is being written by another process; waited 0 s"):
         study.append(block(9, 4))
     began = time.monotonic()
     with pytest.raises(StudyLockedError, match=r"waited 0.3 s"), Study(path, wait=0.3).writing():
         pass
     assert time.monotonic() - began >= 0.3
     study.begin(HEAD)
-    assert (
-        len(study.columns(1, 9)["x"]) == len(read_study(path)[1]["x"]) == 4
-    )  # readers do not wait
+    assert len(study.contents(1, 9)[1]["x"]) == len(read(path)[1]["x"]) == 4  # readers do not wait
     other = workers.start(f"say({str(go)!r}, 'go')")
     assert Study(path, wait=LONG).append(block(9, 4)) == 4
     assert workers.wait(pid) == workers.wait(other) == 0
-    assert bits(read_study(path)[1]) == bits(block(1, 12))
+    assert bits(read(path)[1]) == bits(block(1, 12))
 
 
 def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
@@ -138,13 +134,13 @@ def test_many_writers_at_once_lose_nothing_and_repeat_nothing(tmp_path, workers)
         f"study = begun({str(path)!r}, wait={LONG})\n"
         "for first in range(1, 81, 4):\n"
         "    with study.writing():\n"
-        "        if len(study.columns(first, 4)['x']) == 0:\n"
+        "        if len(study.contents(first, 4)[1]['x']) == 0:\n"
         f"            say({str(log)!r}, first)\n"
         "            study.append(block(first, 4))"
     )
     pids = [workers.start(job) for _ in range(4)]
     assert [workers.wait(pid) for pid in pids] == [0] * 4
-    assert bits(read_study(path)[1]) == bits(block(1, 80))
+    assert bits(read(path)[1]) == bits(block(1, 80))
     assert sorted(map(int, lines(log))) == list(range(1, 81, 4))
 
 
@@ -155,7 +151,7 @@ def test_readers_see_whole_blocks_while_others_write(tmp_path, workers):
     pid = workers.start(f"for n in range(1, 201, 4): Study({str(path)!r}).append(block(n, 4))")
     seen = 0
     while seen < 200:
-        tests, part = read_study(path)[1], Study(path).columns(1, 200)
+        tests, part = read(path)[1], Study(path).contents(1, 200)[1]
         assert seen <= len(tests["x"]) <= len(part["x"])
         assert len(tests["x"]) % 4 == len(part["x"]) % 4 == 0
         assert bits(part) == bits(rows(expected, np.arange(len(part["x"]))))
@@ -188,11 +184,11 @@ def test_a_fork_of_the_owner_does_not_own_the_lock(tmp_path, workers):
     assert workers.wait(pid) == signal.SIGKILL
     refused, child = lines(ready)
     try:
-        assert f"is being written by process {pid} on" in refused
+        assert "is being written by another process" in refused
         assert Study(path, wait=0).append(block(5, 4)) == 4
     finally:
         os.kill(int(child), signal.SIGKILL)
-    assert bits(read_study(path)[1]) == bits(block(1, 8))
+    assert bits(read(path)[1]) == bits(block(1, 8))
 
 
 # Disks and rights
@@ -215,7 +211,7 @@ def test_what_is_read_only_can_be_read_and_is_said_to_be_so(workers, rights):
         before = path.read_bytes()
         job = DROP + (
             f"study = begun({str(path)!r})\n"
-            "assert len(study.columns(1, 9)['x']) == len(read_study(study.path)[1]['x']) == 4\n"
+            "assert len(study.contents(1, 9)[1]['x']) == len(read(study.path)[1]['x']) == 4\n"
             "try:\n"
             "    study.append(block(9, 4))\n"
             "except StudyAccessError as error:\n"

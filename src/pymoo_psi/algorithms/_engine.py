@@ -168,7 +168,7 @@ class Engine:
         for number in options.retry if options.retry != "failed" else ():
             if not first <= int(number) <= last:
                 raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
-        self.store = Store(options, self.table, (first, last))
+        self.store = Store(options, self.table)
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
         self._streams = streams(self.model)
         workers = active_workers(getattr(runner, "n_jobs", -1)).count if elementwise else 1

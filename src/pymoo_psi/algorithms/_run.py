@@ -157,12 +157,11 @@ class RunOptions:
             if units.shape != (n_points, n_dim) or (units < 0).any() or (units > 1).any():
                 rule = f"{n_points} points of the unit cube of {n_dim} variables, in [0, 1)"
                 raise invalid("unit_points of sampling", rule, made)
-        rounds = self.part.rounds(first, last)
-        if len(rounds) == 0:
+        numbers = self.part.numbers(first, last)
+        if len(numbers) == 0:
             rule = f"one that gets a point of points {first} to {last}"
             remedy = "test as many points as there are shares"
             raise invalid("share", rule, Received(self.part), remedy)
-        numbers = self.part.numbers(np.arange(rounds.start, rounds.stop))
         return Points(numbers, n_dim, None if units is None else units[numbers - first])
 
     @property
@@ -264,7 +263,6 @@ class Store:
         options: The options of the run.
         table: A table without tests: the columns that the problem promises, and what makes its
             tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
-        points: The first and the last test point of a run of several shares.
 
     Attributes:
         study: The study file; ``None`` stores nothing.
@@ -272,9 +270,7 @@ class Store:
         origin: Where the designs come from, for the readers of the study.
     """
 
-    def __init__(
-        self, options: RunOptions, table: TestTable, points: tuple[int, int] = (1, 1)
-    ) -> None:
+    def __init__(self, options: RunOptions, table: TestTable) -> None:
         self.study, self.layout, self._retry = None, table.layout, options.retry
         self.origin = ""
         if options.study is None:
@@ -286,7 +282,7 @@ class Store:
         self.study = Study(f"{path}/{share.file}" if share else path)
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
-        self.study.begin(head_of(table), share if share and share.of > 1 else None, points)
+        self.study.begin(head_of(table), share if share and share.of > 1 else None)
 
     def writing(self) -> AbstractContextManager[None]:
         """Keep others from testing points of the study while the body runs."""
@@ -305,7 +301,7 @@ class Store:
         """Return what is stored of the test points from ``first`` on."""
         if self.study is None:
             return TestTable.empty(self.layout)
-        columns = self.study.columns(first, count)
+        columns = self.study.contents(first, count)[1]
         known = kinds_of_columns(self.layout)
         # Tests of another run may have outputs that this one does not know yet.
         outputs = tuple(name for name in columns if name not in known)

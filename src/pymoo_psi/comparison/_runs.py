@@ -23,7 +23,7 @@ from pymoo_psi.problems import (
     problem_identity,
     problem_layout,
 )
-from pymoo_psi.study import read_study, write_study
+from pymoo_psi.study import Study, write_study
 from pymoo_psi.table import TestTable, columns_of, design_matrix, head_of, table_of
 
 Array = NDArray[np.float64]
@@ -194,7 +194,8 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
     folder.mkdir(parents=True, exist_ok=True)
     asked = _head(TestTable.empty(problem_layout(problem, design_space(problem))), problem)
     for path in sorted(folder.glob("*.db")):
-        head, columns = read_study(path)
+        facts, columns = Study(path).contents()
+        head = facts["head"]
         run = head.pop("run", None)
         if run is None or json.dumps(head, sort_keys=True) != json.dumps(asked, sort_keys=True):
             raise StudyMismatchError(

@@ -20,14 +20,12 @@ from __future__ import annotations
 import json
 import os
 import secrets
-import socket
 import sqlite3
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, nullcontext, suppress
-from dataclasses import dataclass, field
 from datetime import datetime, timezone
 from os import PathLike
 from pathlib import Path
@@ -40,9 +38,9 @@ from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, flat, identity_text, integer, invalid, wrong_type
 from pymoo_psi.errors import (
+    PsiError,
     StudyAccessError,
     StudyCorruptError,
-    StudyError,
     StudyLockedError,
     StudyMismatchError,
     StudyVersionError,
@@ -60,16 +58,17 @@ Proposal: TypeAlias = tuple[int, int, str, dict[str, Any]]
 
 LAST = 2**63 - 1  # the largest number of a test point
 
-_APPLICATION = 0x50534931  # "PSI1", in the header of the file
-_VERSION = 4  # of the tables, also in the header; 1 to 3 are those of pymoo-psi 0.1 and 0.2
-_FIXED = {
-    "test_point": "INTEGER PRIMARY KEY", "status": "TEXT", "reason": "TEXT", "origin": "TEXT",
-    "seconds": "REAL",
-}  # fmt: skip
-_TABLES = {
-    "proposals": "(test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)",
-    "study": "(name TEXT PRIMARY KEY, value TEXT)",
-}
+# The versions 1 to 3 are those of pymoo-psi 0.1 and 0.2.
+_APPLICATION, _VERSION = 0x50534931, 4
+_SCHEMA = f"""
+PRAGMA application_id = {_APPLICATION};
+PRAGMA user_version = {_VERSION};
+CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT);
+CREATE TABLE proposals (test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT);
+CREATE TABLE tests
+    (test_point INTEGER PRIMARY KEY, status TEXT, reason TEXT, origin TEXT, seconds REAL);
+"""
+_FIXED = ("test_point", "status", "reason", "origin", "seconds")
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
@@ -96,9 +95,7 @@ class Study:
         self.wait = wait
         self._seen: str | None = None  # its id, by which another file in its place is noticed
 
-    def begin(
-        self, head: Head, share: tuple[int, int] | None = None, points: tuple[int, int] = (1, 1)
-    ) -> None:
+    def begin(self, head: Head, share: tuple[int, int] | None = None) -> None:
         """Create the file, or make sure that the one that is there belongs to the same problem.
 
         Args:
@@ -108,39 +105,26 @@ class Study:
             share: Which of how many shares of an investigation the file is, if it is one. Its
                 folder is made if there is none; the other studies in it must belong to the same
                 problem, too, and be shares of as many.
-            points: First and last test point of that investigation, kept to tell what is missing.
 
         Raises:
             StudyMismatchError: The file belongs to another problem; the message says what differs.
             StudyError: It is damaged, no study, of another version, or cannot be made or read.
             ArgumentTypeError: JSON cannot hold the head.
         """
-        asked = json.loads(identity_text(head))
-        own: dict[str, Any] = {} if share is None else {"share": [*share], "points": [*points]}
-        others, of = list[str](), share and share[1]
+        asked: dict[str, Any] = {"head": json.loads(identity_text(head))}
         if share is not None:
+            asked["share"] = [*share]
             folder = os.path.dirname(self.path)
             with _reported(self.path):
                 os.makedirs(folder, exist_ok=True)
-            others = [path for path in studies_in(folder) if path != self.path]
-        for path in others:
-            _require_alike(path, Study(path).facts(), asked, of)
+            for path in sorted(Path(folder).glob("*.db")):
+                _require_alike(str(path), Study(path).facts(), asked)
         with nullcontext() if os.path.exists(self.path) else self.writing():
             # Again, as the owner of the lock before may have made it.
             if not os.path.exists(self.path):
-                _create(self.path, {"head": asked, **own})
+                _create(self.path, asked)
         self._seen = None
-        facts = self.facts()
-        _require_alike(self.path, facts, asked, of)
-        if share is not None:
-            if facts.get("share") != own["share"]:
-                raise StudyMismatchError(
-                    f"study {self.path} must be share {own['share']}, and is none; move it away"
-                )
-            (first, last), (begun, end) = points, facts["points"]
-            if first < begun or last > end:
-                with self._transaction(write=True) as (db, _):
-                    _put(db, points=[min(first, begun), max(last, end)])
+        _require_alike(self.path, self.facts(), asked)
 
     @contextmanager
     def writing(self) -> Iterator[None]:
@@ -150,25 +134,23 @@ class Study:
         this process wait for their turn.
 
         Raises:
-            StudyLockedError: Another process is writing; the message says which, where, and since
-                when. One that was killed does not count.
+            StudyLockedError: Another process is writing; one that was killed does not count.
             StudyAccessError: The folder cannot be written.
         """
         # setdefault is one step: two threads never get a lock each. By process, too, as a fork
         # inherits the entries, but not the locks.
-        lock = _LOCKS.setdefault((os.getpid(), self.path), _Lock())
-        with lock.thread:
-            if lock.file is not None:  # nested
+        key = os.getpid(), self.path
+        with _TURNS.setdefault(key, threading.RLock()):
+            if key in _LOCKS:  # nested
                 yield
                 return
-            lock.file = _locked(self.path, self.wait)
-            try:
-                yield
-            finally:
-                with suppress(OSError):  # Windows removes no open file
-                    os.unlink(self.path + _LOCK)
-                lock.file.close()
-                lock.file = None
+            with _locked(self.path, self.wait) as _LOCKS[key]:
+                try:
+                    yield
+                finally:
+                    del _LOCKS[key]
+                    with suppress(OSError):  # Windows removes no open file
+                        os.unlink(self.path + _LOCK)
 
     def append(
         self, columns: Columns, *, origin: str | None = None, seconds: ArrayLike | None = None
@@ -201,40 +183,40 @@ class Study:
             new = _unknown(db, self.path, head, columns)
             if new.any():
                 wider = _with_outputs(head, columns)
-                for name in list(_sql_columns(wider))[len(_sql_columns(head)) :]:
-                    db.execute(f"ALTER TABLE tests ADD COLUMN {_quoted(name)}")
+                _add_columns(db, wider, known=_columns(head))
                 _put(db, head=wider)
-                took = np.full(len(new), np.nan if seconds is None else seconds)
+                seconds = np.full(len(new), seconds, dtype=np.float64)[new]
                 chosen = {name: column[new] for name, column in columns.items()}
-                _insert(db, wider, chosen, origin, took[new])
+                _insert(db, wider, chosen, origin, seconds)
         return int(new.sum())
 
-    def columns(self, first: int, count: int) -> Columns:
-        """Return the stored tests among the ``count`` test points from number ``first``.
+    def facts(self) -> dict[str, Any]:
+        """Return what holds for the whole file: ``head``, ``id``, ``begun``, ``share``.
 
         Raises:
             StudyMismatchError: Another study has taken its place.
-            StudyError: The file is damaged or cannot be read.
-        """
-        return self.contents(first, count)[1]
-
-    def facts(self) -> dict[str, Any]:
-        """Return what holds for the whole file: ``head``, ``id``, ``begun``, ``share``, ….
-
-        Raises:
-            StudyError: As :meth:`columns`.
+            StudyVersionError: Another version wrote it.
+            StudyCorruptError: It is damaged, or no study.
+            StudyAccessError: It does not exist or cannot be read.
         """
         with self._transaction() as (_, facts):
             return facts
 
     def contents(self, first: int = 1, count: int = LAST) -> tuple[dict[str, Any], Columns]:
-        """Return the facts, and the tests that :meth:`columns` returns, of one moment, by number.
+        """Return the facts and the stored tests of one moment.
+
+        Args:
+            first: Number of the first test point of interest.
+            count: How many test points from there are of interest.
+
+        Returns:
+            The facts, and the columns of the tests, by number; see :meth:`append`.
 
         Raises:
-            StudyError: As :meth:`columns`.
+            StudyError: As :meth:`facts`.
         """
         with self._transaction() as (db, facts):
-            return facts, _selected(db, self.path, facts["head"], first, first + count - 1)
+            return facts, _selected(db, facts["head"], first, first + count - 1)
 
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Commit designs that are going to be tested, unless others are stored under their numbers.
@@ -260,7 +242,7 @@ class Study:
         """Return what is proposed of the ``count`` test points from number ``first``.
 
         Raises:
-            StudyError: As :meth:`columns`.
+            StudyError: As :meth:`facts`.
         """
         with self._transaction() as (db, _):
             return _proposals(db, first, first + count - 1)
@@ -269,35 +251,33 @@ class Study:
     def _transaction(
         self, *, write: bool = False
     ) -> Iterator[tuple[sqlite3.Connection, dict[str, Any]]]:
-        """Give a connection in a transaction, and the facts of what is still the same study."""
-        with self.writing() if write else nullcontext(), _connected(self.path) as db:
-            # A plain BEGIN would take SQLite's write lock at the first change only, after reading.
-            db.execute("BEGIN IMMEDIATE" if write else "BEGIN")
-            facts = _facts(db, self.path)
-            if self._seen not in (None, facts["id"]):
-                raise StudyMismatchError(
-                    f"study {self.path} is not the one that this run began or continued: another "
-                    "has taken its place, and was left as it is; put the right file back, or run "
-                    "again to continue this one"
-                )
-            yield db, facts
-            db.execute("COMMIT")
+        """Give a connection in a transaction, and the facts of what is still the same study.
+
+        What the body has not finished is undone.
+        """
+        with self.writing() if write else nullcontext(), _reported(self.path):
+            if not os.path.isfile(self.path):
+                raise StudyAccessError(f"study {self.path} does not exist; check the name")
+            # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
+            # that must not be written as read-only. isolation_level=None: Python's module would
+            # begin transactions by itself.
+            uri = f"{Path(self.path).as_uri()}?mode=rw"
+            connected = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
+            with closing(connected) as db:
+                db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
+                db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
+                # A plain BEGIN would take the write lock at the first change only, after reading.
+                db.execute("BEGIN IMMEDIATE" if write else "BEGIN")
+                facts = _facts(db, self.path)
+                if self._seen not in (None, facts["id"]):
+                    raise StudyMismatchError(
+                        f"study {self.path} is not the one that this run began or continued: "
+                        "another has taken its place, and was left as it is; put the right file "
+                        "back, or run again to continue this one"
+                    )
+                yield db, facts
+                db.execute("COMMIT")
         self._seen = facts["id"]
-
-
-def read_study(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns]:
-    """Return the head and all tests of a study, by number.
-
-    Returns:
-        The head with which it was begun, and the columns of its tests; see :class:`Study`.
-
-    Raises:
-        StudyCorruptError: The file is damaged, or no study.
-        StudyVersionError: Another version wrote it.
-        StudyAccessError: It does not exist or cannot be read.
-    """
-    facts, columns = Study(path).contents()
-    return facts["head"], columns
 
 
 def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None:
@@ -305,7 +285,6 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
 
     Raises:
         StudyAccessError: There is a file of that name, or none can be written.
-        ArgumentValueError: There are too many columns.
     """
     file = Study(path).path
     if os.path.lexists(file):
@@ -316,71 +295,32 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
     _create(file, {"head": _with_outputs(known, columns)}, columns)
 
 
-def studies_in(folder: str) -> list[str]:
-    """Return the studies in a folder, the files named ``*.db``."""
-    with _reported(folder):
-        names = sorted(os.listdir(folder))
-    return [os.path.join(folder, name) for name in names if name.endswith(".db")]
-
-
 # The file
 
 
 @contextmanager
 def _reported(path: str) -> Iterator[None]:
-    """Turn errors of SQLite and the system in the body into ours, which name the file."""
+    """Turn errors of SQLite and the system, and of what cannot be read, into ours."""
     try:
         yield
-    except (sqlite3.DatabaseError, UnicodeDecodeError, OSError) as error:
-        if isinstance(error, (StudyError, sqlite3.ProgrammingError)):
-            raise
-        # By their texts, since Python 3.10 does not show SQLite's codes.
-        text = (isinstance(error, OSError) and error.strerror) or str(error)
-        if "is locked" in text:
-            raise StudyLockedError(
-                f"study {path} is kept busy by another program; close that program, then run again"
-            ) from error
-        if "not a database" in text:
-            raise _foreign(path) from error
-        system = ("is full", "disk I/O", "readonly", "unable to open", "too many")
-        if isinstance(error, OSError) or any(words in text for words in system):
-            raise StudyAccessError(
-                f"study {path} cannot be used: {text}; see that its folder exists, that you may "
-                "write it, and that there is room; what was stored before is kept"
-            ) from error
-        raise _corrupt(path, text) from error
+    except PsiError:
+        raise
+    except (sqlite3.OperationalError, OSError) as error:
+        what = getattr(error, "strerror", None) or error
+        raise StudyAccessError(
+            f"study {path} cannot be used: {what}; see that its folder exists, that you may write "
+            "it, that there is room, and that no other program keeps it busy; what was stored "
+            "before is kept"
+        ) from error
+    except (sqlite3.DatabaseError, LookupError, TypeError, ValueError) as error:
+        raise _unreadable(path, str(error)) from error
 
 
-def _corrupt(path: str, what: str) -> StudyCorruptError:
+def _unreadable(path: str, what: str) -> StudyCorruptError:
     return StudyCorruptError(
-        f"study {path} is damaged: {what:.80}; it was left as it is: restore it from a copy, "
-        "or move it away and run again what it held"
+        f"{path} is no study of pymoo-psi, or damaged: {what:.80}; it was left as it is: restore "
+        "it from a copy, or move it away and run again what it held"
     )
-
-
-def _foreign(path: str) -> StudyCorruptError:
-    return StudyCorruptError(
-        f"{path} must be a study file of pymoo-psi, but it is none, or its first bytes are "
-        "damaged; it was left as it is: give the name of another file, or move this one away"
-    )
-
-
-@contextmanager
-def _connected(path: str) -> Iterator[sqlite3.Connection]:
-    """Give a connection; what the body has not committed is undone."""
-    with _reported(path):
-        if not os.path.isfile(path):
-            what = "is no file" if os.path.exists(path) else "does not exist"
-            raise StudyAccessError(f"study {path} {what}; check the name")
-        # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file that
-        # must not be written as read-only. isolation_level=None: Python's module would begin
-        # transactions by itself.
-        uri = f"{Path(path).as_uri()}?mode=rw"
-        db = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
-        with closing(db):
-            db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
-            db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
-            yield db
 
 
 def _create(path: str, facts: Mapping[str, Any], columns: Columns | None = None) -> None:
@@ -391,14 +331,9 @@ def _create(path: str, facts: Mapping[str, Any], columns: Columns | None = None)
         whole_file(path) as new,
         closing(sqlite3.connect(new, isolation_level=None)) as db,
     ):
-        db.execute("PRAGMA journal_mode = OFF")  # the file is thrown away if anything happens
-        db.execute("BEGIN")
-        db.execute(f"PRAGMA application_id = {_APPLICATION}")
-        db.execute(f"PRAGMA user_version = {_VERSION}")
-        tests = {**_FIXED, **_sql_columns(facts["head"])}
-        listed = ", ".join(f"{_quoted(name)} {type_}" for name, type_ in tests.items())
-        for name, made in {**_TABLES, "tests": f"({listed})"}.items():
-            db.execute(f"CREATE TABLE {name} {made}")
+        # Without a journal, as the file is thrown away if anything happens.
+        db.executescript(f"PRAGMA journal_mode = OFF; BEGIN; {_SCHEMA}")
+        _add_columns(db, facts["head"])
         _put(db, id=secrets.token_hex(16), begun=now, **facts)
         if columns is not None:
             _insert(db, facts["head"], columns, None, np.nan)
@@ -409,25 +344,20 @@ def _facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
     """Return the facts of a study after making sure that the file is one, and nothing else."""
     names = ("application_id", "user_version")
     mark, version = (db.execute(f"PRAGMA {name}").fetchone()[0] for name in names)
-    if mark != _APPLICATION:
-        raise _foreign(path)
-    if version != _VERSION:
+    if mark == _APPLICATION and version != _VERSION:
         older = "continue it with pymoo-psi 0.2.0, or export it as CSV with that version"
         raise StudyVersionError(
             f"study {path} has format {version}, but this version of pymoo-psi reads format "
             f"{_VERSION}; {older if version < _VERSION else 'install a later one'}"
         )
     # What SQLite would run by itself, such as a trigger, is not used.
-    own = {"tests", *_TABLES}
-    made = "SELECT type, name FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
-    for kind, name in db.execute(made):
-        if kind != "table" or name not in own:
-            raise _corrupt(path, f"it holds the {kind} {name!r:.40}, which is none of its own")
-    try:
-        facts = {n: json.loads(v) for n, v in db.execute("SELECT name, value FROM study")}
-        facts["id"], _ = str(facts["id"]), _sql_columns(facts["head"])
-    except (TypeError, ValueError, KeyError) as error:
-        raise _corrupt(path, f"its head cannot be read ({error!r})") from error
+    made = "SELECT name, type FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
+    held, own = dict(db.execute(made)), dict.fromkeys(("study", "proposals", "tests"), "table")
+    if mark != _APPLICATION or held != own:
+        more = [f"the {kind} {name}" for name, kind in held.items() - own.items()]
+        raise _unreadable(path, f"it holds {', '.join(more) or 'no tests'}")
+    facts = {name: json.loads(value) for name, value in db.execute("SELECT * FROM study")}
+    _columns(facts["head"])  # what is no head shows here
     return facts
 
 
@@ -444,32 +374,31 @@ def _proposals(db: sqlite3.Connection, first: int, last: int) -> list[Proposal]:
 # Tests
 
 
-def _kinds(head: Head) -> dict[str, Kind]:
-    """Return what each variable, objective, constraint and output is, by name."""
-    others = ("objectives", "inequalities", "equalities", "outputs")
+def _columns(head: Head) -> dict[str, tuple[str, Kind]]:
+    """Return the column of each name, as SQL refers to it, and what its cells are."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
-    return kinds | {name: Kind.REAL for group in others for name in head.get(group, ())}
-
-
-def _sql_columns(head: Head) -> dict[str, str]:
-    """Return SQL's columns of what a head names, and their types."""
-    columns: dict[str, str] = {}
+    found: dict[str, tuple[str, Kind]] = {}
     taken = {*_FIXED}
-    for name, kind in _kinds(head).items():
-        while name.lower() in taken:  # SQL takes "a" and "A" for one name
-            name += "_"
-        taken.add(name.lower())
-        columns[name] = _TYPES.get(kind, "")
-    return columns
+    for group in ("variables", "objectives", "inequalities", "equalities", "outputs"):
+        for name in head.get(group, ()):
+            column = name
+            while column.lower() in taken:  # SQL takes "a" and "A" for one name
+                column += "_"
+            taken.add(column.lower())
+            quoted = column.replace('"', '""')
+            found[name] = f'"{quoted}"', kinds.get(name, Kind.REAL)
+    return found
 
 
-def _quoted(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"'
+def _add_columns(db: sqlite3.Connection, head: Head, known: Collection[str] = ()) -> None:
+    for name, (column, kind) in _columns(head).items():
+        if name not in known:
+            db.execute(f"ALTER TABLE tests ADD COLUMN {column} {_TYPES.get(kind, '')}")
 
 
 def _with_outputs(head: Head, columns: Columns) -> dict[str, Any]:
     """Return a head with the outputs that tests bring."""
-    known = {"test_point", "status", "reason", *_kinds(head)}
+    known = {*_FIXED[:3], *_columns(head)}
     added = [name for name in columns if name not in known]
     return {**head, "outputs": [*head.get("outputs", ()), *added]} if added else dict(head)
 
@@ -482,30 +411,27 @@ def _unknown(db: sqlite3.Connection, path: str, head: Head, columns: Columns) ->
     """
     numbers = columns["test_point"]
     ends = (int(numbers.min()), int(numbers.max())) if len(numbers) else (1, 0)
-    stored = _selected(db, path, head, *ends)
+    stored = _selected(db, head, *ends)
     _, here, there = np.intersect1d(numbers, stored["test_point"], return_indices=True)
-    shared = columns.keys() & stored.keys()
-    pairs = {name: (columns[name][here], stored[name][there]) for name in shared}
-    same = ~_differing(pairs, len(here), head.get("outputs", ()))
-    for number in numbers[here][~same & (stored["status"][there] != "failed")]:
+    differ = _differing(stored, columns, there, here)
+    for number in numbers[here][differ & (stored["status"][there] != "failed")]:
         rule = "of new test points, repetitions of failed ones, or what is stored"
         found = Received(f"other values for test point {number}")
         remedy = f"use another file if the model has changed; study {path} is as it was"
         raise invalid("block", rule, found, remedy)
     new = np.ones(len(numbers), dtype=bool)
-    new[here[same]] = False
+    new[here[~differ]] = False
     return new
 
 
 def _differing(
-    pairs: Mapping[str, tuple[NDArray[Any], NDArray[Any]]], n: int, outputs: Sequence[str]
+    stored: Columns, others: Columns, one: NDArray[np.intp], other: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
-    """``(n,)`` which of two tests differ; an output that one of them lacks is no difference."""
-    differ = np.zeros(n, dtype=bool)
-    for name, (one, other) in pairs.items():
-        # NaN is the value that differs from itself.
-        unknown = np.logical_or if name in outputs else np.logical_and
-        differ |= ~((one == other) | unknown(one != one, other != other)).astype(bool)
+    """``(n,)`` which tests, of rows ``one`` and ``other``, differ in what is known of both."""
+    differ = np.zeros(len(one), dtype=bool)
+    for name in stored.keys() & others.keys():
+        a, b = stored[name][one], others[name][other]
+        differ |= (a != b) & (a == a) & (b == b)  # NaN, which differs from itself, is unknown
     return differ
 
 
@@ -513,87 +439,62 @@ def _insert(
     db: sqlite3.Connection, head: Head, columns: Columns, origin: str | None, seconds: ArrayLike
 ) -> None:
     """Write tests, in place of those with their numbers."""
-    n = len(columns["test_point"])
-    cells = [
-        columns["test_point"].astype(np.int64, casting="safe"),
-        columns["status"],
-        np.fromiter((reason or None for reason in columns["reason"]), object, n),
-        np.full(n, origin, dtype=object),
-        np.full(n, seconds, dtype=np.float64),
-    ]
-    for name, kind in _kinds(head).items():
+    n, known = len(columns["test_point"]), _columns(head)
+    reasons = np.where(columns["reason"] == "", np.array(None), columns["reason"])
+    cells = [columns["test_point"], columns["status"], reasons]
+    cells += [np.full(n, origin, dtype=object), np.full(n, seconds, dtype=np.float64)]
+    for name, (_, kind) in known.items():
         # NaN: an output that these tests do not have.
-        column = columns[name] if name in columns else np.full(n, np.nan)
-        cells.append(column.astype(DTYPES[kind], casting="safe"))
-    names = ", ".join(map(_quoted, (*_FIXED, *_sql_columns(head))))
+        cells.append(columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind]))
+    names = ", ".join([*_FIXED, *(column for column, _ in known.values())])
     insert = f"INSERT OR REPLACE INTO tests ({names}) VALUES ({', '.join('?' * len(cells))})"
     for start in range(0, len(cells[0]), _AT_A_TIME):
         part = slice(start, start + _AT_A_TIME)
         db.executemany(insert, zip(*(column[part].tolist() for column in cells), strict=True))
 
 
-def _selected(db: sqlite3.Connection, path: str, head: Head, first: int, last: int) -> Columns:
+def _selected(db: sqlite3.Connection, head: Head, first: int, last: int) -> Columns:
     """Return the tests with numbers from ``first`` to ``last``, by number."""
-    kinds = _kinds(head)
-    names = ["test_point", *kinds, "status", "reason"]
-    dtypes = [np.int64, *(DTYPES[kind] for kind in kinds.values()), np.object_, np.object_]
+    known = _columns(head)
+    dtypes = {name: DTYPES[kind] for name, (_, kind) in known.items()}
+    dtypes = {"test_point": np.int64, **dtypes, "status": np.object_, "reason": np.object_}
     # A name in double quotes that is no column would be a text, but for the table before it.
-    listed = ", ".join(f"tests.{_quoted(name)}" for name in _sql_columns(head))
+    listed = [f"tests.{column}" for column, _ in known.values()]
     cursor = db.execute(
-        f"SELECT test_point, {listed}{', ' * bool(listed)}status, coalesce(reason, '') "
+        f"SELECT {', '.join(['test_point', *listed, 'status'])}, coalesce(reason, '') "
         "FROM tests WHERE test_point BETWEEN ? AND ? ORDER BY test_point",
         (min(first, LAST), min(last, LAST)),
     )
-    blocks: list[list[NDArray[Any]]] = []
-    try:
-        while not blocks or len(blocks[-1][0]) == _AT_A_TIME:
-            rows = cursor.fetchmany(_AT_A_TIME)
-            cells = zip(*rows, strict=True) if rows else [()] * len(names)
-            blocks.append([np.array(c, dtype=d) for c, d in zip(cells, dtypes, strict=True)])
-    except (TypeError, ValueError, OverflowError) as error:
-        raise _corrupt(path, f"a cell is not of its column's type ({error})") from error
-    joined = [np.concatenate(parts) for parts in zip(*blocks, strict=True)]
-    return dict(zip(names, joined, strict=True))
+    parts = {name: [np.array([], dtype)] for name, dtype in dtypes.items()}
+    for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
+        for (name, dtype), cells in zip(dtypes.items(), zip(*rows, strict=True), strict=True):
+            parts[name].append(np.array(cells, dtype))
+    return {name: np.concatenate(part) for name, part in parts.items()}
 
 
-# One writer at a time: a lock beside the study, a file that says who its owner is. The operating
-# system releases it when its process ends, however it ends.
+# One writer at a time: a lock beside the study. The operating system releases it when its process
+# ends, however it ends.
 
 _LOCK = ".pymoo-psi-lock"  # behind the name of the study; nobody else uses it
-
-
-@dataclass
-class _Lock:
-    """Whose turn it is among the threads of this process, and the lock that they share."""
-
-    thread: Any = field(default_factory=threading.RLock)
-    file: Any = None
-
-
-_LOCKS: dict[tuple[int, str], _Lock] = {}
+_TURNS: dict[tuple[int, str], Any] = {}  # whose turn it is among the threads of a process
+_LOCKS: dict[tuple[int, str], IO[str]] = {}
 
 
 def _locked(path: str, wait: float) -> IO[str]:
-    """Return the open lock of a study, whose owner is this process now."""
+    """Return the open lock of a study, which is this process's now."""
     lock, deadline = path + _LOCK, time.monotonic() + wait
     while True:
         with _reported(path):
-            file = open(lock, "a+", encoding="utf-8", errors="replace")  # noqa: SIM115
+            file = open(lock, "a")  # noqa: SIM115
         with suppress(BlockingIOError, PermissionError, FileNotFoundError):
             _lock(file.fileno())
             # The name may have passed to another file since this one was opened.
             if os.path.samestat(os.stat(lock), os.fstat(file.fileno())):
-                now = datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
-                file.truncate(0)  # what an owner has left that was killed
-                file.write(f"process {os.getpid()} on {socket.gethostname()} since {now}")
-                file.flush()
                 return file
-        file.seek(0)
-        owner = file.read() or "another process"
         file.close()
         if time.monotonic() >= deadline:
             raise StudyLockedError(
-                f"study {path} is being written by {owner}; waited {wait:g} s: "
+                f"study {path} is being written by another process; waited {wait:g} s: "
                 "let it finish or stop it, wait longer, or use another file"
             )
         time.sleep(0.05)
@@ -605,7 +506,6 @@ def _lock(descriptor: int) -> None:
     A fork does not inherit locks of POSIX records: no worker that outlives its parent keeps them.
     """
     if sys.platform == "win32":
-        os.lseek(descriptor, 4096, os.SEEK_SET)  # what lies before can still be read
         msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
     else:
         fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -615,33 +515,24 @@ def _lock(descriptor: int) -> None:
 
 
 def _require_alike(
-    path: str, facts: Mapping[str, Any], head: Head, of: int | None = None, there: str = "asked"
+    path: str, facts: Mapping[str, Any], asked: Mapping[str, Any], there: str = "asked"
 ) -> None:
-    """Refuse a study of another problem, or of another number of shares than ``of``."""
-    # NaN is NaN, and 2 is not 2.0.
-    a, b = flat(_by_variable(facts["head"])), flat(_by_variable(head))
+    """Refuse a study of another problem, or of another number of shares."""
+    # As JSON, NaN is NaN, and 2 is not 2.0. The name of the problem says most; outputs are those
+    # that tests have brought so far.
+    a, b = (flat({"problem": None, **f["head"], "outputs": None}) for f in (facts, asked))
     differing = [
         f"{name} is {a.get(name, 'absent'):.120} in the study, {b.get(name, 'absent'):.120} {there}"
         for name in {**a, **b}
         if a.get(name) != b.get(name)
     ]
-    if of and facts.get("share", (1, of))[1] != of:
-        differing = [f"it is one of {facts['share'][1]} shares, not of {of}"]
+    if len({known["share"][1] for known in (facts, asked) if "share" in known}) > 1:
+        differing = [f"it is one of {facts['share'][1]} shares, not of {asked['share'][1]}"]
     if differing:
         raise StudyMismatchError(
             f"study {path} belongs to another problem or search: {'; '.join(differing[:4])}. "
             "Give the name of another file, or the problem (and study_key) with which it was begun"
         )
-
-
-def _by_variable(head: Head) -> dict[str, Any]:
-    """Return what of a head is compared; messages name the variable of a bound, not its index."""
-    named = {
-        key: dict(zip(head["variables"], head[key], strict=True))
-        for key in ("lower", "upper", "kinds")
-    }
-    # The name of the problem says most. Outputs are those that tests have brought so far.
-    return {"problem": None, **head, **named, "outputs": None}
 
 
 # Shares: the points of one investigation divided among machines, and their files as one study
@@ -692,29 +583,20 @@ class Share(NamedTuple):
         """Name of its file in a folder of studies, sorted by part."""
         return f"share-{self.part:0{len(str(self.of))}}-of-{self.of}.db"
 
-    def rounds(self, first: int, last: int) -> range:
-        """Return the rounds, from 0, in which it gets a point between ``first`` and ``last``."""
-        start, stop = (first - 1) // self.of, (last - 1) // self.of + 1
-        ends = self.numbers(np.array([start, stop - 1]))
-        return range(start + int(ends[0] < first), stop - int(ends[1] > last))
-
-    def numbers(self, rounds: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the test points that it gets in rounds."""
-        return rounds * self.of + (self.part - 1 + _moved(rounds, self.of)) % self.of + 1
-
-
-def _moved(rounds: NDArray[np.int64], of: int) -> NDArray[np.int64]:
-    """Return by how many places the shares are moved in rounds."""
-    # Only the lowest 32 bits of the product count, so that its overflow does no harm.
-    moved: NDArray[np.int64] = (rounds * _GOLDEN % 2**32) * of // 2**32
-    return moved
+    def numbers(self, first: int, last: int) -> NDArray[np.int64]:
+        """Return the test points from ``first`` to ``last`` that it gets, increasing."""
+        rounds = np.arange((first - 1) // self.of, (last - 1) // self.of + 1)
+        # Only the lowest 32 bits of the product count, so that its overflow does no harm.
+        moved = (rounds * _GOLDEN % 2**32) * self.of // 2**32
+        numbers: NDArray[np.int64] = rounds * self.of + (self.part - 1 + moved) % self.of + 1
+        return numbers[(first <= numbers) & (numbers <= last)]
 
 
 ALL = Share(1, 1)  # all points
 
 
 def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str]:
-    """Return the tests of all studies in a folder as those of one; see :func:`read_study`.
+    """Return the tests of all studies in a folder as those of one; see :class:`Study`.
 
     Returns:
         The head, the columns, and which test points are missing; empty if none are.
@@ -724,19 +606,17 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
             the same test point.
         StudyError: One is damaged, or there is none; the message names the file.
     """
-    folder = os.path.realpath(path)
-    files = studies_in(folder)
+    files = sorted(map(str, Path(path).resolve().glob("*.db")))
     if not files:
-        raise StudyAccessError(f"folder {folder} holds no study; check the name")
+        raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
     facts, blocks = zip(*(Study(file).contents() for file in files), strict=True)
-    head = dict(facts[0]["head"])
     for file, other in zip(files, facts, strict=True):
-        _require_alike(file, other, head, there=f"in {files[0]}")
+        _require_alike(file, other, facts[0], there=f"in {files[0]}")
     # A share has the outputs that its tests have brought so far, NaN where they did not.
-    outputs = tuple(dict.fromkeys(name for f in facts for name in f["head"].get("outputs", ())))
-    head |= {"outputs": list(outputs)} if outputs else {}
+    outputs = dict.fromkeys(name for f in facts for name in f["head"].get("outputs", ()))
+    head = facts[0]["head"] | ({"outputs": [*outputs]} if outputs else {})
     columns = {}
-    for name in {**dict.fromkeys(outputs), **blocks[0]}:
+    for name in blocks[0] | outputs:
         parts = [b.get(name, np.full(len(b["test_point"]), np.nan)) for b in blocks]
         columns[name] = np.concatenate(parts)
     source = np.repeat(np.arange(len(files)), [len(block["test_point"]) for block in blocks])
@@ -745,30 +625,23 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
     columns = {name: column[order] for name, column in columns.items()}
     numbers = columns["test_point"]
     again = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
-    pairs = {name: (column[again], column[again - 1]) for name, column in columns.items()}
-    for i in again[_differing(pairs, len(again), ())]:
+    for i in again[_differing(columns, columns, again, again - 1)]:
         one, other = (files[source[order[j]]] for j in (i - 1, i))
         raise StudyMismatchError(
             f"studies {one} and {other} have different results for test point {numbers[i]}; "
             "move the file that is wrong, or older, to another folder"
         )
     columns = {name: np.delete(column, again) for name, column in columns.items()}
-    return head, columns, _missing(facts, columns["test_point"])
+    of = next((known["share"][1] for known in facts if "share" in known), 1)
+    return head, columns, _missing(of, columns["test_point"])
 
 
-def _missing(studies: Sequence[Mapping[str, Any]], numbers: NDArray[np.int64]) -> str:
-    """Say which test points of an investigation are not stored in any of its shares."""
-    known = [facts for facts in studies if "share" in facts]
-    if not known:
+def _missing(of: int, numbers: NDArray[np.int64]) -> str:
+    """Say how many test points between those that are stored each share lacks."""
+    if of == 1 or len(numbers) == 0:
         return ""
-    firsts, lasts = zip(*(facts["points"] for facts in known), strict=True)
-    first, last, of = min(firsts), max(lasts), known[0]["share"][1]
-    absent = np.setdiff1d(np.arange(first, last + 1), numbers, assume_unique=True)
-    if len(absent) == 0:
-        return ""
-    rounds = (absent - 1) // of
-    parts = np.unique((absent - 1 - _moved(rounds, of)) % of + 1)
-    return (
-        f"{len(absent)} of {last - first + 1} test points are missing, the first is {absent[0]}; "
-        f"of {of} shares these lack points: {', '.join(map(str, parts))}"
-    )
+    shares = {k: Share(k, of).numbers(int(numbers[0]), int(numbers[-1])) for k in range(1, of + 1)}
+    lack = {k: len(np.setdiff1d(points, numbers)) for k, points in shares.items()}
+    lacking = ", ".join(f"{n} of share {Share(k, of)}" for k, n in lack.items() if n)
+    ends = f"test points {numbers[0]} and {numbers[-1]}"
+    return f"Missing between {ends}: {lacking}" if lacking else ""

@@ -1039,12 +1039,13 @@ class TestTable(Shown):
 
 def read_tests(path: str | PathLike[str]) -> TestTable:
     """Return the tests of a study or a folder of studies, a remark says which are missing."""
-    from pymoo_psi.study import read_folder, read_study
+    from pymoo_psi.study import Study, read_folder
 
     if os.path.isdir(path):
         head, columns, missing = read_folder(path)
     else:
-        (head, columns), missing = read_study(path), ""
+        (facts, columns), missing = Study(path).contents(), ""
+        head = facts["head"]
     table = table_of(head, columns, path, TestTable)
     return table._with(remarks=(f"{missing}.",)) if missing else table
 
