@@ -63,7 +63,10 @@ def test_what_is_not_one_problem_is_refused():
     bnh = investigate(get_problem("bnh"), 4)
     another = replace(bnh, problem={**bnh.problem, "parameters": {"c": 1}})
     for tables, message in [
-        ({"a": table, "b": other}, "experiment 'b' must be .*objectives .*f1.* against .*mass"),
+        (
+            {"a": table, "b": other},
+            "tables must be of one problem and formulation .*objectives .*f1.* against .*mass",
+        ),
         ({"a": table, "b": sub}, "objectives .*f1.* against .*r"),
         ({"a": table, "b": turned}, "direction of f1 min against max"),
         ({"a": bnh, "b": another}, "parameters"),

@@ -29,24 +29,20 @@ def outputs_under(layout: Layout, table: TestTable) -> Array:
     return outputs
 
 
-def stacked(tables: Sequence[TestTable], names: Sequence[str], rule: str) -> TestTable:
+def stacked(tables: Sequence[TestTable]) -> TestTable:
     """Return the tests of tables one below the other, with layout and problem of all.
 
     Args:
         tables: One or more. Those without tests and columns take on those of the others.
-        names: What they are called, for messages.
-        rule: What they must be.
 
     Raises:
         ArgumentValueError: They differ.
     """
-    pairs = [(t, name) for t, name in zip(tables, names, strict=True) if len(t) or t.layout.columns]
-    if len(pairs) < 2:
-        return pairs[0][0] if pairs else tables[0]
-    tables, whole = [table for table, _ in pairs], pairs[0][0]
-    for table, name in pairs:
+    tables = [t for t in tables if len(t) or t.layout.columns] or tables[:1]
+    whole = tables[0]
+    for table in tables[1:]:
         if found := difference(whole, table):
-            raise invalid(name, rule, Received(found))
+            raise invalid("tables", "of one problem and formulation to be joined", Received(found))
         whole = whole._with(
             layout=joined_layout(whole.layout, table.layout),
             problem=whole.problem if "problem" in (whole.problem or {}) else table.problem,

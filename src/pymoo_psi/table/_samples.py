@@ -179,15 +179,12 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
             "It is unknown how the designs were sampled: sensitivities and convergence hold if "
             "they lie evenly within their range, in the order of testing."
         )
-    failed = int(np.sum(table.status == "failed"))
-    lost = int(np.sum((table.status == "infeasible") & ~np.isfinite(table.F).all(axis=1)))
-    texts = [f"{k} {what}" for k, what in ((failed, "failed"), (lost, "were rejected")) if k]
-    if texts:
+    # A requirement has rejected a design that is infeasible without objectives.
+    lost = int(np.sum((table.status == "failed") | ~np.isfinite(table.F).all(axis=1)))
+    if lost:
+        text = f"Of {counted(len(table), 'test')} {lost} failed or were rejected and do not count."
         rough = " The others are not spread evenly, so that sensitivities are rough."
-        said.append(
-            f"Of {counted(len(table), 'test')} {listed(texts)} and count for nothing."
-            + (rough if failed + lost > _LOST * len(table) else "")
-        )
+        said.append(text + rough * (lost > _LOST * len(table)))
     return table, tuple(said)
 
 

@@ -704,8 +704,7 @@ class TestTable(Shown):
         """
         for block in blocks:
             instance("block", block, TestTable)
-        names = ["block"] * (1 + len(blocks))
-        whole = stacked([self, *blocks], names, "of the table's layout")
+        whole = stacked([self, *blocks])
         _require_distinct(whole.numbers)
         return whole
 
@@ -725,8 +724,7 @@ class TestTable(Shown):
             >>> TestTable.of([1, 2], [[0.0], [0.5]], [[0], [2]]).merge(ahead).numbers
             array([1, 2, 3, 4])
         """
-        tables = [self, instance("other", other, TestTable)]
-        whole = stacked(tables, ["other"] * 2, "a table of the same problem")
+        whole = stacked([self, instance("other", other, TestTable)])
         _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
         require_one_result(whole, rows[inverse])
         table = whole.rows(rows)
@@ -765,10 +763,7 @@ class TestTable(Shown):
         if not isinstance(experiments, Mapping) or not experiments:
             rule = "tables by name, such as {'coarse': a, 'refined': b}"
             raise wrong_type("experiments", rule, experiments)
-        names = [f"the experiment {name!r}" for name in experiments]
-        tables = [
-            instance(n, t, TestTable) for n, t in zip(names, experiments.values(), strict=True)
-        ]
+        tables = [instance(f"{n!r}", table, TestTable) for n, table in experiments.items()]
         bounds = {}
         if len({table.layout.variables for table in tables}) == 1:
             # NaN, where there is no bound, is passed on.
@@ -786,8 +781,7 @@ class TestTable(Shown):
             )
             blocks.append(block)
             last = int(block.numbers.max(initial=last))
-        rule = "tests of the problem of the others; give all the same formulation"
-        whole = stacked(blocks, names, rule)
+        whole = stacked(blocks)
         require_one_result(whole)
         return whole
 
