@@ -68,5 +68,5 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_report_header():
-    names = ("pymoo", "numpy", "scipy", "pandas", "matplotlib", "moocore", "joblib", "typer")
+    names = ("pymoo", "numpy", "scipy", "pandas", "matplotlib", "moocore", "joblib", "click")
     return " ".join(f"{name}-{version(name)}" for name in names)

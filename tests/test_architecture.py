@@ -34,7 +34,7 @@ ONLY = {
     "matplotlib": {"plots", "report"},
     "sqlite3": {"study"},
     "moocore": {"mathematics"},
-    "typer": {"cli"},
+    "click": {"cli"},
 }
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
 
@@ -80,7 +80,7 @@ def test_the_rules_can_be_broken():
     for modules in ("pymoo_psi.problems", "pymoo_psi._validation.x", "pymoo.core.problem"):
         assert [*broken_rules("pareto", [modules])]
     assert [*broken_rules("cli", ["pymoo_psi.table._layout"])]
-    assert not [*broken_rules("cli", ["pymoo_psi.pareto", "typer", "pymoo_psi.cli._app"])]
+    assert not [*broken_rules("cli", ["pymoo_psi.pareto", "click", "pymoo_psi.cli._app"])]
 
 
 def test_every_module_of_a_subpackage_is_private():
@@ -158,7 +158,7 @@ def test_every_name_of_the_package_has_an_example():
     "names",
     [
         {
-            "": ("pymoo", "pandas", "scipy", "matplotlib", "typer", "joblib"),
+            "": ("pymoo", "pandas", "scipy", "matplotlib", "click", "joblib"),
             "rank_of_efficiency": ("pymoo", "pandas", "scipy"),
             "TestTable": ("pymoo", "pandas", "scipy", "sqlite3"),
         },

@@ -6,7 +6,7 @@ import sys
 from importlib import import_module
 from importlib.metadata import metadata, requires
 
-HEAVY = ("typer", "matplotlib", "pymoo", "numpy", "pandas")
+HEAVY = ("click", "matplotlib", "pymoo", "numpy", "pandas")
 
 
 def loaded(code, modules):
@@ -21,7 +21,7 @@ def loaded(code, modules):
 
 def test_no_public_name_brings_a_face():
     code = "import pymoo_psi\nfor name in pymoo_psi.__all__: getattr(pymoo_psi, name)"
-    assert loaded(code, ("matplotlib.pyplot", "typer")) == "[]"
+    assert loaded(code, ("matplotlib.pyplot", "click")) == "[]"
 
 
 def test_type_checkers_find_every_public_name(tmp_path):
@@ -47,7 +47,7 @@ def test_type_checkers_find_every_public_name(tmp_path):
 
 def test_help_loads_nothing_heavy():
     code = "from pymoo_psi.cli import main\nassert main(['--help']) == 0"
-    assert loaded(code, HEAVY) == "['typer']"
+    assert loaded(code, HEAVY) == "['click']"
 
 
 def test_every_dependency_has_a_floor():

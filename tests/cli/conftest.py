@@ -2,19 +2,14 @@
 
 import os
 import sys
-from functools import cache
 
-import numpy as np
 import pytest
-import typer.main
 from matplotlib.figure import Figure
 
 from pymoo_psi.cli import main
 from tests.test_golden import undrawn as saved_empty
 
 os.environ.pop("COLUMNS", None)  # as pytest-xdist sets it
-# To make the command from its functions takes longer than most of its runs; it has no state.
-typer.main.get_command = cache(typer.main.get_command)
 
 MODELS = '''
 import math, os, pathlib, signal, time
@@ -116,8 +111,6 @@ def run(capsys, tmp_path, monkeypatch):
     (tmp_path / "models.py").write_text(MODELS, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
-    # A busy machine takes longer than the seconds after which a log has its first line.
-    monkeypatch.setattr("pymoo_psi.cli._output._FIRST", np.inf)
 
     def command(*words):
         code = main([str(word) for word in words])

@@ -96,8 +96,6 @@ OPENING = {
     "thousands": [",", ".", " ", "x"], "encoding": ["utf-8", "cp1252", "utf-16", "x", ""],
     "skip-rows": ["4", "3", "1", "2,3", "0", "x", ""], "sheet": ["x", ""],
 }  # fmt: skip
-PREFER = ["knee", "chebyshev", "weights:f1=1,f2=2", "weights:a=0,b=0", "aspire:a=1,b=nan",
-          "aspire:a=1,b=1e308", "x", "", "weights:f1=1,f2=-1"]  # fmt: skip
 # The subjects of each command, and values of its options, right ones and wrong ones.
 COMMANDS = {
     "solve": (PROBLEMS, {
@@ -107,10 +105,8 @@ COMMANDS = {
         "mu": REAL, "c": REAL, "r": REAL, "timeout": ["nan", "-1", "x"], "jobs": ["0", "-2", "x"],
         "share": ["1/2", "3/2", "x", ""], "sampling": ["lhs", "sobol", "x"],
     }),
-    "rank": (PATHS, TABLE | OPENING | {
-        "decision": PATHS, "prefer": PREFER,
-    }),
-    "report": (PATHS, TABLE | OPENING | {"prefer": PREFER, "design": ["1", "row 2", *WHOLE], "title": NAMES}),
+    "rank": (PATHS, TABLE | OPENING | {"decision": PATHS}),
+    "report": (PATHS, TABLE | OPENING | {"design": ["1", "row 2", *WHOLE], "title": NAMES}),
     "page": (PATHS, TABLE | OPENING | {"prototype": PATHS, "title": NAMES}),
     "export": (PATHS, TABLE | OPENING),
     "analyze": (PATHS, TABLE | OPENING | {"decision": PATHS}),

@@ -50,12 +50,13 @@ def test_a_comparison_is_the_librarys_and_goes_on(run, tmp_path):
 
 @pytest.mark.parametrize(("words", "out"), [([], "comparison_BNH"), (["--out", "t"], "t")])
 def test_an_interrupted_comparison_says_how_to_go_on(run, monkeypatch, words, out):
-    def interrupted(problem, *, folder, **options):
-        folder.mkdir(parents=True)
-        (folder / "psi_16.db").touch()
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(_experiments, "compare", interrupted)
-    code, printed, err = run("compare", "bnh", *words)
-    kept = f"pymoo-psi: interrupted; 1 run kept in {out}; the same command continues\n"
-    assert (code, printed, err) == (130, "", kept)
+    monkeypatch.setattr("pymoo_psi.comparison._comparison.in_parallel", interrupted)
+    code, printed, err = run("compare", "bnh", "--evaluations", 16, "--seeds", 1, *words)
+    assert (code, printed) == (130, "")
+    line = err.splitlines()[-1]
+    assert line == (
+        f"pymoo-psi: interrupted; finished runs are kept in {out}; the same command continues"
+    )

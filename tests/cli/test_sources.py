@@ -9,14 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import (
-    CompromiseProgramming,
-    Formulation,
-    Knee,
-    ReferencePoint,
-    TestTable,
-    rank_of_efficiency,
-)
+from pymoo_psi import Formulation, TestTable
 from pymoo_psi.page import decision_page
 from pymoo_psi.table import Layout, read_table
 from tests.table.exact_csv import EXACT
@@ -34,8 +27,6 @@ CASES = {
     "study": ("beam.db", [], Formulation()),
     "limits": ("beam.db", ["--limits", "mass<=60,80<=height<=180"],
                Formulation(limits={"mass": (None, 60), "height": (80, 180)})),
-    "relaxed": ("beam.db", ["--relax", "overstress", "--limits", "overstress<=20"],
-                Formulation(relaxed=["overstress"], limits={"overstress": 20})),
     "computed": ("beam.db", ["--compute", "stiffness=5 / deflection", "--maximize", "stiffness",
                              "--objectives", "mass,stiffness"],
                  Formulation(["mass", "stiffness"], maximize=["stiffness"],
@@ -157,32 +148,6 @@ def test_how_a_file_is_written(run, tmp_path):
 
 def joined(printed):
     return " ".join(printed.split())
-
-
-def test_preferences_are_the_selectors(sources):
-    names = ["cost, k€", "range [km]"]
-    options = {
-        "knee": Knee(),
-        "chebyshev": CompromiseProgramming(np.inf),
-        'chebyshev:"cost, k€=3",range [km]=1': CompromiseProgramming(np.inf, weights=[3, 1]),
-        'weights:"cost, k€=1",range [km]=4': CompromiseProgramming(2, weights=[1, 4]),
-        'aspire:"cost, k€=6",range [km]=400': ReferencePoint([6, 400]),
-    }
-    prefer = [word for entry in options for word in ("--prefer", entry)]
-    words = ["cars.csv", *OBJECTIVES, "--maximize", "range [km]", *prefer]
-    code, printed, err = sources("rank", *words)
-    assert (code, err) == (0, "")
-    frame, found = CARS[names], set()
-    optimum = rank_of_efficiency(frame, maximize=["range [km]"]).salukvadze[0]
-    for entry, selector in options.items():
-        chosen = selector.do(frame, maximize=["range [km]"]).tolist()
-        if optimum in chosen:
-            expected = f"{entry}: row {optimum + 1}, the optimum itself."
-        else:
-            expected = f"{entry}: row {chosen[0] + 1} against row {optimum + 1}: better in"
-        assert expected in joined(printed)
-        found.add(tuple(chosen))
-    assert len(found) > 2
 
 
 def decision(**more):

@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid
-from pymoo_psi.cli._app import Analyze, Export, Page, Report
+from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, require_output, results_folder, say, write_frame
-from pymoo_psi.cli._rank import decision_remarks, preferences_in, say_source
+from pymoo_psi.cli._rank import decision_remarks, say_source
 from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import ArgumentValueError, PsiError, StudyError
 from pymoo_psi.table import STATUSES, Formulation, TestTable
@@ -23,7 +23,7 @@ _SHOWN = 12  # variables printed, those with the largest indices; all are in the
 _HTML = (".html", ".htm")
 
 
-def run_page(options: Page) -> int:
+def run_page(options: Options) -> int:
     """Write the page and say where it is. Its reader can move the limits that it opens with."""
     from pymoo_psi.page import decision_page
 
@@ -36,7 +36,8 @@ def run_page(options: Page) -> int:
     former = None
     if prototype is not None:
         # Marks and encoding are a habit of who writes files; titles and units are of one file.
-        written = replace(options, variables=None, units=None, skip_rows=None, sheet=None)
+        of_file = dict.fromkeys(("variables", "units", "skip_rows", "sheet"))
+        written = Options(**{**vars(options), **of_file})
         layout = table.layout
         more = [name for name in layout.objectives if name in layout.maximize]
         same = replace(question, objectives=layout.objectives, maximize=more, relaxed=())
@@ -57,7 +58,7 @@ def run_page(options: Page) -> int:
     return 0
 
 
-def run_report(options: Report) -> int:
+def run_report(options: Options) -> int:
     """Write the report and say where it is.
 
     Returns:
@@ -72,7 +73,6 @@ def run_report(options: Report) -> int:
     # What each limit costs is reported, so that they are not among the constraints.
     table = opened(path, options, replace(asked, limits={}))
     asked = with_choice(asked, table)
-    selectors = preferences_in(options.prefer, table.layout.objectives, normalize=asked.normalize)
     limited = table.under(Formulation(limits=asked.limits))
     decided = decision_remarks(path, limited, replace(asked, reason=""))
     about = [
@@ -87,7 +87,6 @@ def run_report(options: Report) -> int:
         normalize=asked.normalize,
         design=_chosen(table, options.design, asked.chosen),
         reason=asked.reason,
-        selectors=selectors or None,
         title=options.title or str(asked.page.get("title") or path.stem),
         about=[*about, *limited.remarks, *decided],
     )
@@ -112,7 +111,7 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | 
     return found[0]
 
 
-def run_analyze(options: Analyze) -> int:
+def run_analyze(options: Options) -> int:
     """Print sensitivities and convergence; write tables and pictures."""
     from pymoo_psi.plots import plot_sensitivities, save_figures
     from pymoo_psi.table import convergence, even_part, sensitivities
@@ -172,7 +171,7 @@ def _say_sensitivities(found: pd.DataFrame) -> None:
         say(f"({left_out} variables with smaller ones not shown)")
 
 
-def run_export(options: Export) -> int:
+def run_export(options: Options) -> int:
     """Write the tests of one or several sources as one table or study.
 
     Several are merged by numbers of test points, as of one problem. If one is given as

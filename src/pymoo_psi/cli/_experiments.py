@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import re
-from itertools import count
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import counted, integer, job_count
+from pymoo_psi._validation import counted, job_count
 from pymoo_psi.chute import MODELS
-from pymoo_psi.cli._app import Compare, Reproduce
-from pymoo_psi.cli._output import keeping, print_frame, progress, results_folder, say, write_frame
+from pymoo_psi.cli._app import Options
+from pymoo_psi.cli._output import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.cli._source import counts_in
 from pymoo_psi.comparison import INDICATORS, compare, conclusions
 from pymoo_psi.paper import PAPER_MU, Case, reproduce
-from pymoo_psi.parallel import in_parallel
-from pymoo_psi.plots import paper_figures, plot_indicators, save_figures, shown_case
+from pymoo_psi.parallel import in_parallel, progress_bar
+from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
 
 # What the headings and the words of the tables mean.
@@ -28,22 +28,16 @@ rolling: rolls from the start (Eq. 2.20); the published tables follow from it
 full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written"""
 
 
-def run_compare(options: Compare) -> int:
+def run_compare(options: Options) -> int:
     """Compare, write all there is to a folder, and print the medians and the conclusions."""
-    problem = load_problem(options.problem, options.context)
+    problem = load_problem(options.problem)
     name, given = problem_name(problem), options.evaluations
     rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
     budgets = None if given is None else counts_in("--evaluations", given, rule)
-    integer("--seeds", options.seeds, minimum=1)
     job_count("--jobs", options.jobs)
     out = options.out or Path("comparison_" + re.sub(r"\W+", "_", name))
     folder = results_folder(out)
-
-    def kept() -> str:
-        runs = counted(len([*folder.glob("runs/*.db")]), "run")
-        return f"{runs} kept in {out}; the same command continues"
-
-    with keeping(kept):
+    try:
         result = compare(
             problem,
             n_evaluations=budgets,
@@ -52,6 +46,9 @@ def run_compare(options: Compare) -> int:
             folder=folder / "runs",
             n_jobs=options.jobs,
         )
+    except KeyboardInterrupt:
+        remedy = f"finished runs are kept in {out}; the same command continues"
+        raise KeyboardInterrupt(remedy) from None
     summary = result.summary()  # written before anything is printed, which may fail
     tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
     write_frame(result.to_frame(), folder / "runs.csv")
@@ -62,25 +59,26 @@ def run_compare(options: Compare) -> int:
     columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
     medians = summary[columns].rename(columns=heads).round(4)
     medians["seconds"] = [f"{seconds:.4f}" for seconds in medians["seconds"]]
-    print_frame(medians, f"{name}: medians over the runs", lead=2)
+    print_frame(medians, f"{name}: medians over the runs")
     for sentence in conclusions(result):
         say(sentence)
     say(f"Tables, the figure and the runs written to {out}")
     return 0
 
 
-def run_reproduce(options: Reproduce) -> int:
+def run_reproduce(options: Options) -> int:
     """Compute the tables, print them with the paper's rows, and write them."""
-    out, points, jobs = options.out, integer("--points", options.points, minimum=1), options.jobs
+    out, points, jobs = options.out, options.points, options.jobs
     job_count("--jobs", jobs)
     models = MODELS if options.model is None else (options.model,)
     mu = tuple(options.mu or PAPER_MU)
-    folder, done, places = results_folder(out), count(1), []
+    folder, places = results_folder(out), []
     # A set of figures for each model, beside the cases.
-    with progress("cases", len(models) * (len(mu) + 1)) as show:
+    shares = iter(np.linspace(0, 1, len(models) * (len(mu) + 1) + 1)[1:].tolist())
+    with progress_bar(True) as show:
 
         def advance(case: Case) -> None:
-            show(next(done), f"mu = {case.mu}, {case.model} model")
+            show(next(shares), f"mu = {case.mu}, {case.model} model")
 
         result = reproduce(points, mu=mu, models=models, n_jobs=jobs, on_case=advance)
 
@@ -95,7 +93,7 @@ def run_reproduce(options: Reproduce) -> int:
         drawn = in_parallel(draw, models, min(jobs, len(models)) if jobs > 0 else jobs)
         for _, place in drawn:
             places.append(place)
-            show(next(done), f"figures in {place}")
+            show(next(shares), f"figures in {place}")
     tables = {
         "Table 6.1: Salukvadze optima": result.table_6_1(),
         "Table 6.2: designs of rank 5 with f4 below the optimum's": result.table_6_2(),
@@ -107,11 +105,8 @@ def run_reproduce(options: Reproduce) -> int:
     for title, table in tables.items():
         # The rolling model first, which the paper's tables follow from.
         ordered = table.sort_values(["model", "mu"], ascending=[False, True], kind="stable")
-        print_frame(ordered.round(4), title, lead=3)
+        print_frame(ordered.round(4), title)
     for line in _HEADINGS.splitlines():
         say(line)
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")
-    if len(mu) > 1:
-        shown = shown_case(result, models[0]).mu
-        say(f"Figures 3 to 8 are of mu = {shown:g}; for those of another give it as the only --mu.")
     return 0

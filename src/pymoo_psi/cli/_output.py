@@ -1,37 +1,29 @@
-"""What the commands print and write: sentences, tables, progress, files."""
+"""What the commands print and write: sentences, tables, files."""
 
 from __future__ import annotations
 
 import errno
-import math
 import os
 import re
 import shutil
 import sys
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from datetime import timedelta
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryFile
-from time import monotonic
-from typing import Any
-from unicodedata import east_asian_width
 from zipfile import ZipFile, is_zipfile
 
 import pandas as pd
 
 from pymoo_psi._output import write_table
 from pymoo_psi._validation import Received, invalid
-from pymoo_psi.cli._app import REPORTED, print_error, printable
+from pymoo_psi.cli._app import printable
 from pymoo_psi.pareto import number, wrapped
 from pymoo_psi.table import Layout, designs_head
 
-_FIRST, _EVERY = 10.0, 60.0  # seconds until the first line of a log, and between later ones
 _HEAD = 65_536  # bytes at an end of a file, in which its names of columns are
 # How CSV and HTML of ours are known: a ranking by its columns, all else by a mark.
 _OURS = re.compile(rb'mu3"?,"?rank"?[,\r\n]|pymoo_psi_|name="generator" content="pymoo-psi')
-_REDRAWN = 0.2  # seconds between two states of the line of a terminal
 
 
 def width() -> int | None:
@@ -55,84 +47,22 @@ def _print(text: str) -> None:
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
-def print_frame(frame: pd.DataFrame, title: str, *, lead: int = 1) -> None:
+def print_frame(frame: pd.DataFrame, title: str) -> None:
     """Print a frame with numbers in 6 digits, missing ones blank.
 
-    A table that is wider than the terminal is continued below, its first ``lead`` columns repeated.
+    A table that is wider than the terminal is continued below, its first column repeated.
     """
     say(title if len(frame) else f"{title.rstrip(':')}: none")
-    columns = [_cells(str(name), column.tolist()) for name, column in frame.items()]
-    first, rest = columns[:lead], deque(columns[lead:] if len(frame) else [])
-    room = (width() or math.inf) + 2
-    leading = sum(_size(cells[0]) + 2 for cells in first)
-    while rest:
-        part, used = list(first), leading
-        while rest and (len(part) == len(first) or used + _size(rest[0][0]) + 2 <= room):
-            used += _size(rest[0][0]) + 2
-            part.append(rest.popleft())
-        lines = ["  ".join(row).rstrip() for row in zip(*part, strict=True)]
-        _print("\n".join([*lines, ""] if rest else lines))
-
-
-def _cells(name: str, column: Sequence[Any]) -> list[str]:
-    """Return the name, a line and the cells of a column, all of one width; numbers to the right."""
-    texts = [name]
-    for cell in column:
-        shown = number(cell, 6) if isinstance(cell, float) else printable(str(cell))
-        texts.append("" if cell is None or cell != cell else shown)
-    size = max(map(_size, texts))
-    texts.insert(1, "-" * size)
-    gaps = [" " * (size - _size(text)) for text in texts]
-    left = any(isinstance(cell, str) for cell in column)
-    return [text + gap if left else gap + text for text, gap in zip(texts, gaps, strict=True)]
-
-
-def _size(text: str) -> int:
-    """Return the places that a text takes in a terminal: of Chinese, a letter takes two."""
-    return len(text) + sum(east_asian_width(letter) in "WF" for letter in text)
-
-
-@contextmanager
-def progress(what: str, total: int) -> Iterator[Callable[..., None]]:
-    """Give a function ``show(done, note="")`` of the progress of the body, on standard error.
-
-    In a terminal it rewrites a line; elsewhere it prints one now and then, for a log.
-    """
-    terminal, begun = sys.stderr.isatty(), monotonic()
-    due = begun + (0 if terminal else _FIRST)
-    first = 0  # what was done before the run, and says nothing of its speed
-
-    def show(done: int, note: str = "") -> None:
-        nonlocal due, first
-        first = first or done
-        if (now := monotonic()) < due:
-            return
-        due = now + (_REDRAWN if terminal else _EVERY)
-        text = f"{what}: {done} of {total}{note and ', '}{note}"
-        if first < done < total:
-            seconds = math.ceil((now - begun) * (total - done) / (done - first))
-            text += f", {timedelta(seconds=seconds)} left"
-        if terminal:
-            print(f"\r\033[K{printable(text)}", end="", file=sys.stderr, flush=True)
-        else:
-            print_error(text)
-
-    try:
-        yield show
-    finally:
-        if terminal:
-            print("\r\033[K", end="", file=sys.stderr, flush=True)
-
-
-@contextmanager
-def keeping(kept: Callable[[], str]) -> Iterator[None]:
-    """Say in a line what is kept, and how to go on, if the user or SIGTERM stops the body."""
-    try:
-        yield
-    except KeyboardInterrupt as stop:
-        print_error(f"pymoo-psi: interrupted; {kept()}")
-        stop.args = REPORTED
-        raise
+    if not len(frame):
+        return
+    first = frame.columns[0]
+    shown = frame.set_index(first).rename_axis(index=None, columns=first)
+    with pd.option_context("display.unicode.east_asian_width", True):
+        _print(
+            shown.to_string(
+                float_format=lambda value: number(value, 6), na_rep="", line_width=width()
+            )
+        )
 
 
 def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | None) -> Path | None:

@@ -8,24 +8,21 @@ import difflib
 import importlib
 import inspect
 import io
-import math
-import os
 import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import timedelta
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pandas as pd
-import typer
 from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, counted, invalid, job_count, known_name, positive_number
+from pymoo_psi._validation import Received, invalid, job_count, known_name, positive_number
 from pymoo_psi.cli._output import print_frame, say
 from pymoo_psi.cli._source import names_in, number_in, pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
@@ -46,19 +43,20 @@ _WRAPPED = "a model goes into the _evaluate of a class, as in the README and hel
 
 def load_problem(
     name: str,
-    context: typer.Context,
     jobs: int = 1,
     timeout: float | None = None,
-    box: Sequence[str] | None = None,
-    log: Sequence[str] | None = None,
+    *,
+    box: Sequence[str] = (),
+    log: Sequence[str] = (),
 ) -> Problem:
     """Return the problem that a word names, ready to be evaluated by ``jobs`` processes.
+
+    Options that the running command does not know are arguments of the problem.
 
     Args:
         name: ``chute``, a name known to ``pymoo.problems.get_problem``, the file of a program, or
             ``module:attribute`` where the attribute is a problem, or a class or function that gives
             one. The working directory is searched for the module first.
-        context: The command's; options that it does not know are arguments of the problem.
         jobs: Processes for a problem that evaluates one design at a time; others use one.
         timeout: Seconds that a design of such a problem may take, if there is a limit.
         box: The part of its bounds that is meant, as it is typed; the whole unless given.
@@ -78,12 +76,12 @@ def load_problem(
             kind.program, timeout = replace(kind.program, timeout=timeout), None
     else:
         kind = _attribute(name) if ":" in name else _test_problem(name)
-    problem = _made(name, kind, context)
+    problem = _made(name, kind)
     if problem.n_obj < 1 or problem.n_var < 1:
         rule = "a problem with one variable and one objective or more"
         raise invalid("PROBLEM", rule, Received(name))
     try:
-        if log is not None:
+        if log:
             problem.log = names_in(log)
         problem_layout(problem, design_space(problem))
     except (ArgumentValueError, ArgumentTypeError) as error:
@@ -141,28 +139,23 @@ def _attribute(name: str) -> Any:
     return value
 
 
-def _made(name: str, kind: Any, context: typer.Context) -> Problem:
+def _made(name: str, kind: Any) -> Problem:
     """Return the problem that a class or function makes with options, or the problem itself.
 
     Args:
         name: What was typed for it.
         kind: The class, function or problem.
-        context: The command's, with the options that it does not know, each with its value behind
-            it or a sign of equality.
     """
-    known = {f"--{word.replace('_', '-')}": word for word in _arguments(kind)}
-    values, words = dict[str, Any](), list(context.args)
-    while words:
-        option, equals, text = words.pop(0).partition("=")
-        if option not in known:
-            own = [option for parameter in context.command.params for option in parameter.opts]
-            near = difflib.get_close_matches(option, [*known, *own], n=1, cutoff=0.7)
-            meant = f"did you mean {near[0]}? " if near else ""
-            taken = ", ".join(known) or "none"
-            raise PsiError(f"No such option: {option}; {meant}arguments of {name}: {taken}")
-        if known[option] in values:
-            raise PsiError(f"{option} is given twice; give it once")
-        values[known[option]] = _value_in(text if equals or not words else words.pop(0))
+    context, known = click.get_current_context(), _arguments(kind)
+    # The command's own options are here for their names, one of which may be meant.
+    own = [each for each in context.command.params if isinstance(each, click.Option)]
+    more = [click.Option([f"--{word.replace('_', '-')}", word]) for word in known]
+    try:
+        parsed = click.Command(name, params=[*own, *more]).make_context(name, context.args)
+    except click.UsageError as error:
+        taken = ", ".join(each.opts[0] for each in more) or "none"
+        raise PsiError(f"{error.format_message()} Arguments of {name}: {taken}") from None
+    values = {word: _value_in(parsed.params[word]) for word in known if parsed.params[word]}
     try:
         problem = kind if isinstance(kind, Problem) else kind(**values)
         if isinstance(problem, Problem):
@@ -215,18 +208,15 @@ def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
     form = "variable=lower:upper or variable=value"
     box: dict[str, Any] = {}
     for name, text in pairs_in("--box", entries, form, variables).items():
-        variable = variables[name]
-        if variable.kind in (Kind.CHOICE, Kind.BINARY):
-            options = variable.options if variable.kind is Kind.CHOICE else (False, True)
+        kind = variables[name].kind
+        if kind in (Kind.CHOICE, Kind.BINARY):
+            options = variables[name].options if kind is Kind.CHOICE else (False, True)
             words = {str(option): option for option in options}
-            parts = [text] if text in words else map(str.strip, text.split("|"))
-            chosen = [words[known_name("--box", word, words)] for word in parts]
+            chosen = [words[known_name("--box", word, words)] for word in text.split("|")]
             box[name] = chosen if len(chosen) > 1 else chosen[0]
         else:
             ends = [number_in("--box", e, form) if e.strip() else None for e in text.split(":")]
-            if len(ends) > 2:
-                raise invalid("--box", form, text)
-            box[name] = tuple(ends) if len(ends) == 2 else ends[0]
+            box[name] = tuple(ends) if len(ends) > 1 else ends[0]
     return box
 
 
@@ -235,18 +225,21 @@ def feasible_box(table: TestTable, problem: Problem) -> str:
 
     What the box of the problem fixes, or leaves of a choice, stays.
     """
-    given, parts = getattr(problem, "box", {}), []
-    variables = design_space(problem).variables
-    for v, *ends in zip(variables, *map(np.ndarray.tolist, table.refined_bounds()), strict=True):
-        name, own = v.title, given.get(v.title)
-        if own is not None and not isinstance(own, tuple):
-            parts.append(f"{name}={'|'.join(map(str, own if isinstance(own, list) else [own]))}")
-        # not so of choices, where they are NaN, and of fixed variables
-        elif ends[0] < ends[1] and (own is not None or ends != [v.lower, v.upper]):
-            parts.append(f"{name}={':'.join(repr(end).removesuffix('.0') for end in ends)}")
+    lower, upper = table.refined_bounds()
+    lower[same := ~(lower < upper)] = np.nan  # one feasible value is no reason to fix it
+    upper[same] = np.nan
+    box = Restricted(problem, [lower, upper]).box
     line = io.StringIO()
-    csv.writer(line, lineterminator="").writerow(parts)
+    csv.writer(line, lineterminator="").writerow(
+        f"{name}={_box_text(part)}" for name, part in box.items()
+    )
     return line.getvalue()
+
+
+def _box_text(part: Any) -> str:
+    if isinstance(part, tuple):
+        return ":".join(repr(end).removesuffix(".0") for end in part)
+    return "|".join(map(str, part if isinstance(part, list) else [part]))
 
 
 def write_example(name: str) -> int:
@@ -261,7 +254,7 @@ def write_example(name: str) -> int:
     return 0
 
 
-def try_program(name: str, problem: Any, points: int, jobs: int) -> int:
+def try_program(name: str, problem: Any, points: int) -> int:
     """Run a program once, in the middle of the bounds, and show all of it.
 
     Returns:
@@ -290,20 +283,13 @@ def try_program(name: str, problem: Any, points: int, jobs: int) -> int:
             for mark, text in written.items()
         ]
         say(f"In {file}: {', '.join(filled) or 'no placeholder'}")
-    found = []
-    for n, output in problem.outputs.items():
-        value = run.outputs.get(n, math.nan)
-        limits = [
-            f"{sign} {end:g} {'met' if (value <= end) == (sign == '<=') else 'VIOLATED'}"
-            for limited, sign, end in problem.limits
-            if limited == n and n in run.outputs
-        ]
-        found.append((labels.get(n, n), value, ", ".join(limits), output.file or output.expression))
-    print_frame(pd.DataFrame(found, columns=["output", "value", "limits", "from"]), "Outputs:")
-    processes = jobs if jobs > 0 else os.cpu_count() or 1
-    total = timedelta(seconds=math.ceil(run.seconds * math.ceil(points / processes)))
-    several = counted(processes, "process", "processes")
-    say(f"Took {run.seconds:.1f} s; {points} designs by {several} would take {total} h.")
+    values = [(labels.get(n, n), run.outputs.get(n)) for n in problem.outputs]
+    print_frame(pd.DataFrame(values, columns=["output", "value"]), "Outputs:")
+    for limited, sign, end in problem.limits:
+        if limited in run.outputs:
+            met = (run.outputs[limited] <= end) == (sign == "<=")
+            say(f"Limit {limited} {sign} {end:g}: {'met' if met else 'VIOLATED'}")
+    say(f"Took {run.seconds:.1f} s.")
     if run.flaw:
         say(f"Wrong: {run.flaw}")
         return 1

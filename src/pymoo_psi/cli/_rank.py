@@ -2,30 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import Received, counted, invalid, known_name
-from pymoo_psi.cli._app import Rank
+from pymoo_psi._validation import Received, counted, invalid
+from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, require_output, say, write_frame
-from pymoo_psi.cli._source import (
-    formulation_of,
-    number_in,
-    opened,
-    pairs_in,
-    require_free_names,
-    with_choice,
-)
+from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import PsiError
-from pymoo_psi.pareto import EfficiencyRanking, alternative, cautions, explain, measured_in, number
+from pymoo_psi.pareto import EfficiencyRanking, cautions, explain, measured_in, number
 from pymoo_psi.table import Formulation, TestTable, constraint_costs
-
-if TYPE_CHECKING:
-    from pymoo_psi.selection import RankingSelector
 
 _REASONS = 4  # sentences that a reader takes in at a glance
 _SHOWN = 12  # designs printed; all are in the file
@@ -36,16 +26,12 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
 
     Columns: ``test_point``, or ``row`` of a file; texts carried along; variables, objectives,
     outputs; ``mu1``, ``mu2``, ``mu3``, ``rank``, ``pareto``.
-
-    Raises:
-        ArgumentValueError: A column has the name of one of a ranking.
     """
     layout = designs.layout
     first = "test_point" if layout.label is None else "row"
     columns: dict[str, Any] = {first: designs.numbers, **designs.extra}
     names = [*layout.variables, *layout.objectives, *layout.outputs]
     columns |= {name: designs.column(name) for name in names}
-    require_free_names(columns)
     columns |= dict(zip(("mu1", "mu2", "mu3"), ranking.criteria.T, strict=True))
     columns |= {"rank": ranking.rank, "pareto": ranking.pareto}
     return pd.DataFrame(columns).iloc[ranking.order]
@@ -110,7 +96,7 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
     return [*remarks, f"Chosen: {asked.chosen}{', unchanged since then' if before else ''}."]
 
 
-def run_rank(options: Rank) -> int:
+def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
     path, out = options.file, options.out
     require_output(out, (".csv", ".xlsx"), path, options.decision)
@@ -122,7 +108,6 @@ def run_rank(options: Rank) -> int:
     rows, ranking = table.ranked(normalize=asked.normalize)
     designs = table.rows(rows)
     layout, units = designs.layout, designs.layout.units
-    selectors = preferences_in(options.prefer, layout.objectives, normalize=asked.normalize)
     frame = designs_frame(designs, ranking)
     if out is not None:  # before anything is printed, which may fail
         write_frame(frame, out, layout, designs.chosen)
@@ -139,12 +124,6 @@ def run_rank(options: Rank) -> int:
         say(f"  {way} {name}: best {best}, worst {worst} of the Pareto set")
     title = "The best compromises, the nearest to the ideal point first:"
     say_best(frame, title, ranking, units, out)
-    if selectors:
-        from pymoo_psi.selection import compare_selectors  # which takes pymoo
-
-        optimum = int(ranking.salukvadze[0])
-        for entry, chosen in compare_selectors(ranking, selectors).items():
-            say(f"{entry}: {alternative(ranking, chosen, optimum, units)}")
     return 0
 
 
@@ -183,49 +162,3 @@ def say_best(
     units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
     for reason in explain(ranking, int(ranking.salukvadze[0]), units=units).sentences[:_REASONS]:
         say(reason)
-
-
-def preferences_in(
-    entries: Sequence[str] | None, names: Sequence[str], *, normalize: bool
-) -> dict[str, RankingSelector]:
-    """Return the selectors that entries of ``--prefer`` describe, by entry.
-
-    ==================  ========================================================================
-    weights:A=2,B=1     the nearest to the ideal point, with weights of all objectives
-    chebyshev           the least bad worst objective; weights as above may follow a colon
-    aspire:A=3,B=20     the nearest to wanted values, or the one that exceeds them by most
-    knee                where the set bulges most towards the ideal point
-    ==================  ========================================================================
-
-    Raises:
-        ArgumentValueError: There is no such method or objective, or numbers are missing.
-
-    Example:
-        >>> found = preferences_in(["aspire:cost=3,yield=20"], ["cost", "yield"], normalize=True)
-        >>> found["aspire:cost=3,yield=20"].point
-        array([ 3., 20.])
-    """
-    return {entry: _preference(entry, names, normalize) for entry in entries or ()}
-
-
-def _preference(entry: str, names: Sequence[str], normalize: bool) -> RankingSelector:
-    from pymoo_psi.selection import CompromiseProgramming, Knee, ReferencePoint
-
-    method, colon, text = entry.partition(":")
-    methods = ("weights", "chebyshev", "aspire", "knee")
-    method = known_name("--prefer", method.strip(), methods)
-    if method == "knee":
-        return Knee()
-    if method == "chebyshev" and not colon:
-        return CompromiseProgramming(np.inf, normalize=normalize)
-    form = f"with a number for every objective, such as {method}:" + ",".join(
-        f'"{name}=1"' if "," in name else f"{name}=1" for name in names
-    )
-    given = pairs_in("--prefer", [text], form, names)
-    if missing := [name for name in names if name not in given]:
-        raise invalid("--prefer", form, Received(entry), f"{missing[0]} has none")
-    values = [number_in("--prefer", given[name], form) for name in names]
-    if method == "aspire":
-        return ReferencePoint(values, normalize=normalize)
-    p = 2 if method == "weights" else np.inf
-    return CompromiseProgramming(p, weights=values, normalize=normalize)

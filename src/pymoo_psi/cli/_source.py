@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
-from pymoo_psi.cli._app import Asked, Opening
+from pymoo_psi.cli._app import Options
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Formulation, TestTable, read_table
 
@@ -28,7 +28,7 @@ _AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
 End = float | None
 
 
-def formulation_of(options: Asked) -> Formulation:
+def formulation_of(options: Options) -> Formulation:
     """Return the formulation in the file, and what the other options add to it.
 
     Raises:
@@ -40,7 +40,7 @@ def formulation_of(options: Asked) -> Formulation:
     for key in ("units", "values", "state"):  # of the page, whose file may be untrusted
         instance(f"page.{key} in {path}", base.page.get(key, {}), dict)
     computed = {}
-    for entry in options.compute or ():
+    for entry in options.compute:
         name, _, expression = (text.strip() for text in entry.partition("="))
         if not (name and expression):
             raise invalid("--compute", "of the form name=expression", entry)
@@ -50,13 +50,12 @@ def formulation_of(options: Asked) -> Formulation:
         objectives=names_in(options.objectives) or base.objectives,
         maximize=list(dict.fromkeys([*base.maximize, *names_in(options.maximize)])),
         limits={**base.limits, **limits_in(options.limits)},
-        relaxed=list(dict.fromkeys([*base.relaxed, *names_in(options.relax)])),
         computed={**base.computed, **computed},
         normalize=base.normalize and not options.no_normalize,
     )
 
 
-def opened(path: Path, options: Opening, asked: Formulation) -> TestTable:
+def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
     """Return the table of a source under a formulation: every command opens it here.
 
     Raises:
@@ -158,7 +157,7 @@ def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
 def pairs_in(
     option: str, entries: Sequence[str] | None, form: str, names: Collection[str]
 ) -> dict[str, str]:
-    """Return the values of entries ``name=value`` by name; both may hold the sign, too.
+    """Return the values of entries ``name=value`` by name, which may hold the sign, too.
 
     Raises:
         ArgumentValueError: A part has another form, or a name is unknown or occurs twice.
@@ -169,10 +168,7 @@ def pairs_in(
     """
     pairs: dict[str, str] = {}
     for part in names_in(entries):
-        splits = [(part[: at.start()].strip(), part[at.end() :].strip())
-                  for at in re.finditer("=", part)]  # fmt: skip
-        known = [split for split in splits if split[0] in names]
-        name, value = (known or splits or [("", "")])[-1]
+        name, _, value = map(str.strip, part.rpartition("="))
         if not (name and value):
             raise invalid(option, f"of the form {form}", Received(part or "nothing"))
         if name in pairs:
@@ -192,8 +188,8 @@ def number_in(option: str, text: str, form: str) -> float:
     return float(text)
 
 
-def counts_in(option: str, text: str, form: str) -> tuple[int, ...]:
-    """Return the whole numbers, each 1 or more, of a list with commas.
+def counts_in(option: str, text: str, form: str, mark: str = ",") -> tuple[int, ...]:
+    """Return the whole numbers, each 1 or more, of a list with commas or another mark.
 
     Raises:
         ArgumentValueError: The text is something else; ``form`` says what it must be.
@@ -202,7 +198,7 @@ def counts_in(option: str, text: str, form: str) -> tuple[int, ...]:
         >>> counts_in("--retry", "1, 3", "numbers of test points")
         (1, 3)
     """
-    parts = [part.strip() for part in text.split(",")]
+    parts = [part.strip() for part in text.split(mark)]
     # \d would take the digits of every script; 18 of them always fit an int64.
     if not all(re.fullmatch(r"[1-9][0-9]{0,17}", part) for part in parts):
         raise invalid(option, form, text)

@@ -26,20 +26,20 @@ class Progress:
         self.bar, self.due = bar, time.monotonic() + _EVERY
         self.since = self.known = 0.0  # the first share was known before the run
 
-    def __call__(self, share: float) -> None:
-        """Show a share; in a log only if the next line is due."""
-        now, left = time.monotonic(), ""
+    def __call__(self, share: float, note: str = "") -> None:
+        """Show a share and a note; in a log only if the next line is due."""
+        now, parts = time.monotonic(), [note] * bool(note)
         if self.known == 0:
             self.since, self.known = now, share
         elif self.known < share < 1:
             seconds = (now - self.since) * (1 - share) / (share - self.known)
-            left = f"{timedelta(seconds=math.ceil(seconds))} left"
+            parts.append(f"{timedelta(seconds=math.ceil(seconds))} left")
         if self.bar is not None:
             self.bar.set(share)
-            self.bar.obj.text(left)
+            self.bar.obj.text(", ".join(parts))
         elif now >= self.due:
             self.due = now + _EVERY
-            print(f"{share:.0%} done{left and ', '}{left}", file=sys.stderr, flush=True)
+            print(", ".join([f"{share:.0%} done", *parts]), file=sys.stderr, flush=True)
 
 
 def progress_lines(progress: bool) -> Progress | None:
@@ -54,12 +54,15 @@ def progress_lines(progress: bool) -> Progress | None:
 
 
 @contextmanager
-def progress_bar(progress: bool) -> Iterator[Callable[[float], None]]:
-    """Give a function that shows a share of 1, if it is asked for: on pymoo's bar, or in lines."""
+def progress_bar(progress: bool) -> Iterator[Callable[..., None]]:
+    """Give a function that shows a share of 1, if it is asked for: on pymoo's bar, or in lines.
+
+    A note may follow the share.
+    """
     from pymoo.util.display.progress import ProgressBar
 
     if (lines := progress_lines(progress)) or not progress:
-        yield lines or (lambda share: None)
+        yield lines or (lambda share, note="": None)
         return
     # The bar's own statistics are a hundredth of the rate, "0.2%/s" for 20, and a time left that
     # takes tests known before for tests of this run. A notebook keeps all that a line has been.
