@@ -221,9 +221,10 @@ def interruptible():
 @pytest.mark.parametrize("more", [["--study", "s.db"], ["--algorithm", "nsga3"]])
 def test_an_interruption_is_reported_in_a_line(run, more, interruptible):
     code, printed, err = run("solve", "models:Stopped", "--points", 100, "--out", "o.csv", *more)
-    kept = "6 tests kept in study" if "s.db" in more else "no test is kept"
+    kept = "see s.db; the same command" if "s.db" in more else "nothing is kept"
     assert (code, printed, err.count("\n")) == (130, "", 1)
     assert err.startswith(f"pymoo-psi: interrupted; {kept}")
+    assert "s.db" not in more or len(TestTable.read_study("s.db")) == 6
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
 
 
@@ -254,6 +255,6 @@ def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, 
     os.killpg(process.pid, how)
     out, err = process.communicate()
     assert (process.returncode, out) == (130 if how == signal.SIGINT else -how, "")
-    assert err.startswith("pymoo-psi: interrupted; no test is kept") == (how == signal.SIGINT)
+    assert err.startswith("pymoo-psi: interrupted; nothing is kept") == (how == signal.SIGINT)
     assert "s.db" not in more or len(TestTable.read_study("s.db")) > 1
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]

@@ -66,8 +66,12 @@ def run_solve(options: Options) -> int:
     asked, space = formulation_of(options), design_space(problem)
     require_free_names((*problem_layout(problem, space).columns, *asked.computed))
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
-    with stored_at_termination(), progress_bar(True) as show:
-        table, counts, reasons = find(problem, points, options.jobs, run, asked, show)
+    try:
+        with stored_at_termination(), progress_bar(True) as show:
+            table, counts, reasons = find(problem, points, options.jobs, run, asked, show)
+    except KeyboardInterrupt:
+        kept = "nothing is kept; with --study FILE.db" if run.study is None else f"see {run.study};"
+        raise KeyboardInterrupt(f"{kept} the same command continues") from None
     if not table.eligible().any():
         say(f"{problem_name(problem)}: no feasible design, {counts}")
         say(f"{most_violated(table)}.")
@@ -163,7 +167,7 @@ def _by_psi(
     run = replace(run, block_size=min(65_536, max(64, -(-points // 32))))
     engine = Engine(problem, points, run, n_jobs=1 if problem.elementwise else jobs)
     tables, n_new, count = [engine.table], 0, _counting(show, len(engine.points), asked)
-    with stored_at_termination(engine.store), closing(engine.tests()) as blocks:
+    with closing(engine.tests()) as blocks:
         for tests, called in blocks:
             count(tests)
             tables.append(tests)
@@ -225,12 +229,7 @@ def _by_nsga3(
         def callback(algorithm: Any) -> None:
             show(algorithm.evaluator.n_eval / points)
 
-        try:
-            result = nsga3(searched, n_evaluations=points, seed=run.seed, callback=callback)
-        except KeyboardInterrupt:
-            if run.study is None:
-                raise KeyboardInterrupt("no test is kept; --study FILE.db keeps them") from None
-            raise
+        result = nsga3(searched, n_evaluations=points, seed=run.seed, callback=callback)
         table = searched.table
     reasons = tuple(failure.reason for failure in searched.failures)
     unmet: int = getattr(problem, "n_not_run", 0)

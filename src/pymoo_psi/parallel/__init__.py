@@ -16,7 +16,7 @@ Example:
     200
 
 Other subpackages also use :func:`in_parallel` for tasks,
-:func:`active_workers`, :func:`progress_bar`, :func:`progress_lines`, :func:`evaluate_here`,
+:func:`active_workers`, :func:`progress_bar`, :func:`evaluate_here`,
 :func:`one_line`, :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 

@@ -8,7 +8,6 @@ from ._evaluation import evaluate_here as evaluate_here
 from ._evaluation import one_line as one_line
 from ._evaluation import same_folder as same_folder
 from ._progress import progress_bar as progress_bar
-from ._progress import progress_lines as progress_lines
 from ._runner import JoblibRunner as JoblibRunner
 from ._runner import active_workers as active_workers
 from ._runner import in_parallel as in_parallel

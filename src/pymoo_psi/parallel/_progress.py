@@ -42,30 +42,25 @@ class Progress:
             print(", ".join([f"{share:.0%} done", *parts]), file=sys.stderr, flush=True)
 
 
-def progress_lines(progress: bool) -> Progress | None:
-    """Return what shows the progress where a bar, which rewrites its line, would be noise."""
-    if not boolean("progress", progress):
-        return None
-    ipython = sys.modules.get("IPython")
-    notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
-    # A service may have no output at all.
-    seen = notebook or (sys.stdout is not None and sys.stdout.isatty())
-    return None if seen else Progress()
-
-
 @contextmanager
 def progress_bar(progress: bool) -> Iterator[Callable[..., None]]:
-    """Give a function that shows a share of 1, if it is asked for: on pymoo's bar, or in lines.
+    """Give a function that shows a share of 1 and a note, if it is asked for.
 
-    A note may follow the share.
+    It shows them on pymoo's bar in a terminal or a notebook, elsewhere in a line now and then.
     """
     from pymoo.util.display.progress import ProgressBar
 
-    if (lines := progress_lines(progress)) or not progress:
-        yield lines or (lambda share, note="": None)
+    if not boolean("progress", progress):
+        yield lambda share, note="": None
+        return
+    ipython = sys.modules.get("IPython")
+    notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+    # A service may have no output at all.
+    if not notebook and (sys.stdout is None or not sys.stdout.isatty()):
+        yield Progress()
         return
     # The bar's own statistics are a hundredth of the rate, "0.2%/s" for 20, and a time left that
     # takes tests known before for tests of this run. A notebook keeps all that a line has been.
-    pause = 0.0 if sys.stdout.isatty() else 1.0
+    pause = 1.0 if notebook else 0.0
     with ProgressBar(stats=False, stats_end=False, refresh_secs=pause) as bar:
         yield Progress(bar)
