@@ -96,7 +96,7 @@ REFUSED = {
     "ambiguous": ("a,b\n\"1,234\",1\n\"2,345\",0\n", "either 1234 or 1.234"),
     "total": ("name,a,b\nA,1,4\nB,2,3\nTotal,3,7\n", "summarise"),
     "gaps": ("a,b\n1,4\n,3\n3,2\n", "--drop-incomplete"),
-    "one objective": ("a,b\n1,x\n2,y\n", "only column that can be an objective"),
+    "one objective": ("a,b\n1,x\n2,y\n", "two columns or more must be of numbers"),
     "empty": ("", "empty"),
 }  # fmt: skip
 
@@ -109,10 +109,7 @@ def test_no_column_is_named_as_one_of_a_ranking(run, command, tmp_path):
     assert (code, printed) == (2, "")
     assert "named unlike the columns of a ranking, got 'rank'" in err
     (tmp_path / "set.csv").write_text("name,rank,cost\nA,1,2\nB,2,1\n")
-    assert (
-        "of numbers, and not named as a label or a result such as rank"
-        in run(command, "set.csv")[2]
-    )
+    assert "of numbers and neither label nor result such as rank" in run(command, "set.csv")[2]
     code, printed, err = run(command, "set.csv", "--objectives", "rank,cost")
     assert (code, printed) == (2, "")
     assert "got 'rank'; such a column follows from others; rename it" in err

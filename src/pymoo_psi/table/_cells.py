@@ -187,8 +187,8 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
     return cells_of_rows(rows, ends)
 
 
-def rows_of_workbook(content: bytes, name: str | None) -> tuple[Head | None, list[Row]]:
-    """Return the rows of a sheet of an .xlsx, of one length, and what ours says of them.
+def rows_of_workbook(content: bytes, name: str | None) -> tuple[Head | None, dict[int, Row]]:
+    """Return what a sheet of ours says of its rows, and these by number, of one length.
 
     Raises:
         ArgumentValueError: It is no workbook, there is no sheet of that name, or it is not known
@@ -212,23 +212,20 @@ def rows_of_workbook(content: bytes, name: str | None) -> tuple[Head | None, lis
                 raise UnfitError(f"{what}; name the one with the designs by --sheet")
             sheet = book[titles[0] if name is None else known_name("sheet", name, titles)]
             sheet.reset_dimensions()  # what a file declares may be more than it holds
-            rows = [*sheet.iter_rows(values_only=True)]
+            numbered = enumerate(sheet.iter_rows(values_only=True), start=1)
+            rows = {i: row for i, row in numbered if not all(map(_nothing, row))}
     except PsiError:
         raise
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    ends = (j for row in rows for j, cell in enumerate(row, start=1) if not _nothing(cell))
+    ends = (j for row in rows.values() for j, cell in enumerate(row, 1) if not _nothing(cell))
     width = max(ends, default=0)
-    return head, [[*row, *[None] * width][:width] for row in rows]
+    return head, {i: [*row, *[None] * width][:width] for i, row in rows.items()}
 
 
-def cells_of_sheet(rows: Sequence[Row], skip_rows: Collection[int], head: Head | None) -> Cells:
+def cells_of_sheet(rows: Mapping[int, Row], skip_rows: Collection[int], head: Head | None) -> Cells:
     """Return the cells of a sheet that people have written."""
-    kept = {
-        i: [*map(_typed, row)]
-        for i, row in enumerate(rows, start=1)
-        if i not in skip_rows and not all(map(_nothing, row))
-    }
+    kept = {i: [*map(_typed, row)] for i, row in rows.items() if i not in skip_rows}
     return cells_of_rows([*kept.values()], [*kept], head)
 
 

@@ -162,7 +162,6 @@ def designs_head(
         "objectives": layout.objectives,
         "maximized": layout.maximize,
         "variables": layout.variables,
-        "outputs": layout.outputs,
     }
     return {DESIGNS: 1, **groups, "units": units, **({"chosen": chosen} if chosen else {})}
 
@@ -192,7 +191,7 @@ def _opened(
         if MARK not in (head or {}):
             return cells_of_sheet(rows, skipped, head)
         with described(path):
-            head, columns = columns_of_rows(head, rows, str)
+            head, columns = columns_of_rows(head, rows.values(), str)
     else:
         text = decoded(content, encoding)
         if re.match(r"\s*(\[\s*)?\{", text):
@@ -268,7 +267,7 @@ def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
     try:
         checked = {
             key: tuple(map(in_a_line, head.get(key, ())))
-            for key in ("objectives", "maximized", "variables", "outputs", "chosen")
+            for key in ("objectives", "maximized", "variables", "chosen")
         }
         units = {in_a_line(name): str(unit) for name, unit in head.get("units", {}).items()}
     except (TypeError, AttributeError):
@@ -314,12 +313,8 @@ def _table(
     extra.setdefault(label or free, [*cells.rows])
     numbers = cells.rows
     if "test_point" in extra:  # a table's own name, which no further column can have
-        tests = extra.pop("test_point")
-        if label == "test_point" and len({t for t in tests if type(t) is int and t > 0}) == n:
-            numbers, label = tests, None
-        else:
-            extra["test point"] = tests
-            label = "test point" if label == "test_point" else label
+        numbers = extra.pop("test_point")
+        label = None if label == "test_point" else label
     layout = Layout.of(
         [*design],
         objectives,
@@ -350,21 +345,17 @@ def _roles(
         return name not in labels and column.numbers is not None
 
     variables = tuple(named or head["variables"])
-    if asked.objectives or head["objectives"]:
-        objectives = tuple(n for n in asked.objectives if n not in asked.computed)
-        if not asked.objectives:
-            objectives = head["objectives"]
+    if told := asked.objectives or head["objectives"]:
+        objectives = tuple(name for name in told if name not in asked.computed)
         guessed = _guess(columns, lambda name: False)[1]
     else:
         objectives, guessed = _guess([n for n in columns if n not in variables], is_candidate)
-        if not objectives:
-            raise UnfitError("no column holds numbers that can be objectives")
-        if len(objectives) == 1:
+        if len(objectives) < 2:
+            found = ", ".join(map(repr, objectives)) or "none"
             what = (
-                f"{objectives[0]!r} is the only column that can be an objective: of numbers, and "
-                "not named as a label or a result such as rank"
+                "two columns or more must be of numbers and neither label nor result such as rank"
             )
-            raise UnfitError(f"{what}; to rank by it alone, say --objectives {objectives[0]!r}")
+            raise UnfitError(f"{what}, got {found}; to rank by one alone, name it by --objectives")
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
             remedy = "such a column follows from others; rename it" if name in _DERIVED else ""

@@ -312,13 +312,16 @@ class TestTable(Shown):
             >>> table.repeats
             array([False, False,  True])
         """
+        return self._repeated(np.arange(len(self)))
+
+    def _repeated(self, rows: NDArray[np.intp]) -> Mask:
         # In one experiment a real variable that is free never has a value twice; of several, two
         # may begin with the same points.
         bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)
         free = any(kind.real and low != high for kind, low, high in bounds)
         if free and len(self.experiments) < 2:
-            return np.zeros(len(self), dtype=bool)
-        return np.asarray(first_rows(self.X, self.F) < np.arange(len(self)))
+            return np.zeros(len(rows), dtype=bool)
+        return np.asarray(first_rows(self.X[rows], self.F[rows]) < np.arange(len(rows)))
 
     @property
     def experiments(self) -> tuple[str, ...]:
@@ -403,7 +406,7 @@ class TestTable(Shown):
         mask = self.eligible(limits)
         if self.F.shape[1] > 0:  # without objectives no design is better than another
             mask[mask] = nondominated(self.F[mask])
-        mask[mask] = ~self.rows(mask).repeats
+        mask[mask] = ~self._repeated(np.flatnonzero(mask))
         return mask
 
     def ranking(self, limits: Limits | None = None, *, normalize: bool = True) -> EfficiencyRanking:
@@ -454,7 +457,7 @@ class TestTable(Shown):
             (array([0, 1, 2]), array([6, 6, 0]), 'test point 5')
         """
         rows = np.flatnonzero(self.eligible(limits))
-        rows = rows[~self.rows(rows).repeats]
+        rows = rows[~self._repeated(rows)]
         names = self.names
         objectives = self._objectives(rows, [names[row] for row in rows])
         return rows, ranking_of(objectives, self.pareto(limits)[rows], normalize=normalize)
