@@ -19,8 +19,8 @@ def integrate(u1, v_p, *rest):
     return chute.integrate(u1, v_p, parameters(*rest))
 
 
-def trajectory(u1, v_p, *rest, eta):
-    return chute.trajectory(u1, v_p, parameters(*rest), eta=eta)
+def trajectory(u1, v_p, *rest, n):
+    return chute.trajectory(u1, v_p, parameters(*rest), n=n)
 
 
 def wide(n, seed=0):

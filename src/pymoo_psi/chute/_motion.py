@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,8 +13,6 @@ from pymoo_psi._validation import Received, finite_array, instance, invalid, kno
 from pymoo_psi.chute._slip import NUMBERS, ROLLS, STALLS, TINY, follow_slip
 
 Array = NDArray[np.float64]
-
-_CHUNK = 65536  # designs that are solved together: more take more memory, not less time
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +40,7 @@ class ChuteParameters:
     mu: Any = 0.2
     c: Any = 0.3193
     r: Any = 0.1
-    omega0: Sequence[Any] | NDArray[np.float64] = (0.0, 0.0, 0.0)
+    omega0: Any = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         """Check every entry; arrays are kept as copies."""
@@ -181,9 +179,7 @@ def broadcast(
     u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None
 ) -> tuple[Array, ...]:
     """Return (u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0), checked and broadcast to one shape."""
-    if parameters is None:
-        parameters = ChuteParameters()
-    instance("parameters", parameters, ChuteParameters)
+    parameters = instance("parameters", parameters or ChuteParameters(), ChuteParameters)
     slope, speed = finite_array("u1", u1), finite_array("v_p", v_p)
     if (slope < 0).any():
         raise invalid("u1", "tan α >= 0", Received(str(slope.min())))
@@ -200,19 +196,14 @@ def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:
     Args:
         *columns: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0 as checked arrays of one shape.
     """
-    shape, n = columns[0].shape, columns[0].size
+    one = columns[0].size == 1
     with np.errstate(all="ignore"):  # 0/0 and overflow have their limits taken explicitly
-        if n == 1:
+        if one:
             solved = _solve(NUMBERS, *(column.item() for column in columns))
-            return tuple(np.reshape(value, shape + np.shape(value)) for value in solved)
-        flat = [column.reshape(-1) for column in columns]
-        fields = [np.empty((n, 3) if k == 4 else n) for k in range(8)]  # number 4 is exit_spin
-        for i in range(0, n, _CHUNK):
-            part = slice(i, i + _CHUNK)
-            solved = _solve(np, *(column[part] for column in flat))
-            for field, value in zip(fields, solved, strict=True):
-                field[part] = value
-    return tuple(field.reshape(shape + field.shape[1:]) for field in fields)
+        else:
+            solved = _solve(np, *(column.reshape(-1) for column in columns))
+    shape, own = columns[0].shape, 0 if one else 1
+    return tuple(np.reshape(value, shape + np.shape(value)[own:]) for value in solved)
 
 
 def _solve(

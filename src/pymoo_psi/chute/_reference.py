@@ -14,7 +14,6 @@ has constant acceleration: rolling with a/1.4 (2.20), or straight sliding with a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -49,26 +48,20 @@ def integrate(u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None 
         True
     """
     columns = broadcast(u1, v_p, parameters)
-    shape = columns[0].shape
     rows = np.stack([column.ravel() for column in columns], axis=-1).tolist()
-    # (n, 10): the seven fields of one number and, among them, the three spins
-    solved = np.array([_one_design(row) for row in rows]).reshape(*shape, 10)
-    time, speed, slip_end, slip_time = np.moveaxis(solved[..., :4], -1, 0)
-    work, lost, reached = np.moveaxis(solved[..., 7:], -1, 0)
-    spin = solved[..., 4:7]
+    solved = np.array([_one_design(*row) for row in rows]).reshape(*columns[0].shape, 10)
+    time, speed, end, end_time, *spins, work, lost, reached = np.moveaxis(solved, -1, 0)
+    spin = np.stack(spins, axis=-1)
     u1, v_p = columns[:2]
-    return Motion(u1, v_p, time, speed, slip_end, slip_time, spin, work, lost, reached)
+    return Motion(u1, v_p, time, speed, end, end_time, spin, work, lost, reached)
 
 
-def _one_design(row: Sequence[float]) -> tuple[float, ...]:
-    """Return t, v_C, η1, t1, the three spins, W, D and η reached of one design.
-
-    Args:
-        row: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0.
-    """
+def _one_design(
+    u1: float, v_p: float, mu: float, c: float, r: float, wx0: float, wy0: float, wz0: float
+) -> tuple[float, ...]:
+    """Return t, v_C, η1, t1, the three spins, W, D and η reached of one design."""
     from scipy.integrate import solve_ivp  # takes a quarter of a second to import
 
-    u1, v_p, mu, c, r, wx0, wy0, wz0 = row
     length, b, tau = math.hypot(1, u1), mu / math.hypot(1, u1), u1 / mu
 
     def field(s: float, y: NDArray[np.float64]) -> list[float]:
@@ -87,15 +80,9 @@ def _one_design(row: Sequence[float]) -> tuple[float, ...]:
     y = np.array([0.0, 0.0, c, c - r * wy0, r * wx0 - v_p, 0.0])
     slips_out = stalls = False
     if math.hypot(y[3], y[4]) > _STILL:
-        solution = solve_ivp(
-            field,
-            (0.0, _LONGEST),
-            y,
-            "DOP853",
-            events=events,
-            rtol=1e-12,
-            atol=[1e-14, 1e-14, 1e-14, _NOISE, _NOISE, 1e-14],
-        )
+        atol = [1e-14, 1e-14, 1e-14, _NOISE, _NOISE, 1e-14]
+        accuracy: dict[str, Any] = {"rtol": 1e-12, "atol": atol}
+        solution = solve_ivp(field, (0.0, _LONGEST), y, "DOP853", events=events, **accuracy)
         y = solution.y[:, -1]  # at the event, which SciPy locates to rounding
         ends = [len(times) > 0 for times in solution.t_events or ()]
         slips_out, stalls = not ends[2], ends[1]

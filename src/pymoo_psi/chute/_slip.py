@@ -66,10 +66,8 @@ NUMBERS = SimpleNamespace(
     expm1=lambda x: float(np.expm1(x)),
     log1p=lambda x: float(np.log1p(x)),
 )
-POOL, ROUNDS = (
-    16384,
-    3,
-)  # designs that are followed at a time, and how often before all are gathered
+# Designs that are followed at a time, and how often before all are gathered.
+POOL, ROUNDS = 16384, 3
 EVALUATIONS = 32768  # of integrands in one quadrature: its arrays stay in the cache
 STEPS = 200  # never reached: two are usual, some 20 from next to θ = π
 ENDLESS = "the slip of a design does not end; report it"

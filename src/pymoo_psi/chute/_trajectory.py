@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from pymoo_psi._validation import finite_array, integer, invalid
+from pymoo_psi._validation import integer, invalid
 from pymoo_psi.chute._motion import ChuteParameters, broadcast, motion, move
 
 Array = NDArray[np.float64]
@@ -57,12 +57,7 @@ class Trajectory:
 
 
 def trajectory(
-    u1: float,
-    v_p: float,
-    parameters: ChuteParameters | None = None,
-    *,
-    n: int = 201,
-    eta: ArrayLike | None = None,
+    u1: float, v_p: float, parameters: ChuteParameters | None = None, *, n: int = 201
 ) -> Trajectory:
     """Follow one sphere through the chute under the full model, exactly at every point.
 
@@ -71,14 +66,12 @@ def trajectory(
         v_p: Speed of the plane.
         parameters: The parameters of the chute, all of them numbers.
         n: How many points, evenly spread over the way that is covered; η1 comes on top.
-        eta: ``(k,)`` increasing points in [0, 1] to take instead.
 
     Returns:
         The trajectory.
 
     Raises:
-        ArgumentValueError: More than one design, points outside [0, 1] or not increasing, or as for
-            :func:`motion`.
+        ArgumentValueError: More than one design, fewer than two points, or as for :func:`motion`.
         ArgumentTypeError: An argument is not numeric.
 
     Example:
@@ -92,7 +85,7 @@ def trajectory(
     u1, v_p, mu, c, r, wx0, wy0, wz0 = (float(column) for column in columns)
     whole = motion(u1, v_p, parameters)
     slip_end, slip_time = float(whole.slip_end), float(whole.slip_time)
-    points = _points(n, eta, float(whole.reached))
+    points = np.linspace(0.0, float(whole.reached), integer("n", n, minimum=2))
     doubled = 0 < slip_end < 1
     if doubled:
         points = np.sort(np.concatenate([points[points != slip_end], [slip_end, slip_end]]))
@@ -117,17 +110,6 @@ def trajectory(
     return Trajectory(
         points, time, speed, spin, slip, friction, normal, slipping, slip_end, slip_time
     )
-
-
-def _points(n: int, eta: ArrayLike | None, reached: float) -> Array:
-    """Return the points (k,) that the sphere reaches, checked; see `trajectory`."""
-    if eta is None:
-        return np.linspace(0.0, reached, integer("n", n, minimum=2))
-    points = finite_array("eta", eta)
-    increasing = points.ndim == 1 and (np.diff(points) > 0).all()
-    if not increasing or (points < 0).any() or (points > 1).any():
-        raise invalid("eta", "one-dimensional, increasing and within [0, 1]", points)
-    return points[points <= reached]
 
 
 def _direction(slip: Array, tau: float, vx0: float, vy0: float) -> Array:
