@@ -15,7 +15,7 @@ import csv
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import fields, replace
 from io import StringIO
 from os import PathLike
 from typing import Any, TypeAlias, TypeVar
@@ -38,11 +38,7 @@ MARK = "pymoo_psi_test_table"
 DESIGNS = "pymoo_psi_designs"
 MARKS = (MARK, DESIGNS)  # of a head: of tests, or of designs, whose columns are not all known
 _FORMAT = 4  # of the head
-# Entries of a head that are left out where they are as here; in the order of Layout's arguments.
-_OPTIONAL: dict[str, Any] = {
-    "outputs": (), "maximize": (), "units": {}, "label": None,
-}  # fmt: skip
-_LAYOUT = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
+_OPTIONAL = ("outputs", "maximize", "units", "label")  # in a head only if there are any
 
 
 def head_of(table: Any) -> Head:
@@ -59,10 +55,10 @@ def head_of(table: Any) -> Head:
     layout: Layout = table.layout
     # Of a table without tests the kinds are unknown: a later block may be of any kind.
     kinds = table.kinds if len(table) else layout.kinds
-    head: Head = {name: getattr(layout, name) for name in _LAYOUT}
+    head: Head = {f.name: getattr(layout, f.name) for f in fields(layout)}
     head |= {"lower": layout.lower.tolist(), "upper": layout.upper.tolist()}
     head["kinds"] = [kind.value for kind in kinds]
-    optional = {name: getattr(layout, name) for name in _OPTIONAL}
+    optional = {name: head.pop(name) for name in _OPTIONAL}
     optional |= {"extra": [*table.extra], "chosen": table.chosen, "problem": table.problem}
     head |= {name: value for name, value in optional.items() if value}
     return {name: list(v) if isinstance(v, tuple) else v for name, v in head.items()}
@@ -122,8 +118,7 @@ def described(where: object) -> Iterator[None]:
 
 
 def _layout_of(head: Mapping[str, Any]) -> Layout:
-    known = {name: head[name] for name in (*_LAYOUT, "lower", "upper", "kinds")}
-    return Layout(**known, **{name: head.get(name, value) for name, value in _OPTIONAL.items()})
+    return Layout(**{f.name: head[f.name] for f in fields(Layout) if f.name in head})
 
 
 def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kind]:
