@@ -183,9 +183,10 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
     )
     words = decision(limits={"mass": 0.999 * values["mass"]}, page={"values": values})
     assert "is beyond the limits" in sources("rank", *words)[1]
-    words = decision(page={"state": {"kept": ["test point 7", "test point 8"]}})
-    assert "beam.db: 2 designs" in sources("rank", *words)[1]
-    for page, message in (({"units": {"mass": "t"}}, "in kg"), ({"state": 3}, "page.state in")):
+    kept = {"state": {"kept": ["test point 7", "test point 8"]}}
+    for page, message in (
+        ({"units": {"mass": "t"}}, "in kg"), ({"state": 3}, "page.state in"), (kept, "page.state.kept"),
+    ):  # fmt: skip
         code, _, err = sources("rank", *decision(page=page))
         assert (code, err.count("\n")) == (2, 1)
         assert message in err

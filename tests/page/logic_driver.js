@@ -32,7 +32,7 @@ function answer({payload, states, rows, pins, texts, typed}) {
   return {
     initial: Logic.initial(data),
     foreign: foreign(data),
-    checked: texts.map((text) => Logic.checked(data, Logic.fromHash(text))),
+    checked: texts.map((text) => Logic.checked(data, Logic.parsed(text))),
     typed: typed.map((text) => Logic.typed(text)),
     polluted: Object.keys(Object.prototype).length > 0 || ({}).dominated !== undefined,
     states: states.map((given, k) => {
@@ -53,7 +53,7 @@ function answer({payload, states, rows, pins, texts, typed}) {
         relaxed: Logic.relaxations(data, state, ranking, left),
         nearest: count ? "" : Logic.nearestDesign(data, state, left),
         preferred: list(Logic.preference(data, ranking, state.preference).best),
-        again: Logic.checked(data, Logic.fromHash(Logic.toHash(state))), opened: Logic.opened(data, written),
+        opened: Logic.opened(data, written),
         csv: Logic.csv(data, order, ranking, state),
       }
     }),

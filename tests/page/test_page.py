@@ -83,7 +83,7 @@ def test_it_opens_with_a_formulation_and_further_limits():
 
 def content(**changes):
     """A decision on the beams, as the page writes it."""
-    state = {"categories": {"material": ["steel"]}, "kept": ["B1001", "B1002", "B1089"]}
+    state = {"categories": {"material": ["steel"]}}
     return {
         "objectives": OBJECTIVES,
         "maximize": ["strength"],
@@ -104,8 +104,10 @@ def test_a_decision_is_a_formulation_that_the_page_opens_with(tmp_path):
         assert sent[key] == value
     table = decision_page(beams(), decided).table
     kept = kept_designs(table, decided)
-    steel = [i for i in (0, 1, 88) if beams()["material"][i] == "steel"]
-    assert np.flatnonzero(kept).tolist() == steel
+    np.testing.assert_array_equal(kept, beams()["material"] == "steel")
+    former = Formulation(page={"state": {"kept": ["B1001"]}})
+    with pytest.raises(PsiError, match="page.state.kept must be left out"):
+        kept_designs(table, former)
 
 
 @pytest.mark.parametrize(

@@ -81,11 +81,11 @@ def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
     if units := pairs_in("--units", options.units, "column=unit", layout.columns):
         table = replace(table, layout=replace(layout, units={**layout.units, **units}))
     require_free_names(layout.columns)
-    if asked.page:  # designs that the page's reader has left out by hand
+    if asked.page:  # designs that the page's reader has left out by their texts
         from pymoo_psi.page import kept_designs  # other commands need no page
 
         kept = kept_designs(table, asked)
-        said = f"{counted(int((~kept).sum()), 'design')} left out on the page, by name or text."
+        said = f"{counted(int((~kept).sum()), 'design')} left out on the page, by text."
         table = replace(table.rows(kept), remarks=(*table.remarks, *[said] * (not kept.all())))
     return table
 

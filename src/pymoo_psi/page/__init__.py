@@ -3,7 +3,7 @@
 :func:`decision_page` makes a :class:`DecisionPage` of any source of designs; ``save`` writes it as
 the file, and a notebook shows it at once. A decision that the page saves is a
 :class:`~pymoo_psi.table.Formulation` in JSON with a chosen design and a reason;
-:func:`kept_designs` tells which designs its reader kept by hand.
+:func:`kept_designs` tells which designs its reader kept by texts.
 
 Example:
     >>> from pymoo.problems import get_problem

@@ -187,19 +187,22 @@ def decision_page(
 
 
 def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_]:
-    """``(n,)`` which designs the page keeps by hand or by ticked texts, as its decision file says.
+    """``(n,)`` which designs the page keeps by ticked texts, as its decision file says.
 
     Limits on numbers are the formulation's, see :meth:`TestTable.under`.
 
+    Raises:
+        ArgumentValueError: There is no such column; or a former page kept designs by name.
+
     Example:
-        >>> table = TestTable.of([1, 2], [[0.1], [0.9]], [[1.0], [2.0]])
-        >>> decided = Formulation(page={"state": {"kept": ["test point 2"]}})
+        >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
+        >>> decided = Formulation(page={"state": {"categories": {"x1": ["tin"]}}})
         >>> kept_designs(table, decided).tolist()
         [False, True]
     """
-    state = formulation.page.get("state", {})
-    kept = state.get("kept")
-    mask = np.full(len(table), True) if kept is None else np.isin(table.names, kept)
+    state, mask = formulation.page.get("state", {}), np.full(len(table), True)
+    if kept := state.get("kept"):
+        raise invalid("page.state.kept", "left out; set limits instead", kept)
     for name, texts in state.get("categories", {}).items():
         known_name("categories", name, [*table.layout.columns, *table.extra])
         mask &= np.isin(values_of(name, table).astype(str), texts)

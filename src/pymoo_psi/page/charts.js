@@ -1,14 +1,14 @@
 // Drawing on canvas: parallel coordinates and scatter plots.
 //
 // A chart has layers. The context (a stable sample of all designs) and the axes are drawn when scales
-// or size change, what is left and the marks at every step of a slider, a box and the design under
-// the pointer at every move. Charts know rows, columns and scales; what is chosen or limited they get from
+// or size change, what is left, the marks and limits at every step of a slider, the design under the
+// pointer at every move. Charts know rows, columns and scales; what is chosen or limited they get from
 // page.js as a model:
 //   context, left   rows to draw, the best last; look(row) -> key of LOOKS
 //   values(column)  the numbers of a column as they are now
 //   scale(column)   {low, high, log}, the ends of its axis
 //   limit(column)   [low, high] in force, null for none
-//   marks           [{row, look}] drawn large above all; selected: Set of rows, or empty
+//   marks           [{row, look}] drawn large above all
 //   hues            (row) -> colour of a design, or null for those of the ranks
 const Charts = (() => {
   // Shapes tell the same as colours, which page.css has, for light and dark.
@@ -100,6 +100,13 @@ const Charts = (() => {
 
   const valueAt = ({low, high, log}, share) =>
     log ? low * (high / low) ** share : low + (high - low) * share
+
+  // The limit that a drag from one share of an axis to another sets; open at the ends of the axis.
+  const between = (scale, from, to) => [Math.min(from, to), Math.max(from, to)].map((share, k) =>
+    k ? share >= 1 ? null : valueAt(scale, share) : share <= 0 ? null : valueAt(scale, share))
+  // Distances are measured from the U and N of what is left: they move with the limits.
+  const isGeometric = ({role}) => role === "geometric"
+  const limitable = (column) => !column.texts && !isGeometric(column)
 
   // Steps of 1, 2 or 5 times a power of ten; on a log axis over decades powers of ten.
   function ticks({low, high, log}, most) {
@@ -226,7 +233,7 @@ const Charts = (() => {
   }
 
   // Parallel coordinates. A drag along an axis sets its limits. Objectives get better downwards.
-  //   on = {limit(column, [low, high], done), pick(row), hover(row, x, y)}
+  //   on = {limit([[column, [low, high]], …], done), pick(row), hover(row, x, y)}
   function parallel(parent, on) {
     const [TOP, BOTTOM] = [10, 34]
     const heads = document.createElement("div")
@@ -235,7 +242,6 @@ const Charts = (() => {
     plot.className = "plot"
     parent.append(heads, plot)
     let [axes, model, marked] = [[], null, -1]
-    let density = null // of what is left, see cloud
     const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
     const xOf = (j) => ((j + 0.5) * size.width) / axes.length
@@ -285,69 +291,25 @@ const Charts = (() => {
       g.globalAlpha = 1
     }
 
-    // Plain lines: a few as the browser draws them best, many as a density.
-    function plain(g, rows, colour, former) {
-      const hues = colour === INK.context ? null : model.hues
-      if (rows.length > 150 && !hues) return cloud(g, rows, colour, Math.max(0.1, 60 / rows.length), former)
-      lines(g, rows, (row) => ({strokeStyle: hues?.(row) ?? colour, globalAlpha: 0.7, lineWidth: 1}))
-      return null
-    }
-
-    // Many lines as a density: the more of them pass a pixel, the darker it is. The pixels are
-    // counted here, as strokes of thousands of lines would take the browser fifty times as long. A
-    // former density on the same axes is mended by the lines that come and go.
-    function cloud(g, rows, colour, alpha, former) {
-      const {width, height} = g.canvas
-      const image = former?.image ?? g.createImageData(width, height)
-      const counts = former?.counts ?? new Uint16Array(width * height)
-      const drawn = new Set(rows)
-      countLines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
-      if (former) countLines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
-      const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
-      const shades = Uint32Array.from({length: rows.length + 1}, (_, k) =>
-        (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
-      const pixels = new Uint32Array(image.data.buffer)
-      for (let k = 0; k < counts.length; k++) pixels[k] = shades[counts[k]]
-      g.putImageData(image, 0, 0)
-      return {image, counts, drawn}
-    }
-
-    function countLines(counts, width, rows, step) {
-      for (let j = 0; j + 1 < axes.length; j++) {
-        const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => Math.round(x * devicePixelRatio))
-        const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
-        for (const row of rows) {
-          if (left[row] !== left[row] || right[row] !== right[row]) continue
-          // Half a pixel up, so that cutting the fraction off rounds.
-          let y = from(left[row]) * devicePixelRatio + 0.5
-          const slope = (to(right[row]) * devicePixelRatio + 0.5 - y) / (x1 - x0)
-          let at = y | 0
-          for (let x = x0; x < x1; x++) {
-            y += slope
-            const next = y | 0
-            const end = (at < next ? next : at) * width + x
-            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k] += step
-            at = next
-          }
-        }
-      }
+    // Plain lines: the more of them pass a place, the darker it is.
+    function plain(g, rows, colour, hues) {
+      const globalAlpha = Math.max(0.12, Math.min(0.7, 60 / rows.length))
+      lines(g, rows, (row) => ({strokeStyle: hues?.(row) ?? colour, globalAlpha, lineWidth: 1}))
     }
 
     function drawContext() {
-      plain(clean(0), model.context, INK.context)
+      plain(clean(0), model.context, INK.context, null)
     }
 
     function drawLeft() {
       const g = clean(1)
-      const {selected} = model
       const others = []
       const ranked = []
       for (const row of model.left) {
-        if (selected.size && !selected.has(row)) continue
         const look = model.look(row)
         look === "unranked" || look === "dominated" ? others.push(row) : ranked.push([row, look])
       }
-      density = plain(g, others, LOOKS.unranked.colour, density)
+      plain(g, others, LOOKS.unranked.colour, model.hues)
       for (const [row, look] of ranked) {
         lines(g, [row], () => ({strokeStyle: model.hues?.(row) ?? LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 0.8}))
       }
@@ -397,9 +359,7 @@ const Charts = (() => {
 
     function draw(all) {
       if (!size.width || !axes.length) return
-      // Distances are measured from the U and N of what is left: they move with the limits.
-      if (all || axes.some((column) => column.role === "geometric")) {
-        density = null
+      if (all || axes.some(isGeometric)) {
         drawContext()
         drawAxes()
       }
@@ -428,34 +388,32 @@ const Charts = (() => {
       const j = nearest(x)
       const column = axes[j]
       // On a touch screen a drag scrolls the page: only from the axis itself it is a brush.
-      if (Math.abs(x - xOf(j)) > 16 || column.texts) {
+      if (Math.abs(x - xOf(j)) > 16 || !limitable(column)) {
         return {move: () => 0, up: (u, v, moved) => !moved && on.pick(rowAt(u, v))}
       }
       const from = shareAt(column, y)
-      const ends = (to) => [from, to].sort((a, b) => a - b).map((share, k) =>
-        share === k ? null : valueAt(model.scale(column), share))
+      const to = (v) => between(model.scale(column), from, shareAt(column, v))
       return {
-        move: (_, v) => on.limit(column, ends(shareAt(column, v)), false),
+        move: (_, v) => on.limit([[column, to(v)]], false),
         // A click on the axis takes its limit away.
-        up: (_, v, moved) => on.limit(column, moved ? ends(shareAt(column, v)) : [null, null], true),
+        up: (_, v, moved) => on.limit([[column, moved ? to(v) : [null, null]]], true),
       }
     })
     top.addEventListener("pointermove", (event) => {
       if (event.buttons || !model) return
       const j = nearest(event.offsetX)
-      top.style.cursor = Math.abs(event.offsetX - xOf(j)) <= 16 && !axes[j].texts ? "ns-resize" : "default"
+      top.style.cursor = Math.abs(event.offsetX - xOf(j)) <= 16 && limitable(axes[j]) ? "ns-resize" : "default"
       on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
     return {setAxes, mark, draw: (next, all) => { model = next; if (all) fit(); draw(all) }}
   }
 
-  // A scatter plot of two columns. A drag selects what is in the box.
-  //   on = {select(rows), pick(row), hover(row, x, y)}
+  // A scatter plot of two columns. A drag sets the limits of both, those of a box; `on` is as above.
   function scatter(parent, on) {
     const [TOP, RIGHT, BOTTOM] = [8, 14, 40]
     let LEFT = 68
-    let [x, y, model, box, hovered] = [null, null, null, null, -1]
+    let [x, y, model] = [null, null, null]
     const {size, clean, top} = layers(parent, 3, () => model && draw(true))
     const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
 
@@ -513,38 +471,40 @@ const Charts = (() => {
     function drawLeft() {
       const g = clean(1)
       const at = placed()
-      const {selected} = model
       for (const row of model.left) {
         const spot = at(row)
-        if (!inside(spot)) continue
-        g.globalAlpha = selected.size && !selected.has(row) ? 0.15 : 1
         const look = LOOKS[model.look(row)]
-        shape(g, {...look, colour: model.hues?.(row) ?? look.colour}, ...spot)
+        if (inside(spot)) shape(g, {...look, colour: model.hues?.(row) ?? look.colour}, ...spot)
       }
-      g.globalAlpha = 1
+      drawLimits(g)
       for (const {row, look} of model.marks) {
         const spot = at(row)
         if (inside(spot)) shape(g, LOOKS[look], ...spot)
       }
     }
 
-    function drawBox() {
+    // Lines at the limits in force.
+    function drawLimits(g) {
+      const [w, h] = frame()
+      scales().forEach((scale, k) => {
+        for (const end of model.limit([x, y][k]) ?? []) {
+          const share = end === null ? -1 : place(scale)(end)
+          if (share < 0 || share > 1) continue
+          const [u, v] = [LEFT + share * w, TOP + (1 - share) * h]
+          k ? ruled(g, INK.accent, LEFT, v, LEFT + w, v) : ruled(g, INK.accent, u, TOP, u, TOP + h)
+        }
+      })
+    }
+
+    function mark(row) {
       const g = clean(2)
-      const spot = hovered >= 0 ? placed()(hovered) : null
+      const spot = row >= 0 ? placed()(row) : null
       if (spot && inside(spot)) shape(g, {shape: "ring", size: 10, colour: INK.accent}, ...spot)
-      if (!box) return
-      const [a, b, c, d] = box
-      g.fillStyle = INK.accent
-      g.globalAlpha = 0.12
-      g.fillRect(a, b, c - a, d - b)
-      g.globalAlpha = 1
-      g.strokeStyle = INK.accent
-      g.strokeRect(a, b, c - a, d - b)
     }
 
     function draw(all) {
       if (!size.width || !x) return
-      if (all) drawContext()
+      if (all || [x, y].some(isGeometric)) drawContext()
       drawLeft()
     }
 
@@ -556,18 +516,16 @@ const Charts = (() => {
       })
     }
 
+    // What is dragged along one axis sets no limit of the other.
+    const limits = (u, v, a, b) => {
+      const [[w, h], [across, up]] = [frame(), scales()]
+      const sides = [[x, a - u, across, (u - LEFT) / w, (a - LEFT) / w], [y, b - v, up, 1 - (v - TOP) / h, 1 - (b - TOP) / h]]
+      return sides.filter(([column, way]) => limitable(column) && Math.abs(way) > 4)
+        .map(([column, , ...share]) => [column, between(...share)])
+    }
     drag(top, (u, v) => ({
-      move: (a, b) => { box = [u, v, a, b]; drawBox() },
-      up: (a, b, moved) => {
-        box = null
-        drawBox()
-        if (!moved) return on.pick(rowAt(a, b))
-        const [left, right] = [u, a].sort((p, q) => p - q)
-        const [above, below] = [v, b].sort((p, q) => p - q)
-        const at = placed()
-        const hit = (row) => { const [p, q] = at(row); return p >= left && p <= right && q >= above && q <= below }
-        on.select(model.everything().filter(hit))
-      },
+      move: (a, b) => on.limit(limits(u, v, a, b), false),
+      up: (a, b, moved) => (moved ? on.limit(limits(u, v, a, b), true) : on.pick(rowAt(a, b))),
     }))
     top.addEventListener("pointermove", (event) => {
       if (!event.buttons && model) on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
@@ -576,7 +534,7 @@ const Charts = (() => {
     return {
       setAxes: (across, up) => { [x, y] = [across, up] },
       draw: (next, all) => { model = next; draw(all) },
-      mark: (row) => { hovered = row; drawBox() },
+      mark,
       spot: (row) => placed()(row),
     }
   }

@@ -13,7 +13,7 @@ const TIE = 1e-9
 const STEP = 0.01
 const MOST_PINS = 5
 const RANKS = [0, 1, 2, 3, 4, 5, 6]
-const LONGEST_STATE = 1 << 20 // characters; browsers keep addresses of so many
+const LONGEST_STATE = 1 << 24 // characters of a file
 
 // ---------------------------------------------------------------------------------------- the data
 
@@ -392,10 +392,6 @@ function left(data, state) {
   }
   const times = new Uint32Array(n)
   for (const out of rejected.values()) for (let i = 0; i < n; i++) times[i] += out[i]
-  if (state.kept !== null) {
-    const kept = new Set(state.kept.map((name) => data.rowOf.get(name)))
-    for (let i = 0; i < n; i++) if (!kept.has(i)) times[i] += 1000 // no other limit brings it back
-  }
   const mask = new Uint8Array(total).fill(1)
   for (let i = 0; i < n; i++) mask[i] = times[i] ? 0 : 1
   return {mask, count: sum(mask) - (total - n), rejected, times}
@@ -447,7 +443,7 @@ function relaxations(data, state, ranking, {mask, rejected, times}) {
 // by the least share of a range; a sentence, or "" without such a design.
 function nearestDesign(data, state, {times}) {
   const least = leastOf(times)
-  if (!(least > 0 && least < 1000)) return ""
+  if (least === 0) return ""
   const broken = (i) => Object.entries(state.limits).flatMap(([name, ends]) => {
     const column = data.by.get(name)
     const [value, length] = [column.values[i], column.range[1] - column.range[0] || 1]
@@ -642,17 +638,16 @@ function against(data, ranking, key, row, other) {
     difference: difference(data, gains[1], shares[1])})
 }
 
-// The rows to compare, the base first: what the reader has made the base, else the existing design,
-// else the best. Beside it stand the best, the chosen one and what is pinned; if that is one design
-// alone, the next nearest to the ideal. Each: `{row, roles}`.
+// The rows to compare, the base first: the existing design, or else the best. Beside it stand the
+// best, the chosen one and what is pinned; if that is one design alone, the next nearest to the
+// ideal. Each: `{row, roles}`.
 function compared(data, ranking, state) {
   if (ranking.count === 0) return []
   const row = (name) => data.rowOf.get(name) ?? -1
   const best = ranking.best[0]
-  const existing = data.total > data.n ? data.n : -1
   const chosen = row(state.chosen)
-  const base = [row(state.base), existing, best].find((i) => i >= 0)
-  const rows = new Set([base, existing, best, chosen, ...state.pins.map(row)].filter((i) => i >= 0))
+  const base = data.total > data.n ? data.n : best
+  const rows = new Set([base, best, chosen, ...state.pins.map(row)].filter((i) => i >= 0))
   const next = rows.size === 1 ? ranking.byMu1.find((i) => i !== base) ?? -1 : -1
   if (next >= 0) rows.add(next)
   const whole = data.whole.best[0]
@@ -838,7 +833,7 @@ const byName = (entries = []) => {
   return object
 }
 
-// A state from untrusted input, an address or a file; a remark names what does not fit.
+// A state from untrusted input, a file; a remark names what does not fit.
 function checked(data, anything) {
   const lost = new Set(isObject(anything) ? [] : ["what should be a state"])
   const fitting = (key, fits, otherwise, object = anything) => {
@@ -870,16 +865,15 @@ function checked(data, anything) {
     || (order.by === "column" && data.by.has(order.name)))
   const order = fitting("order", isOrder, {by: "distance"})
   const preference = entryOf(anything, "preference")
+  if (entryOf(anything, "kept")) lost.add("kept") // designs by name, of former pages
   const ranks = items("ranks", (rank) => RANKS.includes(rank), null)
   const state = {
     limits: entries("limits", ({texts, role}, pair) => texts === null && role !== "geometric" && isPair(pair)),
     categories,
-    kept: items("kept", isDesign, null),
     fixed: entryOf(anything, "fixed") === true,
     ranks: lost.has("ranks") && !ranks?.length ? null : ranks,
     dominated: entryOf(anything, "dominated") === true,
     pins: items("pins", isDesign, []).slice(0, MOST_PINS),
-    base: fitting("base", isDesign, null),
     chosen: fitting("chosen", isDesign, null),
     order: {by: order.by, ...(order.by === "column" ? {name: order.name} : {}), down: order.down === true},
     preference: {
@@ -887,22 +881,15 @@ function checked(data, anything) {
       aspiration: entries("aspiration", (column, value) => isObjective(column) && Number.isFinite(value), preference),
     },
     axes: items("axes", (name) => data.by.has(name), null),
-    zoom: entryOf(anything, "zoom") === true,
     snapshots: items("snapshots", (one) => isObject(one) && typeof one.name === "string" && isObject(one.state), []),
     reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }
   return {state, remarks: lost.size ? [`Left out, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
 }
 
-const toHash = (state) => `#${encodeURIComponent(JSON.stringify(state))}`
-
-function fromHash(hash) {
-  return hash.length > LONGEST_STATE * 3 ? null : parsed(() => decodeURIComponent(hash.replace(/^#/, "")))
-}
-
 function parsed(text) {
   try {
-    return JSON.parse(text())
+    return text.length > LONGEST_STATE ? null : JSON.parse(text)
   } catch {
     return null
   }
@@ -976,7 +963,7 @@ const initial = (data) => decided(data, data.opens_with)
 
 // The state that a decision file holds, or null if it is about something else.
 function opened(data, text) {
-  const content = text.length <= LONGEST_STATE * 16 ? parsed(() => text) : null
+  const content = parsed(text)
   const {objectives, maximize, normalize, page} = isObject(content) ? content : {}
   const own = data.opens_with
   const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
@@ -1002,7 +989,7 @@ function decided(data, {limits, chosen, reason, page: {values, state: view}}) {
 }
 
 return {
-  decode, initial, checked, toHash, fromHash, values, left, ranked, order, preference, verdict, explain,
+  decode, initial, checked, parsed, values, left, ranked, order, preference, verdict, explain,
   compared, compare, limitText, relaxations, nearestDesign, since, typed, written, short, apart, percent, sum, endOf,
   csv, decision, opened, MOST_PINS,
 }

@@ -7,7 +7,7 @@
 const page = (() => {
   const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
   const data = Logic.decode(JSON.parse(document.getElementById("payload").textContent))
-  const MOST_DRAWN = 500 // designs in a chart; more lines are a blur, and take longer than a frame
+  const MOST_DRAWN = 350 // designs in a chart; more lines are a blur, and take longer than a frame
   const GROUPS = [["objective", "Objectives"], ["variable", "Variables"], ["output", "Further outputs"], ["geometric", "Distances"]]
   const $ = (id) => document.getElementById(id)
   const countText = (count) => Logic.apart(String(count))
@@ -66,7 +66,7 @@ const page = (() => {
     renew(old, ...node.childNodes)
   }
 
-  // The state, its history and its address.
+  // The state and its history.
 
   const initial = Logic.initial(data)
   let {state} = initial
@@ -76,7 +76,7 @@ const page = (() => {
   let left, ranking, verdict, order
   let before = null // the ranking when the limits rested last
   let filtered = "" // the part of the state that left and ranking were made from
-  let [selected, hovered] = [new Set(), -1]
+  let hovered = -1
   const step = {last: 0} // milliseconds of the last update
 
   // Take a new state; `done` is false while a hand drags: undo goes back to before the drag.
@@ -90,17 +90,9 @@ const page = (() => {
     soon()
   }
 
-  // Not for every repeat of a key that is held: browsers refuse hundreds of addresses in ten seconds.
-  let addressWaits = 0
   function commit() {
     const text = JSON.stringify(state)
     if (text !== past[at]) past.splice(++at, Infinity, text)
-    clearTimeout(addressWaits)
-    addressWaits = setTimeout(remember, 80)
-  }
-  function remember() {
-    clearTimeout(addressWaits)
-    try { history.replaceState(null, "", Logic.toHash(state)) } catch { /* a sandbox without an address */ }
   }
 
   function take({state, remarks}) {
@@ -125,7 +117,7 @@ const page = (() => {
     const start = performance.now()
     const keepFocus = focusKept()
     waiting = false
-    const filter = JSON.stringify([state.limits, state.categories, state.kept, state.fixed])
+    const filter = JSON.stringify([state.limits, state.categories, state.fixed])
     if (filter !== filtered) {
       filtered = filter
       left = Logic.left(data, state)
@@ -138,10 +130,6 @@ const page = (() => {
       before = ranking
     }
     order = Logic.order(data, ranking, state)
-    if (selected.size) {
-      const shown = new Set(order)
-      selected = new Set([...selected].filter((row) => shown.has(row)))
-    }
     showLimits()
     showCounts()
     showVerdict()
@@ -293,14 +281,9 @@ const page = (() => {
     // Not disabled in earnest: a key that is held would go on with the button beside it.
     $("undo").setAttribute("aria-disabled", at <= 0)
     $("redo").setAttribute("aria-disabled", at >= past.length - 1)
-    const shown = selected.size || order.length
-    renew($("export"), `Export ${countText(shown)} ${selected.size ? "selected" : "shown"} as CSV`)
-    $("export").disabled = shown === 0
-    renew($("selection"), [`${countText(order.length)} shown`, state.kept ? "only those kept" : "", selected.size ? `${countText(selected.size)} selected` : "",
-      $("search").getAttribute("aria-invalid") === "true" ? "no design of that name" : ""].filter(Boolean).join(", "))
-    $("clear").disabled = selected.size === 0
-    $("keep").disabled = selected.size === 0 && state.kept === null
-    renew($("keep"), state.kept !== null && selected.size === 0 ? "Keep all again" : "Keep selected only")
+    renew($("export"), `Export ${countText(order.length)} shown as CSV`)
+    $("export").disabled = order.length === 0
+    renew($("shown"), `${countText(order.length)} shown${isWrong($("search")) ? ", no design of that name" : ""}`)
     const counts = Object.assign(Array(7).fill(0), {dominated})
     ranking.front.forEach((row) => { counts[ranking.rank[row]]++ })
     for (const box of $("ranks").querySelectorAll("input")) {
@@ -327,8 +310,7 @@ const page = (() => {
         make("div.roles", {}, [...roles, left.mask[row] ? "" : "outside the limits"].filter(Boolean).join(", ")),
         k > 0 ? make("div.roles", {}, sums.join(", ")) : null,
         make("div.tools", {},
-          k > 0 ? button("as base", () => change({base: name}), {"aria-label": `as base: ${name}`, title: "Compare the others against it"}) : null,
-          isPinned(row) || state.base === name ? button("×", () => takeOut(name), {"aria-label": `× ${name} out of the comparison`, title: "Take out"}) : null))
+          isPinned(row) ? button("×", () => pin(row), {"aria-label": `× ${name} out of the comparison`, title: "Take out"}) : null))
     })
     renew($("compare-table"),
       make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Objective"), heads)),
@@ -346,8 +328,6 @@ const page = (() => {
     }))
   }
 
-  const takeOut = (name) => change({pins: state.pins.filter((other) => other !== name), base: state.base === name ? null : state.base})
-
   function showSteps() {
     const {row, steps} = verdict ?? {steps: []}
     show("steps", steps.length)
@@ -363,10 +343,16 @@ const page = (() => {
   const limitOf = (column) => own(state.limits, column.name)
   const controls = new Map()
 
-  function setLimit({name}, limit, done) {
-    const limits = without(state.limits, name)
-    change({limits: limit[0] === null && limit[1] === null ? limits : {...limits, [name]: limit}}, done)
+  // Limits on columns, [null, null] for none.
+  function setLimits(pairs, done) {
+    let {limits} = state
+    for (const [{name}, limit] of pairs) {
+      limits = without(limits, name)
+      if (limit.some((end) => end !== null)) limits = {...limits, [name]: limit}
+    }
+    change({limits}, done)
   }
+  const setLimit = (column, limit, done) => setLimits([[column, limit]], done)
 
   // A slider gives what can be read: the digits that the column is written with, so that the limit
   // in force is the number in its field.
@@ -375,10 +361,22 @@ const page = (() => {
 
   const hasValues = (column) => column.values.some(Number.isFinite)
 
-  function numberField(properties, taken) {
-    const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", ...properties})
-    input.addEventListener("change", () => taken(Logic.typed(input.value)))
+  // A field for a number; `taken` returns what is wrong with it, or "". What is wrong stays to be mended.
+  function numberField(name, properties, taken) {
+    const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", "aria-label": name, ...properties})
+    input.addEventListener("change", () => {
+      const {value, wrong} = Logic.typed(input.value)
+      const why = wrong ?? taken(value)
+      if (why || isWrong(input)) say(why ? [`${name}: ${why}`] : [])
+      input.setAttribute("aria-invalid", String(why !== ""))
+    })
     return input
+  }
+  const isWrong = (input) => input.getAttribute("aria-invalid") === "true"
+  function showNumber(input, value, changed) {
+    if (changed) input.setAttribute("aria-invalid", "false")
+    const typed = input === document.activeElement && Logic.typed(input.value).value === value
+    if (!isWrong(input) && !typed) input.value = value === null ? "" : countText(value)
   }
 
   const STEPS = 1000 // finer than a pixel of the track
@@ -390,19 +388,18 @@ const page = (() => {
       return make("p.constant", {}, Charts.broken(label), `: ${hasValues(column) ? `${written(column, low)} for ${all}` : "no values"}`)
     }
     const scale = {low, high, log}
-    const control = {column, scale, wrong: ["", ""]}
+    const control = {column, scale}
     controls.set(column, control)
     control.fields = [0, 1].map((k) => {
       const end = written(column, k ? high : low)
       const shown = {placeholder: end.length <= 9 ? end : readable((k ? high : low).toExponential(2)), title: `${k ? "Greatest" : "Least"} shown: ${end}`,
-        "aria-label": `${label}, ${k ? "at most" : "at least"}`, "aria-describedby": `note-${column.field}`}
-      return numberField(shown, ({value, wrong: why}) => {
+        "aria-describedby": `note-${column.field}`}
+      return numberField(`${label}, ${k ? "at most" : "at least"}`, shown, (value) => {
         const next = [...(limitOf(column) ?? [null, null])]
         next[k] = value
-        const wrong = why ?? (next[0] !== null && next[1] !== null && next[0] > next[1] ? "The lower end is above the upper one." : "")
-        // What is wrong stays to be mended, until this limit is set otherwise.
-        control.wrong[k] = wrong && {why: wrong, beside: JSON.stringify(limitOf(column))}
-        wrong ? soon() : setLimit(column, next, true)
+        if (next[0] !== null && next[1] !== null && next[0] > next[1]) return "The lower end is above the upper one."
+        setLimit(column, next, true)
+        return ""
       })
     })
     control.thumbs = [0, 1].map((k) => {
@@ -447,11 +444,11 @@ const page = (() => {
 
   function showLimits() {
     for (const control of controls.values()) {
-      const {column, fields, thumbs, note, boxes, wrong = []} = control
+      const {column, fields, thumbs, note, boxes} = control
       const limit = limitOf(column)
-      if (dragging && control.limit === limit) continue
+      const changed = control.limit !== limit
+      if (dragging && !changed) continue
       control.limit = limit
-      const mistakes = wrong.map((one) => (one && one.beside === JSON.stringify(limit) ? one.why : ""))
       if (boxes) {
         const allowed = own(state.categories, column.name)
         for (const box of boxes) box.checked = !allowed || allowed.includes(box.value)
@@ -459,11 +456,7 @@ const page = (() => {
         const share = Charts.place(control.scale)
         fields.forEach((field, k) => {
           const value = limit?.[k] ?? null
-          const text = value === null ? "" : countText(value)
-          const typed = field === document.activeElement && Logic.typed(field.value).value === value
-          if (!mistakes[k] && field.value !== text && !typed) field.value = text
-          field.setCustomValidity(mistakes[k])
-          field.setAttribute("aria-invalid", String(mistakes[k] !== ""))
+          showNumber(field, value, changed)
           const at = value === null ? k * STEPS : Math.min(STEPS, Math.max(0, Math.round(share(value) * STEPS)))
           if (Number(thumbs[k].value) !== at) thumbs[k].value = at
           thumbs[k].setAttribute("aria-valuetext", value === null ? "no limit" : written(column, value))
@@ -472,9 +465,8 @@ const page = (() => {
         thumbs[0].classList.toggle("above", Number(thumbs[0].value) > STEPS / 2)
       }
       const out = left.rejected.get(column.name)
-      renew(note, [...mistakes, out ? `rejects ${countText(Logic.sum(out))}` : "",
+      renew(note, [out ? `rejects ${countText(Logic.sum(out))}` : "",
         column.clipped > 0 ? `${countText(column.clipped)} beyond the ends of the slider` : ""].filter(Boolean).join("; "))
-      note.classList.toggle("warning", mistakes.some(Boolean))
       note.closest(".limit").classList.toggle("set", Boolean(limit) || own(state.categories, column.name) !== null)
     }
     for (const group of $("limit-groups").querySelectorAll("details")) {
@@ -487,7 +479,6 @@ const page = (() => {
       const limit = limitOf(column) ?? [null, null]
       return [0, 1].filter((end) => limit[end] !== null).map((end) => Logic.limitText(column, end, limit[end]))
     })
-    if (state.kept !== null) lines.push(`only ${countText(state.kept.length)} designs, kept by hand`)
     renew($("record-limits"), ...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {}, text)))
   }
 
@@ -518,13 +509,11 @@ const page = (() => {
   function buildPreferences() {
     const rows = data.objectives.map((column) => {
       const inputs = [["weights", "1", "weight"], ["aspiration", "its best", "aspiration"]].map(([kind, placeholder, word]) => {
-        const name = `${column.label}, ${word}`
-        const input = numberField({placeholder, "aria-label": name}, ({value, wrong: why}) => {
-          const wrong = why ?? (kind === "weights" && value < 0 ? "A weight is 0 or more." : "")
-          input.setAttribute("aria-invalid", String(wrong !== ""))
-          if (wrong) return say([`${name}: ${wrong}`])
+        const input = numberField(`${column.label}, ${word}`, {placeholder}, (value) => {
+          if (kind === "weights" && value < 0) return "A weight is 0 or more."
           const others = without(state.preference[kind], column.name)
           change({preference: {...state.preference, [kind]: value === null ? others : {...others, [column.name]: value}}})
+          return ""
         })
         wishes.push({input, kind, column})
         return make("td", {}, input)
@@ -536,9 +525,7 @@ const page = (() => {
 
   function showPreference() {
     for (const {input, kind, column} of wishes) {
-      const value = own(state.preference[kind], column.name)
-      const wrong = input.getAttribute("aria-invalid") === "true"
-      if (input !== document.activeElement && !wrong) input.value = value === null ? "" : String(value)
+      showNumber(input, own(state.preference[kind], column.name), false)
     }
     const on = state.order.by === "preference"
     $("by-preference").setAttribute("aria-pressed", String(on))
@@ -565,28 +552,22 @@ const page = (() => {
   let context = []
   let contextOf = null
   let scales = new Map()
-  let axesDrawn = ""
+  let axesDrawn
   let drawn = []
   const plots = []
   let hues = null // colours by row; null for those of the ranks
 
-  // The ends of an axis: the range of the Pareto set, or of what is left.
+  // The ends of an axis: the range of the Pareto set.
   function scaleOf(column) {
     if (scales.has(column)) return scales.get(column)
     let [low, high] = column.texts ? [0, column.texts.length - 1] : column.range
-    if (column.role === "geometric") [low, high] = endsOf(data.whole, column)
-    if (state.zoom && !column.texts) {
-      const [least, most] = endsOf(ranking, column)
-      if (least < most) [low, high] = [least, most]
-    }
+    if (column.role === "geometric") [low, high] = [1, -1].map((sign) =>
+      Logic.endOf(Logic.values(data, data.whole, column), sign, state.dominated ? data.whole.rows : data.whole.front))
     if (!(low <= high)) [low, high] = [0, 1]
     if (high - low <= 1e-12 * Math.max(Math.abs(low), Math.abs(high))) high = low // rounding is no distance
     scales.set(column, {low, high, log: column.log && low > 0})
     return scales.get(column)
   }
-
-  const endsOf = (ranking, column) => [1, -1].map((sign) =>
-    Logic.endOf(Logic.values(data, ranking, column), sign, state.dominated ? ranking.rows : ranking.front))
 
   function modelOfCharts() {
     const marks = []
@@ -594,8 +575,8 @@ const page = (() => {
     for (const name of state.pins) marks.push({row: rowOf(name), look: "pinned"})
     if (ranking.count) marks.push({row: proposedRow(), look: "6"})
     if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
-    return {context, left: drawn, marks, selected, look, hues, scale: scaleOf, limit: limitOf,
-      values: (column) => Logic.values(data, ranking, column), everything: () => [...order]}
+    return {context, left: drawn, marks, look, hues, scale: scaleOf, limit: limitOf,
+      values: (column) => Logic.values(data, ranking, column)}
   }
 
   function showCharts(everything) {
@@ -605,16 +586,14 @@ const page = (() => {
       context = sample((row) => dominated || data.whole.pareto[row])
       contextOf = dominated
     }
-    const key = JSON.stringify([state.axes, state.zoom])
-    const moved = key !== axesDrawn
-    const rescaled = moved || everything || (state.zoom && !dragging)
-    if (rescaled) scales = new Map()
+    const moved = state.axes !== axesDrawn
+    const all = fresh || moved || everything
+    if (all) scales = new Map()
     if (moved) {
-      axesDrawn = key
+      axesDrawn = state.axes
       parallel.setAxes(axesShown().map((name) => data.by.get(name)))
       showAxes()
     }
-    $("zoom").setAttribute("aria-pressed", String(state.zoom))
     const shown = (row) => left.mask[row] && (ranking.pareto[row] ? !state.ranks || state.ranks.includes(ranking.rank[row]) : dominated)
     drawn = sample(shown)
     const number = order.length - (data.total - data.n)
@@ -634,9 +613,7 @@ const page = (() => {
       number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} left, every ranked one among them` : "",
     ].filter(Boolean).join("; "))
     const model = modelOfCharts()
-    const all = fresh || rescaled
-    parallel.draw(model, all)
-    for (const plot of plots) plot.draw(model, all || plot.live())
+    for (const chart of [parallel, ...plots]) chart.draw(model, all)
   }
 
   // The axes of the parallel coordinates: the user's, or the objectives and the first others.
@@ -659,7 +636,7 @@ const page = (() => {
     if (row === hovered) return
     hovered = row
     for (const chart of [parallel, ...plots]) chart.mark(row)
-    table.mark()
+    table.show()
   }
 
   function hover(row, x, y) {
@@ -674,8 +651,9 @@ const page = (() => {
     tip.style.top = `${Math.max(4, Math.min(y + 12, innerHeight - height - 6))}px`
   }
 
-  const parallel = Charts.parallel($("parallel-chart"), {pick: choose, hover,
-    limit: (column, limit, done) => setLimit(column, limit.map((end) => (end === null ? null : rounded(column, end))), done)})
+  const dragged = (pairs, done) => setLimits(pairs.map(([column, limit]) =>
+    [column, limit.map((end) => (end === null ? null : rounded(column, end)))]), done)
+  const parallel = Charts.parallel($("parallel-chart"), {limit: dragged, pick: choose, hover})
 
   function buildColours() {
     const columns = data.columns.filter(({texts}) => texts && texts.length <= 8) // so many hues
@@ -707,20 +685,13 @@ const page = (() => {
       return make("label", {}, axis, element)
     }
     section.append(make("div.bar", {}, choice("y"), choice("x")), area)
-    const plot = Charts.scatter(area, {select: selectRows, pick: choose, hover})
+    const plot = Charts.scatter(area, {limit: dragged, pick: choose, hover})
     const setAxes = () => {
       area.setAttribute("aria-label", `${columns.y.label} against ${columns.x.label}; the table holds the same designs`)
       plot.setAxes(columns.x, columns.y)
     }
     setAxes()
-    // Distances are measured from the U and N of what is left: their context moves with the limits.
-    plot.live = () => columns.x.role === "geometric" || columns.y.role === "geometric"
     plots.push(plot)
-  }
-
-  function selectRows(rows) {
-    selected = new Set(rows)
-    soon()
   }
 
   // The table: only the rows in view are in the document.
@@ -739,53 +710,39 @@ const page = (() => {
     const length = (column) => column.texts ? longest(column.texts) : column.role === "geometric" ? 9
       : longest([1, -1].map((sign) => written(column, Logic.endOf(column.values, sign))))
     const columns = [
-      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ""},
+      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ".label"},
       {text: "rank", width: 13, order: {by: "rank"}, cell: rankText, kind: ""},
       ...data.columns.map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column),
         order: {by: "column", name: column.name}, cell: (row) => cellText(column, row), kind: column.texts ? "" : ".number"})),
     ]
-    for (const column of columns) column.pixels = Math.ceil(Math.max(7.4 * column.width + 22, Math.min(7.2 * column.text.length + 34, 150), 62))
-    const isSorted = ({order}) => order !== null && order.by === state.order.by && order.name === state.order.name
-    head.style.width = body.style.width = `${columns.reduce((sum, column) => sum + column.pixels, 0)}px`
+    const pixels = columns.map(({width, text}) => Math.ceil(Math.max(7.4 * width + 22, Math.min(7.2 * text.length + 34, 150), 62)))
+    box.style.setProperty("--columns", pixels.map((width) => `${width}px`).join(" "))
+    head.style.width = body.style.width = `${Logic.sum(pixels)}px`
+    const isSorted = ({order}) => order.by === state.order.by && order.name === state.order.name
     body.style.minHeight = `${Math.min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
     box.setAttribute("aria-colcount", columns.length)
 
-    function cellOf({kind, pixels}, role, ...children) {
-      const cell = make(`div.cell${kind}`, {role}, ...children)
-      cell.style.width = `${pixels}px`
-      return cell
-    }
-
     const heads = columns.map((column) => {
-      const head = make("button", {title: column.order ? `Sort by ${column.text}` : column.text, disabled: !column.order}, Charts.broken(column.text))
+      const head = make("button", {title: `Sort by ${column.text}`}, Charts.broken(column.text))
       head.addEventListener("click", () => {
         change({order: {...column.order, down: isSorted(column) && !state.order.down}})
         box.scrollTop = 0
         cursor = 0
       })
       head.addEventListener("keydown", (event) => event.stopPropagation())
-      return cellOf(column, "columnheader", head)
+      return make(`div.cell${column.kind}`, {role: "columnheader"}, head)
     })
     head.append(...heads)
 
-    // A line for each row in view, made once: only its texts and marks change.
-    function newLine() {
-      const cells = columns.map((column, j) => cellOf(j === 0 ? {...column, kind: ".label"} : column, "gridcell", j === 1 ? Charts.icon("6") : null, ""))
-      return make("div.row", {role: "row"}, cells)
-    }
-    function fill(line, k) {
+    function lineOf(k) {
       const row = order[k]
-      const marks = {row: true, hovered: row === hovered, chosen: row === chosenRow(), selected: selected.has(row), cursor: k === cursor, pinned: isPinned(row)}
-      const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
-        "aria-rowindex": k + 2, "aria-selected": marks.selected, "data-k": k}
-      if (line.dataset.k !== String(k)) line.style.top = `${k * HEIGHT}px`
-      for (const [name, value] of Object.entries(attributes)) if (line.getAttribute(name) !== String(value)) line.setAttribute(name, value)
-      if (line.look !== look(row)) line.children[1].firstChild.replaceWith(Charts.icon(line.look = look(row)))
-      columns.forEach(({cell}, j) => {
-        const [text, old] = [cell(row), line.children[j].lastChild]
-        if (old.data !== text) old.data = text
-      })
+      const marks = {hovered: row === hovered, chosen: row === chosenRow(), cursor: k === cursor, pinned: isPinned(row)}
+      const names = Object.keys(marks).filter((mark) => marks[mark])
+      const cells = columns.map(({cell, kind}, j) =>
+        make(`div.cell${kind}`, {role: "gridcell"}, j === 1 ? Charts.icon(look(row)) : null, cell(row)))
+      return make(["div.row", ...names].join("."), {role: "row", id: `row-${k}`, style: `top: ${k * HEIGHT}px`,
+        "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}, cells)
     }
 
     function show() {
@@ -793,15 +750,13 @@ const page = (() => {
       body.style.height = `${order.length * HEIGHT}px`
       const first = Math.max(0, Math.min(order.length, Math.floor(view.top / HEIGHT)) - 2)
       const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT))
-      while (body.children.length < last - first) body.append(newLine())
-      while (body.children.length > Math.max(0, last - first)) body.lastChild.remove()
-      for (let k = first; k < last; k++) fill(body.children[k - first], k)
+      renew(body, ...Array.from({length: Math.max(0, last - first)}, (_, k) => lineOf(first + k)))
       box.setAttribute("aria-rowcount", order.length + 1)
       box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
       columns.forEach((column, k) => {
         heads[k].setAttribute("aria-sort", !isSorted(column) ? "none" : state.order.down ? "descending" : "ascending")
       })
-      $("choose").disabled = $("pin").disabled = order.length === 0
+      $("pin").disabled = order.length === 0
     }
 
     function go(k) {
@@ -821,17 +776,11 @@ const page = (() => {
       return k
     }
 
-    function markHovered() {
-      for (const line of body.children) line.classList.toggle("hovered", order[Number(line.dataset.k)] === hovered)
-    }
-
-    const toggle = (row) => selectRows(selected.has(row) ? [...selected].filter((other) => other !== row) : [...selected, row])
     const keys = {
       ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + 15),
       PageUp: () => go(cursor - 15), Home: () => go(0), End: () => go(order.length - 1),
       ArrowLeft: () => { box.scrollLeft -= 80 }, ArrowRight: () => { box.scrollLeft += 80 },
       Enter: () => choose(order[cursor]), p: () => pin(order[cursor]), P: () => pin(order[cursor]),
-      " ": () => toggle(order[cursor]),
     }
     box.addEventListener("keydown", (event) => {
       const action = event.ctrlKey || event.altKey || event.metaKey ? null : keys[event.key]
@@ -843,7 +792,7 @@ const page = (() => {
       const element = event.target.closest(".row")
       if (!element) return
       cursor = Number(element.dataset.k)
-      event.ctrlKey || event.metaKey ? toggle(order[cursor]) : choose(order[cursor])
+      choose(order[cursor])
       show()
     })
     body.addEventListener("pointermove", (event) => {
@@ -859,7 +808,7 @@ const page = (() => {
       view.height = box.clientHeight
       if (order) show()
     }).observe(box)
-    return {show, find, mark: markHovered, current: () => order[cursor] ?? -1}
+    return {show, find, current: () => order[cursor] ?? -1}
   })()
 
   // Files.
@@ -915,36 +864,26 @@ const page = (() => {
   }
 
   function exportCsv() {
-    const rows = selected.size ? [...order].filter((row) => selected.has(row)) : order
-    download(Logic.csv(data, rows, ranking, state), "text/csv", `${data.file}-${selected.size ? "selected" : "shown"}.csv`)
+    download(Logic.csv(data, order, ranking, state), "text/csv", `${data.file}-shown.csv`)
   }
 
   function reset() {
-    for (const control of controls.values()) control.wrong &&= ["", ""]
-    for (const {input} of wishes) input.setAttribute("aria-invalid", "false")
-    selectRows([])
+    for (const input of document.querySelectorAll("[aria-invalid=true]")) input.setAttribute("aria-invalid", "false")
     change(initial.state)
-  }
-
-  function keep() {
-    const kept = selected.size ? [...selected].map(called) : null
-    selected = new Set()
-    change({kept})
   }
 
   function wire() {
     const goes = (steps) => () => {
       at = Math.max(0, Math.min(at + steps, past.length - 1))
       state = JSON.parse(past[at])
-      remember()
       soon()
     }
     const clicks = {
-      undo: goes(-1), redo: goes(1), reset, keep, save: saveDecision, export: exportCsv, print: () => print(),
-      open: () => $("file").click(), zoom: () => change({zoom: !state.zoom}),
+      undo: goes(-1), redo: goes(1), reset, save: saveDecision, export: exportCsv, print: () => print(),
+      open: () => $("file").click(),
       "save-page": savePage, snapshot: keepSnapshot, skip: () => $("verdict").focus(),
       "by-preference": () => change({order: {by: state.order.by === "preference" ? "distance" : "preference", down: false}}),
-      choose: () => choose(table.current()), pin: () => pin(table.current()), clear: () => selectRows([]),
+      pin: () => pin(table.current()),
     }
     for (const [id, action] of Object.entries(clicks)) $(id).addEventListener("click", action)
     $("file").addEventListener("change", openDecision)
@@ -955,17 +894,14 @@ const page = (() => {
       soon()
     })
     $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
-    $("reason").addEventListener("change", () => { commit(); remember() }) // no key that is held
+    $("reason").addEventListener("change", commit)
     addEventListener("beforeunload", (event) => { if (JSON.stringify(state) !== saved) event.preventDefault() })
     const dye = () => { Charts.dye(); update(true) }
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dye)
     const paper = (on) => () => { document.documentElement.classList.toggle("paper", on); dateRecord(); dye() }
     addEventListener("beforeprint", paper(true))
     addEventListener("afterprint", paper(false))
-    addEventListener("hashchange", takeHash)
-    addEventListener("pagehide", remember)
     addEventListener("keydown", (event) => {
-      if (event.key === "Escape" && selected.size) selectRows([])
       // Within a text the browser undoes its letters.
       if (!(event.ctrlKey || event.metaKey) || event.target.matches("textarea, input[type=text]")) return
       const key = event.key.toLowerCase()
@@ -976,13 +912,11 @@ const page = (() => {
     })
   }
 
-  const takeHash = () => take(Logic.checked(data, Logic.fromHash(location.hash) ?? {}))
-
   function dateRecord() {
     $("record-foot").textContent = `${data.origin ? `From ${data.origin}. ` : ""}${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
   }
 
-  // Start: the state in the address, or else what the page was made with.
+  // Start: what the page was made with.
 
   const header = document.querySelector("header")
   new ResizeObserver(() => document.documentElement.style.setProperty("--head", `${header.offsetHeight}px`)).observe(header)
@@ -995,9 +929,7 @@ const page = (() => {
   buildScatter($("scatter-b"), "Second plot", ...(second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]]))
   wire()
   past[++at] = saved = JSON.stringify(state)
-  if (location.hash.length > 1) takeHash()
-  say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks,
-    ...[...$("messages").querySelectorAll("p")].map((p) => p.textContent)])
+  say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
   document.body.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
   update(true)
   dateRecord()
@@ -1008,7 +940,7 @@ const page = (() => {
     state: () => state,
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
-    get order() { return order }, get selected() { return [...selected] }, get drawn() { return drawn }, get context() { return context },
+    get order() { return order }, get drawn() { return drawn }, get context() { return context },
     get resting() { return !waiting && thinking === 0 }, plots, scale: scaleOf,
   }
 })()
