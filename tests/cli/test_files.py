@@ -7,7 +7,6 @@ import subprocess
 import sys
 import zipfile
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -107,14 +106,6 @@ def test_a_narrow_reader_is_shown_every_number(run, tmp_path, monkeypatch):
     rows = [line.split()[0] for line in table.splitlines() if line[:3].strip().isdigit()]
     assert rows == rows[:2] * (len(rows) // 2)  # the row leads each part
     assert len(rows) > 2
-
-
-def test_ten_thousand_columns_are_printed_in_linear_time(run):
-    """On one line of a pipe; in quadratic time they would take minutes."""
-    pd.DataFrame(np.eye(2, 10_000)).add_prefix("c").to_csv("wide.csv", index=False)
-    code, printed, _ = run("rank", "wide.csv", "--objectives", "c0,c1")
-    assert code == 0
-    assert max(line.count(" c") for line in printed.splitlines()) == 10_000
 
 
 def process(*words, folder, **environment):

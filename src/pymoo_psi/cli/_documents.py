@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime, timezone
+from functools import reduce
 from importlib.metadata import version
 from pathlib import Path
 
@@ -16,8 +16,8 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, require_output, results_folder, say, write_frame
 from pymoo_psi.cli._rank import decision_remarks, say_source
 from pymoo_psi.cli._source import formulation_of, opened, with_choice
-from pymoo_psi.errors import ArgumentValueError, PsiError, StudyError
-from pymoo_psi.table import STATUSES, Formulation, TestTable
+from pymoo_psi.errors import ArgumentValueError, PsiError
+from pymoo_psi.table import STATUSES, Formulation, TestTable, read_table
 
 _SHOWN = 12  # variables printed, those with the largest indices; all are in the file
 _HTML = (".html", ".htm")
@@ -35,16 +35,12 @@ def run_page(options: Options) -> int:
     asked = with_choice(asked, table)
     former = None
     if prototype is not None:
-        # Marks and encoding are a habit of who writes files; titles and units are of one file.
-        of_file = dict.fromkeys(("variables", "units", "skip_rows", "sheet"))
-        written = Options(**{**vars(options), **of_file})
         layout = table.layout
         more = [name for name in layout.objectives if name in layout.maximize]
         same = replace(question, objectives=layout.objectives, maximize=more, relaxed=())
-        try:
-            former = opened(prototype, written, same)
-        except PsiError as error:
-            raise ArgumentValueError(f"--prototype {prototype}: {error}") from None
+        # Marks and encoding are a habit of who writes files; titles and units are of one file.
+        habit = {key: getattr(options, key) for key in ("decimal", "thousands", "encoding")}
+        former = read_table(prototype, same, **habit)
     opens = replace(asked, objectives=(), maximize=(), relaxed=(), computed={})
     title = options.title or str(asked.page.get("title") or path.stem)
     page = decision_page(table, opens, prototype=former, title=title)
@@ -65,7 +61,6 @@ def run_report(options: Options) -> int:
         0, or 1 if no design is feasible; the report then says what stands in the way.
     """
     from pymoo_psi.report import decision_report
-    from pymoo_psi.study import Study
 
     path, out = options.file, options.out
     require_output(out, _HTML, path, options.decision)
@@ -75,12 +70,7 @@ def run_report(options: Options) -> int:
     asked = with_choice(asked, table)
     limited = table.under(Formulation(limits=asked.limits))
     decided = decision_remarks(path, limited, replace(asked, reason=""))
-    about = [
-        f"{path.name}, {datetime.now(timezone.utc):%Y-%m-%d}, pymoo-psi {version('pymoo-psi')}"
-    ]
-    if path.is_file():  # what a pipe has given it does not give again
-        with suppress(StudyError):  # another file has no date
-            about.append(f"Study begun {Study(path).facts()['begun']}")
+    about = f"{path.name}, {datetime.now(timezone.utc):%Y-%m-%d}, pymoo-psi {version('pymoo-psi')}"
     report = decision_report(
         table,
         asked.limits,
@@ -88,7 +78,7 @@ def run_report(options: Options) -> int:
         design=_chosen(table, options.design, asked.chosen),
         reason=asked.reason,
         title=options.title or str(asked.page.get("title") or path.stem),
-        about=[*about, *limited.remarks, *decided],
+        about=[about, *limited.remarks, *decided],
     )
     report.save(out)
     say_source(path, limited, asked)
@@ -175,29 +165,25 @@ def run_export(options: Options) -> int:
     """Write the tests of one or several sources as one table or study.
 
     Several are merged by numbers of test points, as of one problem. If one is given as
-    ``name=path``, they are experiments of other bounds or samplings, each under its name or that
-    of its file.
+    ``name=path``, they are experiments of other bounds or samplings, each under its name.
     """
-    # A file may have a sign in its name, and is meant where it is there.
-    pairs = [(source, "=" in source and not Path(source).exists()) for source in options.sources]
-    joined, files = any(named for _, named in pairs), dict[str, Path]()
-    for source, named in pairs:
-        name, _, file = source.partition("=") if named else (Path(source).stem, "", source)
-        name = name if joined or name not in files else source
-        if not name or not file or name in files:
+    joined, files = False, dict[str, Path]()
+    for source in options.sources:
+        # A file may have a sign in its name, and is meant where it is there.
+        *named, file = [source] if Path(source).exists() else source.split("=", 1)
+        name = named[0] if named else source
+        if not (name and file) or name in files:
             raise invalid("SOURCE", "of different names, as in name=path", Received(source))
-        files[name] = Path(file).expanduser()
+        joined, files[name] = joined or bool(named), Path(file).expanduser()
     out = options.out
     require_output(out, (".csv", ".xlsx", ".db"), *files.values())
     asked = formulation_of(options)
     tables = {name: opened(path, options, asked) for name, path in files.items()}
-    table = TestTable.combined(tables) if joined else TestTable.empty()
-    for name, each in () if joined else tables.items():
-        try:
-            table = table.merge(each) if len(tables) > 1 else each
-        except PsiError as error:
-            remedy = "NAME=SOURCE joins tests of other bounds and samplings of a problem"
-            raise ArgumentValueError(f"{files[name]}: {error}; {remedy}") from error
+    try:
+        table = TestTable.combined(tables) if joined else reduce(TestTable.merge, tables.values())
+    except PsiError as error:
+        remedy = "NAME=SOURCE joins tests of other bounds and samplings of a problem"
+        raise ArgumentValueError(f"{' and '.join(tables)}: {error}; {remedy}") from error
     suffix = out.suffix.lower()
     {".csv": table.to_csv, ".xlsx": table.to_xlsx, ".db": table.to_study}[suffix](out)
     for name, each in tables.items():

@@ -31,16 +31,15 @@ full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written"""
 def run_compare(options: Options) -> int:
     """Compare, write all there is to a folder, and print the medians and the conclusions."""
     problem = load_problem(options.problem)
-    name, given = problem_name(problem), options.evaluations
+    name = problem_name(problem)
     rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
-    budgets = None if given is None else counts_in("--evaluations", given, rule)
     job_count("--jobs", options.jobs)
     out = options.out or Path("comparison_" + re.sub(r"\W+", "_", name))
     folder = results_folder(out)
     try:
         result = compare(
             problem,
-            n_evaluations=budgets,
+            n_evaluations=counts_in("--evaluations", options.evaluations, rule) or None,
             seeds=options.seeds,
             algorithms=list(dict.fromkeys(map(str.strip, options.algorithms.split(",")))),
             folder=folder / "runs",

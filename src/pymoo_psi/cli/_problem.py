@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import ast
-import csv
 import difflib
 import importlib
 import inspect
-import io
 import shlex
 import sys
 from collections.abc import Sequence
@@ -22,7 +20,7 @@ import pandas as pd
 from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, invalid, job_count, known_name, positive_number
+from pymoo_psi._validation import Received, invalid, job_count, positive_number
 from pymoo_psi.cli._output import print_frame, say
 from pymoo_psi.cli._source import names_in, number_in, pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
@@ -36,7 +34,6 @@ from pymoo_psi.problems import (
     problem_layout,
     problem_name,
 )
-from pymoo_psi.table import TestTable
 
 _WRAPPED = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 
@@ -77,9 +74,8 @@ def load_problem(
     else:
         kind = _attribute(name) if ":" in name else _test_problem(name)
     problem = _made(name, kind)
-    if problem.n_obj < 1 or problem.n_var < 1:
-        rule = "a problem with one variable and one objective or more"
-        raise invalid("PROBLEM", rule, Received(name))
+    if problem.n_var < 1:  # pymoo's -1 of a problem that names none
+        raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
     try:
         if log:
             problem.log = names_in(log)
@@ -154,7 +150,8 @@ def _made(name: str, kind: Any) -> Problem:
         parsed = click.Command(name, params=[*own, *more]).make_context(name, context.args)
     except click.UsageError as error:
         taken = ", ".join(each.opts[0] for each in more) or "none"
-        raise PsiError(f"{error.format_message()} Arguments of {name}: {taken}") from None
+        message = error.format_message().rstrip(".")
+        raise PsiError(f"{message}; arguments of {name}: {taken}") from None
     values = {word: _value_in(parsed.params[word]) for word in known if parsed.params[word]}
     try:
         problem = kind if isinstance(kind, Problem) else kind(**values)
@@ -209,37 +206,15 @@ def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
     box: dict[str, Any] = {}
     for name, text in pairs_in("--box", entries, form, variables).items():
         kind = variables[name].kind
-        if kind in (Kind.CHOICE, Kind.BINARY):
-            options = variables[name].options if kind is Kind.CHOICE else (False, True)
-            words = {str(option): option for option in options}
-            chosen = [words[known_name("--box", word, words)] for word in text.split("|")]
-            box[name] = chosen if len(chosen) > 1 else chosen[0]
+        if kind is Kind.CHOICE:
+            words = {str(option): option for option in variables[name].options}
+            box[name] = [words.get(word, word) for word in text.split("|")]
+        elif kind is Kind.BINARY:
+            box[name] = _value_in(text)
         else:
             ends = [number_in("--box", e, form) if e.strip() else None for e in text.split(":")]
             box[name] = tuple(ends) if len(ends) > 1 else ends[0]
     return box
-
-
-def feasible_box(table: TestTable, problem: Problem) -> str:
-    """Return where the feasible designs lie, as ``--box`` takes it; empty if everywhere.
-
-    What the box of the problem fixes, or leaves of a choice, stays.
-    """
-    lower, upper = table.refined_bounds()
-    lower[same := ~(lower < upper)] = np.nan  # one feasible value is no reason to fix it
-    upper[same] = np.nan
-    box = Restricted(problem, [lower, upper]).box
-    line = io.StringIO()
-    csv.writer(line, lineterminator="").writerow(
-        f"{name}={_box_text(part)}" for name, part in box.items()
-    )
-    return line.getvalue()
-
-
-def _box_text(part: Any) -> str:
-    if isinstance(part, tuple):
-        return ":".join(repr(end).removesuffix(".0") for end in part)
-    return "|".join(map(str, part if isinstance(part, list) else [part]))
 
 
 def write_example(name: str) -> int:
@@ -278,17 +253,10 @@ def try_program(name: str, problem: Any, points: int) -> int:
     say(f"Command: {shlex.join(run.words)}")
     say(f"Folder: {run.folder}")
     for file, written in run.written.items():
-        filled = [
-            f"{mark} is {'no variable, and stays' if mark == text else text}"
-            for mark, text in written.items()
-        ]
+        filled = [f"{k} is {'no variable' if k == text else text}" for k, text in written.items()]
         say(f"In {file}: {', '.join(filled) or 'no placeholder'}")
     values = [(labels.get(n, n), run.outputs.get(n)) for n in problem.outputs]
     print_frame(pd.DataFrame(values, columns=["output", "value"]), "Outputs:")
-    for limited, sign, end in problem.limits:
-        if limited in run.outputs:
-            met = (run.outputs[limited] <= end) == (sign == "<=")
-            say(f"Limit {limited} {sign} {end:g}: {'met' if met else 'VIOLATED'}")
     say(f"Took {run.seconds:.1f} s.")
     if run.flaw:
         say(f"Wrong: {run.flaw}")

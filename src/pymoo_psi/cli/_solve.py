@@ -26,7 +26,7 @@ from pymoo_psi.algorithms import (
 )
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import require_output, say, write_frame
-from pymoo_psi.cli._problem import feasible_box, load_problem, try_program, write_example
+from pymoo_psi.cli._problem import load_problem, try_program, write_example
 from pymoo_psi.cli._rank import designs_frame, most_violated, say_best
 from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
 from pymoo_psi.parallel import progress_bar
@@ -92,7 +92,10 @@ def run_solve(options: Options) -> int:
     say_best(shown, title, ranking, designs.layout.units, out)
     for line in (*table.remarks, *_failures(reasons)):
         say(line)
-    if asked.limits and (box := feasible_box(table, problem)):
+    ends = zip(table.layout.variables, *table.refined_bounds(), strict=True)
+    # Not of choices, where the bounds are NaN, and of fixed variables.
+    box = ",".join(f"{name}={low}:{high}" for name, low, high in ends if low < high)
+    if asked.limits and box and not options.box:
         say(f"Where the feasible designs lie: --box {shlex.quote(box)}")
     n_free = len(space.searched)
     if algorithm != "nsga3" and run.sampling is None and n_free > MAX_DIMENSIONS:
@@ -120,16 +123,14 @@ def _run_options(options: Options) -> RunOptions:
         if getattr(options, name) is not None and options.study is None:
             option = f"--{name.replace('_', '-')}"
             raise invalid(option, "used with --study", Received("no --study"))
-    retry: Any = options.retry or ()
-    if retry and retry != "failed":
+    retry: Any = options.retry
+    if retry != "failed":
         retry = counts_in("--retry", retry, "'failed' or numbers of test points, such as 1,2,3")
-    share: Any = options.share
-    if share is not None:
-        share = counts_in("--share", share, "k/n, the k-th of n parts, such as 3/64", mark="/")
+    share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
     return RunOptions(
         sampling=None if options.sampling == "lptau" else options.sampling,
         seed=options.seed,
-        share=share,
+        share=share or None,
         fill=options.fill,
         study=options.study,
         study_key=options.study_key,

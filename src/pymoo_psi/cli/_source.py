@@ -62,10 +62,6 @@ def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
         ArgumentValueError: It is no table, or an option does not fit it.
         OSError: It cannot be opened.
     """
-    skipped: tuple[int, ...] = ()
-    if options.skip_rows is not None:
-        rule = "numbers of lines to leave out, such as 1,3"
-        skipped = counts_in("--skip-rows", options.skip_rows, rule)
     table = read_table(
         path,
         None if asked == Formulation() else asked,
@@ -74,7 +70,7 @@ def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
         decimal=options.decimal,
         thousands=options.thousands,
         encoding=options.encoding,
-        skip_rows=skipped,
+        skip_rows=counts_in("--skip-rows", options.skip_rows, "numbers of lines, such as 1,3"),
         sheet=options.sheet,
     )
     layout = table.layout
@@ -188,8 +184,8 @@ def number_in(option: str, text: str, form: str) -> float:
     return float(text)
 
 
-def counts_in(option: str, text: str, form: str, mark: str = ",") -> tuple[int, ...]:
-    """Return the whole numbers, each 1 or more, of a list with commas or another mark.
+def counts_in(option: str, text: str | None, form: str, mark: str = ",") -> tuple[int, ...]:
+    """Return the whole numbers, each 1 or more, of a list with commas or another mark, if any.
 
     Raises:
         ArgumentValueError: The text is something else; ``form`` says what it must be.
@@ -198,7 +194,7 @@ def counts_in(option: str, text: str, form: str, mark: str = ",") -> tuple[int, 
         >>> counts_in("--retry", "1, 3", "numbers of test points")
         (1, 3)
     """
-    parts = [part.strip() for part in text.split(mark)]
+    parts = [] if text is None else [part.strip() for part in text.split(mark)]
     # \d would take the digits of every script; 18 of them always fit an int64.
     if not all(re.fullmatch(r"[1-9][0-9]{0,17}", part) for part in parts):
         raise invalid(option, form, text)
