@@ -791,7 +791,7 @@ def test_many_designs_are_a_stable_sample_with_all_that_rank(visit, tmp_path):
     limit = float(np.quantile(a, 0.9))
     reader.set(limits={"a": [None, limit]})
     left = {row for row in sample if a[row] <= limit}
-    assert len(left & set(reader.ask(drawn))) > 0.98 * len(left)  # those of before, and more
+    assert len(left & set(reader.ask(drawn))) > 0.95 * len(left)  # but those that rank no more
     assert reader.ask("D.context") == context
 
 
