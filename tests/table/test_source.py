@@ -91,6 +91,7 @@ FILES = {
     "a million blank lines": ("\n" * 10**6 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "ten thousand columns": (f"{','.join(WIDE)}\n{'1,' * 9999}1\n{'2,' * 9999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "designs with numbers": ("m,a,b\n#A,1,2\n#B,2,1\n", {}, {"a": [1, 2], "b": [2, 1]}),
+    "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by --drop-incomplete"),
     "incomplete rows left out": ("a,b\n1,2\n3,\n5,inf\n7,8\n", {"drop_incomplete": True}, {"a": [1, 7], "b": [2, 8]}),

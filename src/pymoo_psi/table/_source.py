@@ -295,7 +295,9 @@ def _table(
         remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
     design = {name: _values(columns[name]) for name in named}
     if lacking := [name for name, values in design.items() if not values]:
-        remarks.append(f"No variable, as some designs have no value of it: {', '.join(lacking)}.")
+        remarks.append(
+            f"No variable, as some designs have no certain value of it: {', '.join(lacking)}."
+        )
     design = {name: values for name, values in design.items() if values}
     taken = {*objectives, *design}
     numeric = {name for name, c in columns.items() if c.numbers is not None and name not in labels}
@@ -314,6 +316,8 @@ def _table(
     numbers = cells.rows
     if "test_point" in extra:  # a table's own name, which no further column can have
         numbers = extra.pop("test_point")
+        if len({number for number in numbers if type(number) is int and number > 0}) < n:
+            raise UnfitError("its column test_point must number the designs from 1; rename it")
         label = None if label == "test_point" else label
     layout = Layout.of(
         [*design],
