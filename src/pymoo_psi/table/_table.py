@@ -1056,12 +1056,11 @@ def _lack(table: TestTable, row: np.intp) -> str:
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
     """Return numbers of test points as an array of its own: integers from 1, each once."""
-    array = np.asarray(value)
-    if array.size and array.dtype.kind not in "iu":
-        raise wrong_type("numbers", "integers from 1", Received(f"dtype {array.dtype}"))
-    if array.ndim != 1 or (array < 1).any():
+    array = real_array("numbers", value)
+    # Beyond 2^53 not every integer is a float64.
+    if array.ndim != 1 or not ((array >= 1) & (array < 2**53) & (array == np.floor(array))).all():
         raise invalid("numbers", "one-dimensional, of integers from 1", value)
-    numbers = np.array(array, dtype=np.int64)
+    numbers = array.astype(np.int64)
     _require_distinct(numbers)
     return numbers
 
