@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import TestTable, compare, representatives
+from pymoo_psi import TestTable, compare
 from pymoo_psi._output import ROWS, whole_file
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
@@ -50,15 +50,7 @@ def frame_of(table):
     return pd.DataFrame({name: table.column(name) for name in columns})
 
 
-@pytest.mark.parametrize(
-    "view",
-    [
-        lambda t: t,
-        lambda t: t.ranking(),
-        lambda t: convergence(t),
-        lambda t: representatives(frame_of(t), 3, maximize=["gain"]),
-    ],
-)
+@pytest.mark.parametrize("view", [lambda t: t, lambda t: t.ranking(), lambda t: convergence(t)])
 def test_names_are_data_in_a_notebook(table, view):
     text, rows = shown(view(table))
     assert text.startswith(type(view(table)).__name__)

@@ -330,8 +330,9 @@ def explanations(rng, folder):
         return fields(psi.compare_designs(frame, rows, **options), "rows gains shares")
 
     def cautioned():
-        # After 0.2.0 two kinds are gone, and the counts of two others.
-        gone, numberless = ("edge", "unselective"), ("alone", "near tie")
+        # Kinds that one version does not have, and those that have other numbers.
+        gone = ("edge", "unselective", "alone", "redundant", "scale", "tie")
+        numberless = ("near tie", "unlike")
         said = psi.cautions(psi.rank_of_efficiency(frame, **options))
         said = [caution for caution in said if caution.kind not in gone]
         texts = [caution.sentence for caution in said if caution.kind not in numberless]
@@ -373,7 +374,7 @@ def representatives(rng, folder):
     F, k, found = random_objectives(rng), int(rng.integers(1, 8)), {}
     normalize = bool(rng.random() < 0.7)
     few = lambda: fields(  # noqa: E731
-        psi.representatives(F, k, normalize=normalize), "rows shares farthest radius"
+        psi.representatives(F, k, normalize=normalize), "rows shares radius"
     )
     attempt(found, "few", few)
     return found

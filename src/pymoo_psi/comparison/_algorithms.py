@@ -85,11 +85,9 @@ def _search(name: Any, what: Any) -> Search:
         raise wrong_type(f"algorithms[{name!r}]", rule, what, remedy)
     if isinstance(what, Algorithm):
         return partial(_made, lambda _: what)
-    return (
-        partial(_made, what)
-        if callable(what)
-        else SEARCHES[known_name("algorithms", what, SEARCHES)]
-    )
+    if callable(what):
+        return partial(_made, what)
+    return SEARCHES[known_name("algorithms", what, SEARCHES)]
 
 
 # The searches. They are functions of the module, as processes are sent them.
@@ -104,9 +102,7 @@ def _nsga3(problem: Any, n: int, seed: int) -> None:
     nsga3(problem, n_evaluations=n, seed=seed)
 
 
-def _investigate_then_nsga3(
-    sampling: UniformSampling | None, problem: Any, n: int, seed: int
-) -> None:
+def _psi_then_nsga3(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
     """Spend half the budget on PSI with the points of a sampling, the rest on NSGA-III."""
     tested = minimize(problem, PSI(n // 2, sampling=sampling), seed=seed).pop
     left = n - n // 2
@@ -151,6 +147,6 @@ SEARCHES: dict[str, Search] = {
     "nsga2": _nsga2,
     "surrogate": partial(_learn, None),
     "surrogate-scrambled": partial(_learn, _SCRAMBLED),
-    "psi+nsga3": partial(_investigate_then_nsga3, None),
-    "psi-scrambled+nsga3": partial(_investigate_then_nsga3, _SCRAMBLED),
+    "psi+nsga3": partial(_psi_then_nsga3, None),
+    "psi-scrambled+nsga3": partial(_psi_then_nsga3, _SCRAMBLED),
 }

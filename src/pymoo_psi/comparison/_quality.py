@@ -114,6 +114,8 @@ class Reference:
     def measure(self, F: Array) -> dict[str, float]:
         """Return the quality of the ``(n, m)`` non-dominated objectives that a run found.
 
+        The hypervolume is a share of the box from U to the reference point (Zitzler and Thiele
+        1998), IGD+ that of Ishibuchi et al. (2015), epsilon that of Zitzler et al. (2003).
         ``optimum_distance`` is the distance, in the scale, from the Salukvadze optimum among them,
         by their own U and N as a user would find it, to the best known one.
 
@@ -123,14 +125,16 @@ class Reference:
             >>> result.reference.measure(np.zeros((0, 2)))["hypervolume"]
             0.0
         """
-        scaled, distance = self.frame.scaled(F), np.inf
+        scaled, igd, epsilon, distance = self.frame.scaled(F), np.inf, np.inf, np.inf
         if len(F):
+            igd = float(igd_plus(scaled, ref=self.points))
+            epsilon = float(epsilon_additive(scaled, ref=self.points))
             best = self.frame.scaled(F[rank_of_efficiency(F).salukvadze[:1]])
             distance = float(np.linalg.norm(best - self.frame.scaled(self.optimum)))
         return {
             "hypervolume": hypervolume(scaled, _REFERENCE_POINT)[0],
-            "igd_plus": igd_plus(scaled, self.points),
-            "epsilon": epsilon_additive(scaled, self.points),
+            "igd_plus": igd,
+            "epsilon": epsilon,
             "optimum_distance": distance,
             "n_nondominated": len(F),
         }

@@ -6,7 +6,6 @@ from ._dominance import EQ_TOLERANCE as EQ_TOLERANCE
 from ._dominance import LAST_PLACES as LAST_PLACES
 from ._dominance import competes as competes
 from ._dominance import constraint_violation as constraint_violation
-from ._dominance import front_numbers as front_numbers
 from ._dominance import levels as levels
 from ._dominance import meets_constraints as meets_constraints
 from ._dominance import nondominated as nondominated
@@ -22,6 +21,7 @@ from ._indicators import Representatives as Representatives
 from ._indicators import epsilon_additive as epsilon_additive
 from ._indicators import hypervolume as hypervolume
 from ._indicators import igd_plus as igd_plus
+from ._indicators import pareto_rank as pareto_rank
 from ._indicators import representatives as representatives
 from ._indicators import spread_subset as spread_subset
 from ._ranking import RANKING_COLUMNS as RANKING_COLUMNS

@@ -9,19 +9,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted
-from pymoo_psi.pareto._dominance import nondominated, settled, unit_lengths
-from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of, ranking_from
+from pymoo_psi.pareto._dominance import nondominated, unit_lengths
+from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency, ranking_from
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
 
 Array = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 NEAR = 0.01
 """Distances within 1 % of the least are as good as it: models seldom know more of a design."""
@@ -36,9 +33,6 @@ most, so that a near tie beyond a tenth means a front that is curved or in piece
 EDGE = 0.01
 """Within 1 % of its range two values of an objective are alike."""
 
-OUTWEIGHED = 10.0
-"""Of ranges that differ by this factor, the smaller adds 1 % at most to a plain distance."""
-
 OUTLIER = 2.0
 """A design that doubles a range lies farther from all others than they from each other."""
 
@@ -46,16 +40,15 @@ FAR = 10.0
 """A value farther from all others than ten times their range is no value of the same kind."""
 
 _OTHERS = 4  # values that tell what is usual
-_ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
 
 class Caution(NamedTuple):
     """One reason not to rely on the optimum of a ranking without a second look.
 
     Attributes:
-        kind: ``"suspect"``, ``"sign"``, ``"unlike"``, ``"alone"``, ``"constant"``,
-            ``"redundant"``, ``"scale"``, ``"equidistant"``, ``"tie"``, ``"near tie"``,
-            ``"extreme"``, ``"edge"``, ``"outlier"`` or ``"unstable"``; see :func:`cautions`.
+        kind: ``"sign"``, ``"suspect"``, ``"unlike"``, ``"constant"``,
+            ``"equidistant"``, ``"tie"``, ``"near tie"``, ``"extreme"``, ``"edge"``,
+            ``"outlier"`` or ``"unstable"``; see :func:`cautions`.
         sentence: What is the case, in one sentence.
 
     Example:
@@ -80,21 +73,17 @@ def cautions(
     =============== ============================================================================
     kind            what is the case
     =============== ============================================================================
+    ``sign``        A maximised objective is nowhere above 0, as where its sign has been turned.
     ``suspect``     The optimum has a value unlike those of all other designs in an objective: ten
                     times their range away, in orders of magnitude, too, if all have one sign; or
                     such as programs write for failures (-9999, 1e30, -1 among positive ones) and
                     away from all others by their range.
-    ``sign``        A maximised objective is nowhere above 0, as where its sign has been turned.
     ``unlike``      A Pareto-optimal design other than the optimum has such a value.
-    ``alone``       All Pareto-optimal designs have the same values: there is nothing to weigh.
-    ``constant``    Objectives are equal for all Pareto-optimal designs.
-    ``redundant``   Objectives agree to within 1 % of their ranges, and so count more than once.
-    ``scale``       Without normalising, a range is at least 10 times another, which then decides
-                    nothing.
+    ``constant``    Objectives, but not all, are equal for all Pareto-optimal designs.
     ``equidistant`` More than half of the designs, over half of a range, are within 1 % of the
                     least distance to the ideal point, as on a sphere around it.
-    ``tie``         Several designs that differ by more than 1 % of a range are the optimum.
-    ``near tie``    A design that differs by more than a tenth of a range is at most 1 % farther.
+    ``tie``         A design that differs by more than a tenth of a range is the optimum, too.
+    ``near tie``    Such a design is at most 1 % farther.
     ``extreme``     The optimum is worst in an objective, within 1 % of its range: it is no
                     compromise. If normalised, the set bulges away from the ideal point.
     ``edge``        The optimum is best in an objective, as for ``extreme``: the set may extend
@@ -105,10 +94,11 @@ def cautions(
     =============== ============================================================================
 
     ``tie`` to ``unstable`` are left out for sets that are ``equidistant``, where all of them hold.
-    Leaving out a design means to rank the others anew, those that it dominated among them. Left out
-    in turn are the designs that are alone the best or the worst in an objective, but for the
-    optimum itself. In a Pareto set no other can move the optimum; beside dominated designs one
-    other can, and is not tried: the only one that dominates a design which lies beyond N.
+    Leaving out a design means to rank the others anew, those that it dominated among them; it is
+    not tried where ``ideal`` or ``nadir`` are your own. Left out in turn are the designs that are
+    the best or the worst in an objective, but for the optimum itself. In a Pareto set no other can
+    move the optimum; beside dominated designs one other can, and is not tried: the only one that
+    dominates a design which lies beyond N.
 
     Args:
         F: A ranking, which has its own ``normalize`` and ``maximize``; or ``(n, m)`` objective
@@ -129,11 +119,11 @@ def cautions(
         ()
         >>> for caution in cautions([*F, [0.1, 0.7], [-0.1, 9.0]]):
         ...     print(caution)
-        Design 4 alone stretches the range of f2 9 times; without it the optimum would be design 1,
-        which differs by 60 % of the range in f2.
+        Without design 4, which alone stretches the range of f2 9 times, the optimum would be
+        design 1, which differs by 60 % of the range in f2.
     """
     checks = _Checks(ranking_from(F, normalize, maximize))
-    return (*checks.of_values(), *checks.of_objectives(), *checks.of_optimum())
+    return (*checks.of_values(), *checks.of_optimum())
 
 
 def _caution(kind: str, **values: object) -> Caution:
@@ -162,23 +152,22 @@ class _Checks:
         """Return the name of a Pareto-optimal design, as sentences begin with it."""
         return capital(self.ranking.name_of(int(self.rows[i])))
 
-    @cached_property
-    def near(self) -> Rows:
-        """The Pareto-optimal designs, and those that would be without these."""
+    def near(self) -> NDArray[np.intp]:
+        """Return the Pareto-optimal designs, and those that would be without these."""
         dominated = np.flatnonzero(~self.ranking.pareto)
         second = nondominated(self.ranking.objectives.minimized[dominated])
         return np.concatenate([self.rows, dominated[second]])
 
     def of_values(self) -> Iterator[Caution]:
         """What is the case of single values, whatever the ranking makes of them."""
-        objectives, rows, later = self.ranking.objectives, self.rows, list[Caution]()
+        objectives, unlike = self.ranking.objectives, list[Caution]()
         columns = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
         for name, sign, column in columns:
             if sign < 0 and column.max() <= 0 > column.min():
-                later.append(_caution("sign", objective=name))
-            front, every = column[rows], np.unique(column)
+                yield _caution("sign", objective=name)
+            front, every = column[self.rows], np.unique(column)
             pool = np.unique(front)  # a front of few values tells little of what is usual
-            pool = pool if len(pool) > _OTHERS else np.unique(column[self.near])
+            pool = pool if len(pool) > _OTHERS else np.unique(column[self.near()])
             for value, others in ((pool[0], pool[1:]), (pool[-1], pool[:-1])):
                 found, between = np.flatnonzero(front == value), np.abs(every - value)
                 if len(others) < _OTHERS or not len(found):
@@ -186,46 +175,20 @@ class _Checks:
                 # Dominated designs in between tell that such values are usual.
                 if not _is_unlike(float(value), others, float(between[between > 0].min())):
                     continue
-                low, high = number(float(others[0])), number(float(others[-1]))
-                said = {"objective": name, "value": number(float(value)), "low": low, "high": high}
-                if len(best := np.intersect1d(found, self.best)):
-                    yield _caution("suspect", design=self.design(best[0]), **said)
-                else:
-                    one = f"{self.design(found[0])} has a value"
-                    several = f"{counted(len(found), 'design')} have values"
-                    said["designs"] = one if len(found) == 1 else several
-                    later.append(_caution("unlike", **said))
-        yield from sorted(later, key=lambda caution: caution.kind)  # "sign" before "unlike"
-
-    def of_objectives(self) -> Iterator[Caution]:
-        """What is the case of the objectives over the Pareto set."""
-        n, varying = len(self.rows), self.d.any(axis=0)
-        if not varying.any():
-            # One design, or one objective, is nothing to be weighed from the start.
-            if 1 not in self.ranking.objectives.values.shape:
-                yield _caution("alone")
-            return
-        if not varying.all():
-            yield _caution("constant", objectives=listed(self.names[~varying]))
-        left, groups = np.flatnonzero(varying), []
-        while len(left):
-            same = np.abs(self.d[:, left] - self.d[:, left[:1]]).max(axis=0) <= EDGE
-            if same.sum() > 1:
-                groups.append(listed(self.names[left[same]]))
-            left = left[~same]
-        if groups and n > 2:  # of two designs any two objectives are the same or opposite
-            yield _caution("redundant", groups="; ".join(groups))
-        ranges, of = np.ptp(self.values, axis=0)[varying], self.names[varying]
-        most, least = ranges.argmax(), ranges.argmin()
-        if not self.ranking.frame.normalize and ranges[most] >= OUTWEIGHED * ranges[least]:
-            lengths = {"range": number(ranges[most], 3), "least": number(ranges[least], 3)}
-            yield _caution("scale", objective=of[most], other=of[least], **lengths)
+                best = [i for i in found if i in self.best]
+                own, low, high = (number(float(v)) for v in (value, others[0], others[-1]))
+                said = {"design": self.design([*best, *found][0]), "objective": name, "value": own}
+                unlike.append(_caution("suspect" if best else "unlike", **said, low=low, high=high))
+        yield from sorted(unlike, key=lambda caution: caution.kind)
 
     def of_optimum(self) -> Iterator[Caution]:
         """What is the case of the optimum, and of designs that are almost as near."""
         d, best, names, n = self.d, self.best, self.names, len(self.rows)
-        if not d.any():
+        varying = d.any(axis=0)
+        if not varying.any():
             return
+        if not varying.all():
+            yield _caution("constant", objectives=listed(names[~varying]))
         mu = self.ranking.criteria[self.rows, 0]
         near = np.flatnonzero(mu <= mu[best[0]] * (1 + NEAR))
         # More than half of the designs, and from all over the set; not two ends that tie.
@@ -234,16 +197,12 @@ class _Checks:
             return
         steps = np.abs(d - d[best[0]])
         apart = steps.max(axis=1)
-        if len(different := best[apart[best] > EDGE]):
-            others = [self.ranking.name_of(int(self.rows[different[0]]))]
-            others += [f"{len(different) - 1} more"] if len(different) > 1 else []
-            yield _caution("tie", design=self.design(best[0]), others=listed(others))
-        near = np.setdiff1d(near, best)
         if len(near := near[apart[near] > ELSEWHERE]):
             i = near[mu[near].argmin()]
             yield _caution(
-                "near tie",
+                "tie" if i in best else "near tie",
                 design=self.design(i),
+                optimum=self.ranking.name_of(int(self.rows[best[0]])),
                 farther=percent(mu[i] / mu[best[0]] - 1),
                 share=percent(apart[i]),
                 objective=names[steps[i].argmax()],
@@ -251,47 +210,33 @@ class _Checks:
         if n > 2:  # of two designs each is an extreme
             if (worst := d[best[0]] >= 1 - EDGE).any():
                 yield _caution("extreme", objectives=listed(names[worst]))
-            if (first := d.any(axis=0) & (d[best[0]] <= EDGE)).any():
+            if (first := varying & (d[best[0]] <= EDGE)).any():
                 yield _caution("edge", objectives=listed(names[first]))
-        # Those alone at an end; of two the other one stays.
-        ends = [np.flatnonzero(column == share) for column in d.T for share in (0.0, 1.0)]
-        alone = dict.fromkeys(int(at[0]) for at in ends if len(at) == 1 and at[0] not in best)
-        moves = [self.without(i) for i in alone]
+        values, frame = self.values, self.ranking.frame
+        ends = {*values.argmin(axis=0), *values.argmax(axis=0)} - {*best}
+        if (values.min(axis=0) > frame.ideal).any() or (values.max(axis=0) < frame.nadir).any():
+            ends = set()  # points of the user's own stay where they are
+        moves = [self.without(i) for i in sorted(ends)]
         if moves and (most := max(moves, key=lambda move: move[0]))[0] > ELSEWHERE:
             yield most[1]
 
     def without(self, i: int) -> tuple[float, Caution]:
         """Return how far the optimum moves without a design of the front, and what to say then."""
-        ranking, values, frame = self.ranking, self.values, self.ranking.frame
-        others, left = np.delete(self.rows, i), np.delete(values, i, axis=0)
-        dominated = np.flatnonzero(~ranking.pareto)
-        F = ranking.objectives.values[dominated] * ranking.objectives.sign
-        freed = (values[i] <= F).all(axis=1)
-        if freed.any():  # what it dominates may be Pareto optimal without it
-            others = np.concatenate([others, dominated[freed]])
-            left = settled(np.vstack([left, F[freed]]))
-            optimal = nondominated(left)
-            others, left = others[optimal], left[optimal]
-        # A point that the user has set stays.
-        low, high = left.min(axis=0), left.max(axis=0)
-        U = np.where(frame.ideal == values.min(axis=0), low, frame.ideal)
-        N = np.where(frame.nadir == values.max(axis=0), high, frame.nadir)
-        mu = UtopianFrame(U, N, frame.normalize).measured(left)[0][:, 0]
-        new = np.flatnonzero(mu <= mu.min() * (1 + _ROUNDING))
-        lengths = unit_lengths(low, high)
-        steps = np.abs(left[new, None] - values[self.best]) / lengths
-        if np.isin(others[new], self.rows[self.best]).any():
-            steps[:] = 0.0
-        moved = steps.max(axis=2)
+        objectives, values, frame = self.ranking.objectives, self.values, self.ranking.frame
+        # What it dominates may be Pareto optimal without it.
+        freed = (values[i] <= objectives.minimized).all(axis=1) & ~self.ranking.pareto
+        others = objectives.rows(np.append(np.delete(self.rows, i), np.flatnonzero(freed)))
+        again = rank_of_efficiency(others, normalize=frame.normalize)
+        lengths = unit_lengths(again.frame.ideal, again.frame.nadir)
+        steps = np.abs(others.minimized[again.salukvadze][:, None] - values[self.best]) / lengths
+        moved, times = steps.max(axis=2), np.ptp(values, axis=0) / lengths
         k, b = np.unravel_index(moved.argmin(), moved.shape)
-        stretched = np.ptp(values, axis=0) / lengths  # of a constant objective 0
-        outlier = stretched.max() >= OUTLIER
         return float(moved[k, b]), _caution(
-            "outlier" if outlier else "unstable",
-            design=self.design(i) if outlier else ranking.name_of(int(self.rows[i])),
-            stretched=self.names[stretched.argmax()],
-            times=number(stretched.max(), 3),
-            other=ranking.name_of(int(others[new[k]])),
+            "outlier" if times.max() >= OUTLIER else "unstable",
+            design=self.ranking.name_of(int(self.rows[i])),
+            stretched=self.names[times.argmax()],
+            times=number(times.max(), 3),
+            other=again.name_of(int(again.salukvadze[k])),
             share=percent(moved[k, b]),
             objective=self.names[steps[k, b].argmax()],
         )

@@ -62,14 +62,13 @@ def nondominated(F: Array) -> Mask:
     are equal.
 
     Args:
-        F: ``(n, m)`` objective values without NaN, all minimised; n may be 0, m up to 255.
-            Infinity is worse, or better, than every number.
+        F: ``(n, m)`` finite objective values, all minimised; n may be 0, m up to 255.
 
     Returns:
         ``(n,)`` mask. A row dominates another if it is nowhere worse and somewhere better.
 
     Raises:
-        ArgumentValueError: A value is NaN.
+        ArgumentValueError: A value is NaN or infinite.
 
     Example:
         >>> nondominated(np.array([[1.0, 2.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]]))
@@ -77,14 +76,9 @@ def nondominated(F: Array) -> Mask:
     """
     if len(F) == 0:
         return np.zeros(0, dtype=bool)
+    if not np.isfinite(F).all():  # moocore (0.3) gives wrong answers, or ends the process
+        raise invalid("F", "finite", Received("NaN or infinity"))
     F = settled(F)
-    if not np.isfinite(F).all():
-        if np.isnan(F).any():
-            raise invalid("F", "without NaN", Received("NaN"))
-        # Places have the order of the values. With infinities moocore (0.3) gives wrong answers,
-        # or ends the process.
-        places = [np.unique(column, return_inverse=True)[1] for column in F.T]
-        F = np.column_stack(places).astype(np.float64)
     if F.shape[1] == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
     if len(F) <= _FEW:
@@ -105,17 +99,6 @@ def _undominated(F: Array) -> Mask:
         no_worse &= column[:, None] <= column
         better |= column[:, None] < column
     return np.asarray(~(no_worse & better).any(axis=0), dtype=bool)
-
-
-def front_numbers(F: Array) -> NDArray[np.intp]:
-    """Return in which front each row is: 0 if no row dominates it, 1 if only such rows do, ….
-
-    Args:
-        F: ``(n, m)`` objective values without NaN, n >= 1, m >= 2.
-    """
-    import moocore
-
-    return np.asarray(moocore.pareto_rank(F), dtype=np.intp)
 
 
 def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp], other: NDArray[np.intp]) -> Mask:
@@ -157,8 +140,6 @@ Two values, each right to a few units in the last place, and the operations on t
 whose range is above ``NOISE`` keeps so at least three bits of its differences.
 """
 
-_LARGEST = float(np.finfo(np.float64).max)
-
 
 def unit_lengths(low: Array, high: Array) -> Array:
     """Return what differences are divided by to be measured in units of a range.
@@ -178,7 +159,7 @@ def settled(F: Array) -> Array:
     """Return values in which those that are equal up to rounding are the same number.
 
     Args:
-        F: ``(n, m)`` values without NaN. In each column the values that differ from the least of
+        F: ``(n, m)`` finite values. In each column the values that differ from the least of
             them by no more than its noise, ``NOISE`` times its size, become that least one.
 
     Returns:
@@ -200,7 +181,7 @@ def levels(values: Array, tolerance: float) -> NDArray[np.intp]:
     """Number the distinct values of an array from 0 upwards; those within a tolerance are one.
 
     Args:
-        values: ``(n,)`` values without NaN, n >= 1.
+        values: ``(n,)`` finite values, n >= 1.
         tolerance: Values get the same number if they differ by no more than this from the least
             one with that number, so that a long chain of close values is not taken for one.
 
@@ -220,8 +201,8 @@ def _starts(ordered: Array, tolerance: Array | float) -> NDArray[np.bool_]:
         ordered: ``(n,)`` increasing values, n >= 1.
         tolerance: One for all, or ``(n,)`` that of each value as the least of a group.
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # infinity is equal to itself alone
-        reach = np.where(np.isinf(ordered), ordered, np.minimum(ordered + tolerance, _LARGEST))
+    with np.errstate(over="ignore"):
+        reach = ordered + tolerance
     starts = np.append(True, ordered[1:] > reach[:-1])
     # A gap always begins a group. Between two gaps there may be a chain, each value close to the
     # next but the last far from the first, which is cut where the group's reach ends.

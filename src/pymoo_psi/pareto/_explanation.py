@@ -87,10 +87,26 @@ class DesignComparison:
         # The largest first, NaN last; those that are equal up to rounding as they are.
         order = np.argsort(-np.round(sizes / _TIE), kind="stable")
         better, worse = order[self.gains[k][order] > 0], order[self.gains[k][order] < 0]
-        changes = _changes(self, gains, sizes, [*better, *worse])
+        changes = self.changes(gains, sizes, [*better, *worse])
         sides = (("better", changes[: len(better)]), ("worse", changes[len(better) :]))
         parts = [sentence(side, changes=", ".join(found)) for side, found in sides if found]
         return "; ".join(parts) or sentence("equal")
+
+    def changes(self, sizes: Array, shares: Array, columns: Iterable[int]) -> list[str]:
+        """Return by how much some objectives change, as parts of a sentence.
+
+        Example:
+            >>> two = compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1])
+            >>> two.changes(two.gains[1], two.shares[1], [1])
+            ['f2 by 5 (62 % of its range)']
+        """
+        texts: list[str] = []
+        for j in columns:
+            name, known = self.ranking.objectives.names[j], "change" if texts else "first change"
+            amount, share = f"{number(sizes[j])} {self.units.get(name, '')}".strip(), shares[j]
+            template = "bare change" if np.isnan(share) else known
+            texts.append(sentence(template, objective=name, amount=amount, share=percent(share)))
+        return texts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -100,7 +116,6 @@ class Explanation:
     Attributes:
         ranking: The ranking of all n designs, with their objectives, names and labels.
         row: The design.
-        units: Units of objectives by name.
         behind: ``(m,)`` how far it is from the best value of each objective among the
             Pareto-optimal designs, in the unit of the objective, >= 0.
         shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 the worst of the Pareto
@@ -123,7 +138,6 @@ class Explanation:
 
     ranking: EfficiencyRanking
     row: int
-    units: Mapping[Any, str]
     behind: Array
     shares: Array
     neighbours: Rows
@@ -169,18 +183,16 @@ class Explanation:
         names = self.ranking.objectives.names
         # By share, and NaN, which compares with nothing, first.
         order = np.lexsort((-np.round(np.nan_to_num(self.shares) / _TIE), ~np.isnan(self.shares)))
-        towards: dict[int, list[Any]] = {}  # one sentence for a neighbour towards several
-        for j in order[self.neighbours[order] >= 0]:
-            towards.setdefault(int(self.neighbours[j]), []).append(names[j])
-        rows = self.steps.rows.tolist()
+        neighbours, rows = self.neighbours[order].tolist(), self.steps.rows.tolist()
         steps = [
-            sentence(
+            sentence(  # one for a neighbour towards several objectives
                 "step",
-                objectives=listed(objectives),
+                objectives=listed([names[j] for j in order if self.neighbours[j] == row]),
                 design=self.ranking.name_of(row),
                 difference=self.steps.difference(rows.index(row)),
             )
-            for row, objectives in towards.items()
+            for row in dict.fromkeys(neighbours)
+            if row >= 0
         ]
         return (self._standing(), self._distances(order[self.behind[order] > 0]), *steps)
 
@@ -189,7 +201,7 @@ class Explanation:
         ranking, optima, other = self.ranking, self.ranking.salukvadze, self.dominated_by
         design, n = capital(ranking.name_of(self.row)), int(ranking.pareto.sum())
         if other >= 0:
-            better = _compared(ranking, [self.row, other], self.units).difference(1)
+            better = _compared(ranking, [self.row, other], self.steps.units).difference(1)
             return sentence(
                 "dominated", design=design, other=ranking.name_of(other), difference=better
             )
@@ -203,7 +215,7 @@ class Explanation:
         names, frame = self.ranking.objectives.names, self.ranking.frame
         if not len(columns):
             return sentence("all best")
-        changes = _changes(self, self.behind, self.shares, columns)
+        changes = self.steps.changes(self.behind, self.shares, columns)
         parts = [sentence("behind", changes=", ".join(changes))]
         if len(changes) > 1 and self.weakest:
             parts.append(sentence("weakest", objectives=listed(self.weakest)))
@@ -240,13 +252,13 @@ def explain(
         normalize: Of the rank in the sentences, as for
             :func:`pymoo_psi.rank_of_efficiency`; distances here are always in units of the ranges.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
-        units: Units of objectives by name, for the sentences; a test table's own unless given.
+        units: Units by name, for the sentences; a test table's own unless given.
 
     Returns:
         Numbers and sentences (``print`` it).
 
     Raises:
-        ArgumentValueError: ``F``, ``maximize`` or ``units`` does not fit, or there is no such row.
+        ArgumentValueError: ``F`` or ``maximize`` does not fit, or there is no such row.
         ArgumentTypeError: ``F`` does not hold real numbers; ``i`` is no integer.
 
     Example:
@@ -265,29 +277,32 @@ def explain(
     ranking = ranking_from(F, normalize, maximize)
     row = _row("i", i, ranking)
     front, values, (own,), lengths = _measured(ranking, [row])
-    behind = own - values.min(axis=0)
-    distance = np.sqrt((((values - own) / lengths) ** 2).sum(axis=1))
+    behind, steps = own - values.min(axis=0), (values - own) / lengths
+    distance = np.sqrt((steps**2).sum(axis=1))
     distance[np.isnan(distance)] = np.inf
-    loss = np.fmax((values - own) / lengths, 0).max(axis=1)
+    loss = np.fmax(steps, 0).max(axis=1)
+
+    def giving_up_least(rows: Rows, tie: float) -> Rows:
+        """The nearest of those that give up least, all of them if several tie."""
+        rows = rows[loss[rows] <= loss[rows].min() + tie]
+        return np.asarray(rows[distance[rows] <= distance[rows].min() * (1 + _TIE)])
+
     neighbours = np.full(len(own), -1, dtype=np.intp)
     for j in range(len(own)):
-        better = values[:, j] < own[j]
-        clearly = better & (own[j] - values[:, j] >= _STEP * lengths[j])  # of tiny ranges that is 0
-        if better.any():
-            rows = np.flatnonzero(clearly if clearly.any() else better)
-            rows = rows[loss[rows] <= loss[rows].min() + _TIE]
-            nearest = _nearest(rows, distance)
-            neighbours[j] = front[nearest[values[nearest, j].argmin()]]
+        gain = own[j] - values[:, j]
+        clearly = (gain > 0) & (gain >= _STEP * lengths[j])  # of tiny ranges that is 0
+        if (gain > 0).any():
+            rows = giving_up_least(np.flatnonzero(clearly if clearly.any() else gain > 0), _TIE)
+            neighbours[j] = front[rows[values[rows, j].argmin()]]
     dominated_by = -1
     if not ranking.pareto[row]:
         # The least loss, not none: a value in a chain of close ones may be settled otherwise
         # here than among all designs, where the dominance was found.
-        dominated_by = int(front[_nearest(np.flatnonzero(loss == loss.min()), distance)[0]])
+        dominated_by = int(front[giving_up_least(np.arange(len(front)), 0.0)[0]])
     others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
-    units = _units(F, ranking, units)
-    steps = _compared(ranking, [row, *others], units)
+    comparison = _compared(ranking, [row, *others], _units(F, units))
     shares = _shares(behind, lengths)
-    return Explanation(ranking, row, units, behind, shares, neighbours, steps, dominated_by)
+    return Explanation(ranking, row, behind, shares, neighbours, comparison, dominated_by)
 
 
 def compare_designs(
@@ -313,7 +328,7 @@ def compare_designs(
         ``pd.DataFrame(comparison.gains, labels, names)``.
 
     Raises:
-        ArgumentValueError: ``F``, ``maximize`` or ``units`` does not fit, there is no such row, or
+        ArgumentValueError: ``F`` or ``maximize`` does not fit, there is no such row, or
             there are fewer than two.
         ArgumentTypeError: ``F`` does not hold real numbers; ``rows`` is no list of integers.
 
@@ -328,7 +343,7 @@ def compare_designs(
         raise invalid("rows", "two rows or more", list(rows))
     ranking = ranking_from(F, normalize, maximize)
     at = [_row("rows", row, ranking) for row in rows]
-    return _compared(ranking, at, _units(F, ranking, units))
+    return _compared(ranking, at, _units(F, units))
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -336,9 +351,6 @@ def _compared(
     ranking: EfficiencyRanking, rows: Sequence[int], units: Mapping[Any, str]
 ) -> DesignComparison:
     """Return the comparison of one design or more with the first."""
-    names = ranking.objectives.names
-    if unknown := [name for name in units if name not in names]:
-        raise invalid("units", f"of objectives among {', '.join(map(str, names))}", unknown[0])
     _, _, own, lengths = _measured(ranking, rows)
     gains = own[0] - own + 0.0  # no -0.0
     shares = _shares(gains, lengths)
@@ -379,44 +391,24 @@ def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Ar
     return front, together[: len(front)], together[len(front) :], lengths
 
 
-def _nearest(rows: Rows, distance: Array) -> Rows:
-    """Return which rows are nearest, all of them if several tie up to rounding."""
-    return np.asarray(rows[distance[rows] <= distance[rows].min() * (1 + _TIE)])
-
-
 def _shares(differences: Array, lengths: Array) -> Array:
     """Return differences in units of the ranges; NaN for one where the range is 0."""
     return np.where(np.isinf(lengths) & (differences != 0), np.nan, differences / lengths + 0.0)
 
 
-def _units(
-    F: Any, ranking: EfficiencyRanking, units: Mapping[Any, str] | None
-) -> Mapping[Any, str]:
+def _units(F: Any, units: Mapping[Any, str] | None) -> Mapping[Any, str]:
     """Return the units that are given, or those of a test table."""
-    own = getattr(getattr(F, "layout", None), "units", {})
-    names = ranking.objectives.names
-    return {n: unit for n, unit in own.items() if n in names} if units is None else units
+    return getattr(getattr(F, "layout", None), "units", {}) if units is None else units
 
 
 def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
     """Return the row of a design that is given by its row or its label."""
+    labels = list(ranking.objectives.labels)
     if isinstance(value, str):  # an integer is always a row, whatever the labels are
-        rows = [row for row, label in enumerate(ranking.objectives.labels) if label == value]
-        if len(rows) != 1:
+        if labels.count(value) != 1:
             raise invalid(name, "a row of F from 0, or the label of just one row", value)
-        return rows[0]
-    row, n = integer(name, value, minimum=0), len(ranking.rank)
-    if row >= n:
-        raise invalid(name, f"a row of F, 0 to {n - 1}", row)
+        return labels.index(value)
+    row = integer(name, value, minimum=0)
+    if row >= len(labels):
+        raise invalid(name, f"a row of F, 0 to {len(labels) - 1}", row)
     return row
-
-
-def _changes(of: Any, sizes: Array, shares: Array, columns: Iterable[int]) -> list[str]:
-    """Return by how much objectives change, of a comparison or an explanation; some columns."""
-    texts: list[str] = []
-    for j in columns:
-        name = of.ranking.objectives.names[j]
-        template = "bare change" if np.isnan(shares[j]) else "change" if texts else "first change"
-        amount = f"{number(sizes[j])} {of.units.get(name, '')}".strip()
-        texts.append(sentence(template, objective=name, amount=amount, share=percent(shares[j])))
-    return texts

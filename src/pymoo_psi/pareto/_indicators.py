@@ -1,25 +1,25 @@
 """How well a set of points stands for a Pareto front, and which points stand for many.
 
-All objectives are minimised. The indicators are moocore's: the hypervolume (Zitzler and Thiele
-1998), IGD+ (Ishibuchi et al. 2015) and the additive epsilon indicator (Zitzler et al. 2003).
+All objectives are minimised. IGD+ (Ishibuchi et al. 2015), the additive epsilon indicator (Zitzler
+et al. 2003) and the numbers of fronts are moocore's own functions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import moocore
 import numpy as np
+from moocore import epsilon_additive as epsilon_additive
+from moocore import igd_plus as igd_plus
+from moocore import pareto_rank as pareto_rank
 from numpy.typing import NDArray
 
-from pymoo_psi._output import Shown
 from pymoo_psi._validation import integer
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
@@ -48,8 +48,6 @@ def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
     if n == 0:
         return 0.0, 0.0
     if m < len(_EXACT) and n <= _EXACT[m]:
-        import moocore
-
         return float(moocore.hypervolume(points, ref=1.0)), 0.0
     low = points.min(axis=0)  # nothing is dominated below
     probes, shares = lp_tau(2**11, m) if m <= MAX_DIMENSIONS else None, []
@@ -63,33 +61,6 @@ def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
         shares.append(dominated.mean())
     shares = np.array(shares) * np.prod(1 - low)
     return float(shares.mean()), float(shares.std(ddof=1) / 4)
-
-
-def igd_plus(F: Array, reference: Array) -> float:
-    """Return how much a set is worse than the points of a reference set, in the mean.
-
-    Of each point of the reference set, the distance to what the nearest point of ``F``
-    dominates; 0 if all are dominated.
-
-    Args:
-        F: ``(n, m)`` points, n >= 0; infinite for no points.
-        reference: ``(k, m)`` the reference set, k >= 1.
-    """
-    import moocore
-
-    return float(moocore.igd_plus(F, ref=reference)) if len(F) else np.inf
-
-
-def epsilon_additive(F: Array, reference: Array) -> float:
-    """Return by how much a set must be improved to dominate all of a reference set.
-
-    Args:
-        F: ``(n, m)`` points, n >= 0; infinite for no points.
-        reference: ``(k, m)`` the reference set, k >= 1.
-    """
-    import moocore
-
-    return float(moocore.epsilon_additive(F, ref=reference)) if len(F) else np.inf
 
 
 def spread_subset(F: Array, size: int) -> NDArray[np.intp]:
@@ -138,8 +109,8 @@ def farthest_first(
     return np.array(chosen), owner, np.sqrt(far)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Representatives(Shown):
+@dataclass(frozen=True, eq=False)
+class Representatives:
     """A few designs that cover a Pareto set, and what each of them stands for.
 
     Attributes:
@@ -149,55 +120,18 @@ class Representatives(Shown):
         shares: ``(k,)`` the share of the Pareto-optimal designs that each stands for: those
             nearer to it than to the others, or equally near to it and to later ones. They sum
             to 1.
-        farthest: ``(k,)`` distance to the farthest design that each stands for.
+        radius: How far a Pareto-optimal design is at most from its representative.
 
     Example:
         >>> few = representatives([[0, 9], [1, 8], [4, 4], [5, 3], [9, 0]], 2)
-        >>> few.rows, few.shares, few.farthest.round(2)
-        (array([2, 0]), array([0.6, 0.4]), array([0.71, 0.16]))
+        >>> few.rows, few.shares, round(few.radius, 2)
+        (array([2, 0]), array([0.6, 0.4]), 0.71)
     """
 
     ranking: EfficiencyRanking
     rows: Rows
     shares: Array
-    farthest: Array
-
-    def __repr__(self) -> str:
-        """Return how many stand for how many, and how closely."""
-        n = int(self.ranking.pareto.sum())
-        return f"Representatives({len(self.rows)} of {n} Pareto optimal, radius {self.radius:.3g})"
-
-    @property
-    def radius(self) -> float:
-        """How far a Pareto-optimal design is at most from its representative.
-
-        Example:
-            >>> round(representatives([[0, 9], [1, 8], [4, 4], [5, 3], [9, 0]], 3).radius, 2)
-            0.16
-        """
-        return float(self.farthest.max())
-
-    def to_frame(self) -> pd.DataFrame:
-        """Return one row for each representative, in the order of :attr:`rows`.
-
-        Returns:
-            Index: the row in ``F``, or the label in the data frame that was given. Columns: the
-            objectives, ``share``, ``farthest``.
-
-        Example:
-            >>> print(representatives([[0, 9], [1, 8], [4, 4], [9, 0]], 3).to_frame().round(2))
-                f1   f2  share  farthest
-            2  4.0  4.0   0.25      0.00
-            0  0.0  9.0   0.50      0.16
-            3  9.0  0.0   0.25      0.00
-        """
-        import pandas as pd
-
-        chosen = self.ranking.objectives.rows(self.rows)
-        frame = pd.DataFrame(chosen.values, pd.Index(chosen.labels), list(chosen.names))
-        frame.insert(len(chosen.names), "share", self.shares)  # refuses a name that is taken
-        frame.insert(len(chosen.names) + 1, "farthest", self.farthest)
-        return frame
+    radius: float
 
 
 def representatives(
@@ -228,10 +162,8 @@ def representatives(
     Example:
         >>> F = [[x / 100, (1 - x / 100) ** 2] for x in range(101)]
         >>> few = representatives(F, 3)
-        >>> few
-        Representatives(3 of 101 Pareto optimal, radius 0.379)
-        >>> few.rows, few.shares.round(2)
-        (array([ 41,   0, 100]), array([0.48, 0.19, 0.34]))
+        >>> few.rows, few.shares.round(2), round(few.radius, 3)
+        (array([ 41,   0, 100]), array([0.48, 0.19, 0.34]), 0.379)
     """
     k = integer("k", k, minimum=1)
     ranking = ranking_from(F, normalize, maximize)
@@ -241,7 +173,6 @@ def representatives(
     start = int(np.searchsorted(front, ranking.salukvadze[0]))
     chosen, owner, distance = farthest_first(points / unit, [start], min(k, len(front)))
     distinct = len(dict.fromkeys(owner.tolist()))  # one that equals an earlier one owns nothing
-    farthest = np.zeros(distinct)
-    np.maximum.at(farthest, owner, distance * unit)
     shares = np.bincount(owner, minlength=distinct) / len(front)
-    return Representatives(ranking, front[chosen[:distinct]], shares, farthest)
+    radius = float((distance * unit).max())
+    return Representatives(ranking, front[chosen[:distinct]], shares, radius)

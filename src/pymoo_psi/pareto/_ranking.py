@@ -99,16 +99,12 @@ class Objectives:
             return F.objectives if isinstance(F, EfficiencyRanking) else F.ranked()[1].objectives
         if hasattr(F, "F") and hasattr(F, "opt"):  # a result of pymoo; of one objective it is (1,)
             F = F.F if F.F is None else np.atleast_2d(F.F)
-        names: tuple[Any, ...] = ()
-        labels: Any = None
         # A data frame by what it offers, so that arrays do not pay for importing pandas.
-        if hasattr(F, "columns") and hasattr(F, "index") and hasattr(F, "to_numpy"):
-            names, labels = tuple(F.columns), F.index
-            F = _numbers(F)
-        values = objective_matrix("F", F).copy()
+        named = all(hasattr(F, name) for name in ("columns", "index", "to_numpy"))
+        values = objective_matrix("F", _numbers(F) if named else F).copy()
         n, m = values.shape
-        if labels is None:
-            names, labels = tuple(f"f{j + 1}" for j in range(m)), range(n)
+        names = tuple(F.columns) if named else tuple(f"f{j + 1}" for j in range(m))
+        labels = F.index if named else range(n)
         objectives = cls(values, np.ones(m), names, labels)
         objectives.sign[[objectives.column("maximize", entry) for entry in maximize]] = -1.0
         return objectives
@@ -131,17 +127,14 @@ class Objectives:
 
     def column(self, argument: str, entry: Any) -> int:
         """Return the index of an objective that an argument gives by name, or else by index."""
-        m = len(self.names)
-        if entry in self.names:
-            if self.names.count(entry) > 1:
-                raise invalid(argument, "names that only one column has", entry)
+        m, count = len(self.names), self.names.count(entry)
+        if count == 1:
             return self.names.index(entry)
-        if isinstance(entry, str):
+        if count == 0 and isinstance(entry, str):
             known_name(argument, entry, [name for name in self.names if isinstance(name, str)])
-        column = integer(argument, entry, minimum=0)
-        if column >= m:
-            raise invalid(argument, f"column indices from 0 to {m - 1}", column)
-        return column
+        if count or integer(argument, entry, minimum=0) >= m:
+            raise invalid(argument, f"names that only one column has, or from 0 to {m - 1}", entry)
+        return int(entry)
 
     def rows(self, indices: NDArray[np.intp]) -> Objectives:
         """Return the same objectives of some of the designs."""
@@ -152,8 +145,7 @@ class Objectives:
         """Return a point in the original directions as one that is minimised."""
         point = finite_array(name, value)
         if point.shape != self.sign.shape:
-            rule = f"of shape {self.sign.shape}"
-            raise invalid(name, rule, Received(f"shape {point.shape}"))
+            raise invalid(name, f"of shape {self.sign.shape}", Received(f"shape {point.shape}"))
         return point * self.sign
 
 
@@ -286,10 +278,6 @@ class EfficiencyRanking(Shown):
         frame[["mu1", "mu2", "mu3"]] = self.criteria
         frame["rank"], frame["pareto"] = self.rank, self.pareto
         return frame.iloc[self.order]
-
-    def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        frame = self.to_frame(names=self.objectives.headings({}))
-        return frame.head(n), len(frame)
 
     @property
     def order(self) -> NDArray[np.intp]:
