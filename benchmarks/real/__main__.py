@@ -15,7 +15,15 @@ from pymoo.indicators.hv import HV
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
-from pymoo_psi import PSI, Formulation, JoblibRunner, ProgramProblem, SurrogatePSI, TestTable
+from pymoo_psi import (
+    PSI,
+    Formulation,
+    JoblibRunner,
+    ProgramProblem,
+    Recorded,
+    SurrogatePSI,
+    TestTable,
+)
 from pymoo_psi.page import decision_page
 from pymoo_psi.report import decision_report
 
@@ -52,7 +60,7 @@ def front(table: TestTable, limits: dict[str, Any]) -> Any:
 
 
 def main() -> None:
-    """Run an example, print its figures, and write its studies, page and report."""
+    """Run an example, print its figures, and write its study, page and report."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("example", choices=EXAMPLES)
     parser.add_argument("--points", type=int, default=256)
@@ -64,22 +72,22 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     problem = load(given.example)
     problem.elementwise_runner = JoblibRunner(given.jobs, timeout=300, in_process=False)
+    problem = Recorded(problem, study=folder / "tests.db")
     print(describe_machine())
 
     def tests(algorithm: PSI) -> TestTable:
-        began = time.perf_counter()
+        began, before = time.perf_counter(), problem.n_evaluated
         table: TestTable = minimize(problem, algorithm, seed=1).algorithm.table
         spent = time.perf_counter() - began
-        each = spent / algorithm.n_points
+        each = spent / max(problem.n_evaluated - before, 1)
         print(f"  {type(algorithm).__name__}: {spent:.0f} s, {each:.2f} s a test")
         return table
 
-    first = tests(PSI(given.points, study=folder / "psi.db"))
-    proposed = tests(
-        SurrogatePSI(given.proposals, start=first, limits=limits, study=folder / "proposals.db")
-    )
+    first = tests(PSI(given.points))
+    both = given.points + given.proposals
+    proposed = tests(SurrogatePSI(both, n_points=given.points, limits=limits))
     # as many more points of the sequence, for comparison
-    more = tests(PSI(given.proposals, first=int(first.numbers[-1]) + 1, study=folder / "more.db"))
+    more = tests(PSI(given.proposals, first=given.points + 1))
     steps = {
         f"PSI, {given.points} points": first,
         f"and {given.proposals} proposals": proposed,

@@ -137,16 +137,14 @@ class EvaluationError(PsiError, RuntimeError):
             traceback there as its cause, and a RuntimeError instead if it cannot be pickled.
 
     Example:
-        >>> from pymoo.optimize import minimize
-        >>> from pymoo.problems.functional import FunctionalProblem
-        >>> from pymoo_psi import PSI
+        >>> from pymoo_psi import JoblibRunner
         >>> def model(x):
         ...     raise ArithmeticError("no convergence")
         >>> try:
-        ...     minimize(FunctionalProblem(1, [model], xl=0, xu=1), PSI(4, on_failure="raise"))
+        ...     JoblibRunner()(model, [[0.0]])
         ... except EvaluationError as error:
         ...     print(error.design, error.reason)
-        [0.] ArithmeticError: no convergence
+        [0.0] ArithmeticError: no convergence
     """
 
     def __init__(self, design: Any, reason: str, original: BaseException | None = None) -> None:
@@ -157,7 +155,7 @@ class EvaluationError(PsiError, RuntimeError):
         shown = shown if len(shown) <= 200 else f"{shown[:197]}..."
         super().__init__(
             f"design {shown} cannot be evaluated: {reason}; "
-            "FailureTolerant(problem), or PSI with on_failure='record', keeps them and goes on"
+            "FailureTolerant(problem), or PSI, keeps them and goes on"
         )
         self.design = design
         self.reason = reason

@@ -13,7 +13,7 @@ from pymoo.algorithms.moo.unsga3 import UNSGA3
 from pymoo.core.population import Population
 from pymoo.problems import get_problem
 
-from pymoo_psi import PsiError, VectorizedSphereChute, lp_tau, nsga3
+from pymoo_psi import PsiError, VectorizedSphereChute, nsga3
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.problems import seed_ties
 
@@ -137,14 +137,3 @@ def test_reference_directions_fit(n_obj, n_points):
 def test_bad_arguments(make, message):
     with pytest.raises(PsiError, match=message):
         make()
-
-
-def test_the_first_population_may_be_a_sampling_by_name():
-    first = []
-
-    def callback(algorithm):
-        if algorithm.n_gen == 1:
-            first.append(algorithm.pop.get("X"))
-
-    nsga3(get_problem("dtlz2", n_var=5), 25, seed=1, sampling="lptau", callback=callback)
-    assert sorted(first[0].tolist()) == sorted(lp_tau(len(first[0]), 5).tolist())

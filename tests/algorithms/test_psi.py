@@ -16,7 +16,6 @@ from pymoo_psi import (
     investigate,
     lp_tau,
 )
-from pymoo_psi.errors import EvaluationError
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -120,13 +119,6 @@ class Heated(ElementwiseProblem):
         out["heat"] = 3 * x[1]
 
 
-def test_asking_stops_at_a_failure_where_the_run_would():
-    algorithm = PSI(8, on_failure="raise")
-    algorithm.setup(Heated())
-    with pytest.raises(EvaluationError, match="no grid"):
-        algorithm.evaluator.eval(algorithm.problem, algorithm.ask())
-
-
 @pytest.mark.parametrize("block_size", [2, 7, 64])
 def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_path):
     limits = {"x1": (0.25, None), "heat": 2.0, "gain": (-0.5, None)}
@@ -189,9 +181,7 @@ BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
         (8, {"sampling": 3}, r"sampling must be a name such as 'lhs', LPTauSampling\(\), .* got 3"),
         (8, {"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),
         (8, {"limits": {"f9": 1.0}}, "a limit must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2'"),
-        (8, {"retry": "all"}, "retry must be 'failed' or numbers of test points, got 'all'"),
-        (8, {"retry": [9]}, "retry must be numbers of points of this run, 1 to 8, got 9"),
-        (8, {"on_failure": "ignore"}, "on_failure must be one of 'raise', 'record'"),
+        (8, {"retry": "all"}, "retry must be one of 'failed', got 'all'"),
     ],
 )
 def test_mistakes(n, options, message):

@@ -23,7 +23,7 @@ from pymoo_psi import (
     VectorizedSphereChute,
     investigate,
 )
-from pymoo_psi.errors import EvaluationError, StudyMismatchError
+from pymoo_psi.errors import StudyMismatchError
 
 
 class Counted(ElementwiseProblem):
@@ -130,31 +130,9 @@ def test_failed_designs_are_recorded_and_retried(tmp_path):
     again = Counted()
     assert run(again, 32, path).equals(table)
     assert again.seen == []
-    assert run(again, 32, path, retry=[3]).numbers[2] == 3
-    assert len(again.seen) == 1
     healed = run(again, 32, path, retry="failed")
     assert len(again.seen) == 2
     assert healed.equals(minimize(Counted(), PSI(32)).algorithm.table)
-
-
-@pytest.mark.parametrize("by", ["psi", "investigate"])
-def test_raising_stops_with_everything_before_it_stored(tmp_path, by):
-    path, problem = tmp_path / "s.db", Counted(broken={21})
-    go = {
-        "psi": lambda: run(problem, 64, path, on_failure="raise"),
-        "investigate": lambda: investigate(
-            problem, 64, study=path, block_size=16, on_failure="raise"
-        ),
-    }[by]
-    with pytest.raises(EvaluationError, match="no convergence at") as caught:
-        go()
-    assert "design [" in str(caught.value)
-    stored = TestTable.read_study(path)
-    assert set(range(1, 21)) <= set(stored.numbers.tolist())
-    if by == "psi":
-        assert len(problem.seen) == 21
-    rest = Counted()
-    assert run(rest, 64, path, retry="failed").equals(minimize(Counted(), PSI(64)).algorithm.table)
 
 
 def test_threads_share_a_study(tmp_path):

@@ -9,7 +9,7 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
-from pymoo_psi.errors import EvaluationError, PsiError
+from pymoo_psi.errors import PsiError
 
 CHUTE = VectorizedSphereChute(0.4)
 
@@ -119,9 +119,3 @@ def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path
     again = investigate(CHUTE, 3500, n_jobs=2, study=tmp_path / "s.db")
     assert again.equals(investigate(CHUTE, 3500))
     assert os.listdir(tmp_path) == ["s.db"]
-
-
-def test_a_run_of_many_cores_that_is_to_stop_stores_the_failure(tmp_path):
-    with parallel_config("threading"), pytest.raises(EvaluationError, match="cannot be evaluated"):
-        of_investigate(200, n_jobs=2, on_failure="raise", study=tmp_path / "s.db")
-    assert (TestTable.read_study(tmp_path / "s.db").status == "failed").any()

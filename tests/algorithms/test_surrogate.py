@@ -12,7 +12,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, JoblibRunner, PsiError, SurrogatePSI, TestTable, investigate
+from pymoo_psi import PSI, JoblibRunner, PsiError, Recorded, SurrogatePSI, TestTable, investigate
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
@@ -235,33 +235,10 @@ def test_a_study_of_other_proposals_is_refused(tmp_path):
         run(get_problem("bnh"), 28, study=path, batch=5)
 
 
-# Tests of before
-
-
-def test_it_goes_on_from_the_tests_of_psi(tmp_path):
-    earlier = minimize(Mixed(), PSI(30, first=3)).algorithm.table
-    went_on = run(Mixed(), 12, start=earlier, study=tmp_path / "run.db")
-    assert went_on.evaluator.n_eval == 12
-    assert went_on.table.numbers.tolist() == list(range(3, 45))
-    np.testing.assert_array_equal(went_on.table.X[:30], earlier.X)
-    again = run(Mixed(), 16, start=earlier, study=tmp_path / "run.db")
-    assert again.evaluator.n_eval == 4
-    np.testing.assert_array_equal(again.table.X[:42], went_on.table.X)
-    # and from a file, which does not know everything of a problem
-    earlier.to_csv(tmp_path / "earlier.csv")
-    read = run(Mixed(), 12, start=TestTable.read_study(tmp_path / "run.db").rows(np.arange(30)))
-    np.testing.assert_array_equal(read.table.X, went_on.table.X)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
-        ({"start": TestTable.empty()}, "start must be a table with tests, got none"),
-        (
-            {"start": TestTable.of([1], [[0.1]], [[1.0]]), "n_points": 4},
-            "n_points must be left out where there is a start",
-        ),
         ({"share": (1, 2)}, "share"),
     ],
 )
@@ -270,17 +247,15 @@ def test_what_cannot_be_is_told(options, message):
         SurrogatePSI(**{"n_evaluations": 8, **options})
 
 
-def test_tests_of_another_problem_are_refused():
-    other = minimize(get_problem("bnh"), PSI(8)).algorithm.table
-    with pytest.raises(PsiError, match=r"start must be .*same problem"):
-        run(get_problem("tnk"), 8, start=other)
-    with pytest.raises(
-        PsiError, match="start must be tests of .* with the names, .* against .*x1|x1.* against"
-    ):
-        run(Mixed(), 8, start=TestTable.of([1], [[0.1]], [[1.0]]))
+def test_tests_of_psi_are_its_first_where_both_are_recorded(tmp_path):
+    problem = Recorded(get_problem("bnh"), study=tmp_path / "run.db")
+    minimize(problem, PSI(30))
+    table = run(problem, 42, n_points=30).table
+    assert table.equals(run(get_problem("bnh"), 42, n_points=30).table)
+    assert problem.n_evaluated == 42
 
 
-def test_what_is_an_expression_is_computed_and_not_learned():
+def test_what_is_an_expression_is_computed_and_not_learned(tmp_path):
     class Bar(ProgramProblem):
         def values(self, design):
             columns = {n: np.array([v]) for n, v in design.items()}
@@ -301,5 +276,6 @@ def test_what_is_an_expression_is_computed_and_not_learned():
     goals = {"minimize": ["area"], "maximize": ["gain"]}
     command = {"command": "echo {a} {b}", "keep": "none"}
     problem = Bar({"a": (0, 1), "b": (0, 1)}, command, outputs, goals, {"stress": "<= 40"})
-    # the least area is -1; where nothing is computed, the first round reaches -0.4
-    assert run(problem, 24).table.F[20:, 0].min() < -0.99
+    for given in (problem, Recorded(problem, study=tmp_path / "run.db")):
+        # the least area is -1; where nothing is computed, the first round reaches -0.4
+        assert run(given, 24).table.F[20:, 0].min() < -0.99

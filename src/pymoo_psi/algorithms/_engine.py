@@ -17,7 +17,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, nullcontext, suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,7 +31,7 @@ from pymoo_psi.algorithms._run import (
     in_groups,
     stored_at_termination,
 )
-from pymoo_psi.errors import EvaluationError, PsiError
+from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, in_parallel
 from pymoo_psi.problems import (
     DesignSpace,
@@ -60,6 +60,8 @@ from pymoo_psi.table import (
 
 Rows = NDArray[np.intp]
 Kept = Callable[[TestTable], TestTable]
+# Those of n tests that are kept, and ``(n,)`` for which of the n the model was called.
+Block = tuple[TestTable, NDArray[np.bool_]]
 
 # Designs in the first piece of a run with a study: enough to tell what one takes, and few enough
 # that a model of seconds a design loses minutes only.
@@ -83,18 +85,6 @@ def kept_tests(keep: str, limits: Limits | None, tests: TestTable) -> TestTable:
     return tests.rows(tests.pareto(limits) if keep == "pareto" else tests.feasible(limits))
 
 
-class Block(NamedTuple):
-    """Tests as they arrive.
-
-    Attributes:
-        tests: Those of n tests that are kept.
-        called: ``(n,)`` for which of the n the model was called.
-    """
-
-    tests: TestTable
-    called: NDArray[np.bool_]
-
-
 class Engine:
     """The testing of points of a problem: they are evaluated, or taken from a study.
 
@@ -107,8 +97,7 @@ class Engine:
         n_jobs: Processes for a vectorised problem, or workers of the cluster that joblib is
             configured for; -1 for all there are.
         whole: Whether all points are going to be tested, or the run may be ended before.
-        further: How many designs are proposed later and numbered after the points.
-        method: By what, for the study.
+        method: By what designs are proposed later, for the study.
 
     Attributes:
         problem: The problem, not tolerant of failures.
@@ -132,10 +121,8 @@ class Engine:
         keep: str = "all",
         n_jobs: int = 1,
         whole: bool = True,
-        further: int = 0,
         method: str = "",
     ) -> None:
-        self._stop = options.on_failure == "raise"
         self.problem = required(untolerant(problem), options.requirements)
         self.model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
         names = mapping("names", options.names or {}, "names such as f1 to your own")
@@ -148,13 +135,12 @@ class Engine:
         if not lacking(options.limits, layout):  # else one may be on an output
             bounds_of(options.limits, layout)
         n_dim = len(self.space.searched)
-        self.points, first, last = Points(np.zeros(0, dtype=np.int64), n_dim), options.first, LAST
+        self.points = Points(np.zeros(0, dtype=np.int64), n_dim)
         if n_points is not None:
             integer("n_points", n_points, minimum=1)
             if options.fill:
                 n_points = self._points_to_fill(n_points, options)
             self.points = options.points(n_points, n_dim)
-            last = first + n_points - 1 + further
         self.table = TestTable.empty(layout)
         # Shares must be of the same points, whether they are stored or not; a run without a study
         # needs no identity that a file can hold.
@@ -165,9 +151,6 @@ class Engine:
             identity = problem_identity(self.problem, self.space)
             text = identity_text(identity | {"sampling": name + method, "key": options.study_key})
             self.table = replace(self.table, problem=json.loads(text))
-        for number in options.retry if options.retry != "failed" else ():
-            if not first <= int(number) <= last:
-                raise invalid("retry", f"numbers of points of this run, {first} to {last}", number)
         self.store = Store(options, self.table)
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
         self._streams = streams(self.model)
@@ -177,7 +160,7 @@ class Engine:
             self.n_workers, self._ahead = workers, _FAR if whole else _NEAR * workers
         self.extend: Callable[[], None] | None = None
         recurring = self.space.finite and (elementwise or n_jobs == 1)
-        self._repeats = _Repeats(self.store.known_designs()) if recurring else None
+        self._repeats = _Repeats(self.store.known()) if recurring else None
         self._n_jobs = 1 if n_jobs == 1 else active_workers(n_jobs).count
         # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
         # With a study there are few at first, and then as many as take a second.
@@ -205,12 +188,9 @@ class Engine:
         Close it early to stop the workers.
 
         Raises:
-            EvaluationError: A design failed and the run is to stop; it is in the study as failed.
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
         self._wanted = len(self.points)
-        if self._keep == "all":  # too large a table is refused now, not after hours
-            np.empty((self._wanted, 1 + len(self.table.layout.columns)))
         with closing(self._run(0)) as steps:
             for _ in steps:
                 while self._arrived:
@@ -226,17 +206,14 @@ class Engine:
 
         Returns:
             The tests, and for how many of them the model was called.
-
-        Raises:
-            EvaluationError: A design failed and the run is to stop; it is in the study as failed.
         """
         self._wanted = end = min(start + count, len(self.points))
         last = self.points.numbers[end - 1]
         with stored_at_termination():
             try:
-                while sum((b.tests.numbers <= last).sum() for b in self._arrived) < end - start:
+                while sum((t.numbers <= last).sum() for t, _ in self._arrived) < end - start:
                     if self._steps is None:
-                        self._steps = self._run(start + sum(len(b.called) for b in self._arrived))
+                        self._steps = self._run(start + sum(len(t) for t, _ in self._arrived))
                     if next(self._steps, _ENDED) is _ENDED:
                         self._steps = None
                 if self._steps is not None and not self._under_way:
@@ -246,9 +223,9 @@ class Engine:
                 self.close()
                 raise
         tests = self.arrived()
-        called = np.concatenate([block.called for block in self._arrived])
+        called = np.concatenate([called for _, called in self._arrived])
         mine = tests.numbers <= last
-        self._arrived = [] if mine.all() else [Block(tests.rows(~mine), called[~mine])]
+        self._arrived = [] if mine.all() else [(tests.rows(~mine), called[~mine])]
         return by_number([tests.rows(mine)]), int(called[mine].sum())
 
     @property
@@ -262,7 +239,7 @@ class Engine:
 
     def arrived(self) -> TestTable:
         """Return the tests that no block has given yet, as they have arrived."""
-        return self.table.extended(*(block.tests for block in self._arrived))
+        return self.table.extended(*(tests for tests, _ in self._arrived))
 
     def close(self) -> None:
         """Give up what is being evaluated; what has arrived is in the study, if there is one."""
@@ -305,18 +282,16 @@ class Engine:
                 self._lock.enter_context(self.store.writing())
                 self._locked = True
                 stored = self.store.recall(numbers)
-            self._put(stored, None, called=False)
+            self._put(stored, len(stored), None, called=False)
             rows = rows[~np.isin(numbers, stored.numbers)]
+        if isinstance(self.problem, Required) and len(rows):
+            unmet = (self.amounts(self.points.at(rows).matrix(self.space)) > 0).any(axis=1)
+            self.problem.n_not_run += int(unmet.sum())
+            self._put_known([(row, {"failure": ""}) for row in rows[unmet].tolist()])
+            rows = rows[~unmet]
         if self._repeats is not None:
             rows, again = self._repeats.new(rows, self.points.at(rows).matrix(self.space))
-            self._put_again(again)
-        if isinstance(self.problem, Required) and len(rows):
-            above = self.amounts(self.points.at(rows).matrix(self.space))
-            unmet = (above > 0).any(axis=1)
-            values: list[Values] = [{"failure": ""}] * int(unmet.sum())
-            self.problem.n_not_run += len(values)
-            self._put_again(list(zip(rows[unmet].tolist(), values, strict=True)))
-            rows = rows[~unmet]
+            self._put_known(again)
         return rows
 
     def _points_to_fill(self, n_points: int, options: RunOptions) -> int:
@@ -355,22 +330,22 @@ class Engine:
         def at_once(result: Result) -> bool:
             del self._under_way[result[0]]
             complete = next(iter(self._under_way), self._wanted) >= self._wanted
-            return complete or bool(self.extend) or bool(self._stop and result[1]["failure"])
+            return complete or bool(self.extend)
 
         def keep(rows: Rows, values: Sequence[Values], seconds: ArrayLike) -> None:
-            self._put(self.tests_of(rows, values), seconds)
+            self._put(self.tests_of(rows, values), len(rows), seconds)
 
         top_up(0)
         if waiting:
             top_up(self._ahead)
-            results = stream_designs(self.model, waiting, one_by_one=self._stop)
+            results = stream_designs(self.model, waiting)
             for _ in in_groups(results, keep, at_once):
                 yield
                 top_up(self._ahead)
 
     def _in_pieces(self) -> Generator[None]:
         """Evaluate points by calls for many, here or in processes."""
-        every = self.store.study is not None or self._stop or self._repeats is not None
+        every = self.store.study is not None or self._repeats is not None
         kept = partial(kept_tests, "all" if every else self._keep, self._limits)
         task = partial(_tested, self.problem, self.space, self.table.layout, kept)
         if self._n_jobs == 1:
@@ -379,10 +354,7 @@ class Engine:
             done = in_parallel(task, self._pieces(), self._n_jobs)
         with closing(done):
             for _, (tests, n, seconds) in done:
-                if every:
-                    self._put(tests, seconds)
-                else:
-                    self._arrived.append(Block(tests, np.ones(n, dtype=bool)))
+                self._put(tests, n, seconds)
                 if self.store.study is not None:
                     # The first designs load libraries and say little: at most 100 times as many.
                     fitting = min(SECONDS / max(seconds, 1e-9), 100 * n)
@@ -390,40 +362,36 @@ class Engine:
                 yield
 
     def _pieces(self) -> Iterator[Points]:
-        rows = np.zeros(0, dtype=np.intp)
-        while True:
-            while len(rows) < self._size and self._opened < self._wanted:
-                new = self._open(min(self._wanted, self._opened + self._largest))
-                rows = np.append(rows, new)
-            if len(rows) == 0:
-                return
-            piece, rows = rows[: self._size], rows[self._size :]
-            yield self.points.at(piece)
+        while self._opened < self._wanted:
+            rows = self._open(min(self._wanted, self._opened + self._largest))
+            while len(rows):
+                piece, rows = rows[: self._size], rows[self._size :]
+                yield self.points.at(piece)
 
-    def _put(self, tests: TestTable, seconds: ArrayLike | None, *, called: bool = True) -> None:
+    def _put(
+        self, tests: TestTable, n: int, seconds: ArrayLike | None, *, called: bool = True
+    ) -> None:
         """Give tests, and those of the same designs; store them with what each of them took.
 
         Args:
-            tests: The tests.
+            tests: The tests; where neither a study nor repeats need all, those that are kept.
+            n: How many they were.
             seconds: One number or ``(n,)``; None where they are stored already.
             called: Whether the model was called.
         """
         if seconds is not None:
             self.store.keep(tests, seconds)
-        if len(tests):
+        if n:
             kept = kept_tests(self._keep, self._limits, tests)
-            self._arrived.append(Block(kept, np.full(len(tests), called)))
-        if called and self._stop and tests.reasons:
-            number, reason = next(iter(tests.reasons.items()))
-            raise EvaluationError(tests.X[tests.numbers == number][0], reason)
+            self._arrived.append((kept, np.full(n, called)))
         if self._repeats is not None:
-            self._put_again(self._repeats.learn(tests))
+            self._put_known(self._repeats.learn(tests))
 
-    def _put_again(self, again: list[tuple[int, Values]]) -> None:
+    def _put_known(self, known: list[tuple[int, Values]]) -> None:
         """Store and give tests whose values are known without the model, by rows of points."""
-        if again:
-            rows, values = zip(*again, strict=True)
-            self._put(self.tests_of(np.array(rows), values), 0.0, called=False)
+        if known:
+            rows, values = zip(*known, strict=True)
+            self._put(self.tests_of(np.array(rows), values), len(rows), 0.0, called=False)
 
 
 def _tested(

@@ -25,7 +25,6 @@ from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import integer, invalid
-from pymoo_psi.algorithms._sampling import uniform_sampling
 from pymoo_psi.problems import (
     LogScaled,
     design_space,
@@ -63,8 +62,8 @@ def nsga3(
         seed: Seed of the run, which can be repeated with it.
         verbose: As for ``minimize``.
         progress: As for ``minimize``.
-        **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling`` (also by name, as of
-            :class:`PSI`), ``ref_dirs``, ``callback``; and ``termination`` as for ``minimize``.
+        **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling``, ``ref_dirs``,
+            ``callback``; and ``termination`` as for ``minimize``.
 
     Returns:
         The pymoo ``Result``: ``res.X`` and ``res.F`` are the designs found, ``res.pop`` the last
@@ -72,8 +71,7 @@ def nsga3(
         :class:`~pymoo_psi.Required` that is given as the problem.
 
     Raises:
-        ArgumentValueError: The budget is below 1, the seed below 0, or the problem has one
-            objective.
+        ArgumentValueError: The budget is below 1, or the problem has one objective.
         ArgumentTypeError: The problem is no pymoo problem, or a keyword is unknown.
 
     Example:
@@ -92,15 +90,11 @@ def nsga3(
         remedy = "use PSI, or one of pymoo's algorithms for a single objective"
         rule = "at least 2 for NSGA-III"
         raise invalid("the number of objectives of problem", rule, problem.n_obj, remedy)
-    if seed is not None:
-        integer("seed", seed, minimum=0)
     size = population_size(problem.n_obj, budget)
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
         kwargs.setdefault("pop_size", size)
     kwargs = operators(problem) | kwargs
-    if isinstance(kwargs.get("sampling"), str):
-        kwargs["sampling"] = uniform_sampling(kwargs["sampling"])
     # pymoo's default would end a run by its own rules, before the budget is used up
     kwargs.setdefault("termination", ("n_eval", budget))
     algorithm = NSGA3(seed=seed, **kwargs)
@@ -111,8 +105,7 @@ def nsga3(
         found = Population.create(*shared.values())
         found.set("X", problem.original(found.get("X")))
         if result.X is not None:
-            best = result.opt.get("X")
-            result.X = best if np.ndim(result.F) > 1 else best[0]
+            result.X = result.opt.get("X")
     return result
 
 
@@ -177,14 +170,7 @@ def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
     )
 
 
-def run_within_budget(
-    algorithm: Any,
-    problem: Any,
-    n_evaluations: int,
-    *,
-    verbose: bool = False,
-    progress: bool = False,
-) -> Any:
+def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **setup: Any) -> Any:
     """Run an algorithm until a number of designs is evaluated, or until it ends by itself.
 
     A termination is asked only after a generation, so the budget is kept here: the last
@@ -195,14 +181,13 @@ def run_within_budget(
         algorithm: A pymoo algorithm that is not set up yet.
         problem: A pymoo problem.
         n_evaluations: The budget, 1 or more.
-        verbose: As for ``minimize``.
-        progress: As for ``minimize``.
+        **setup: For pymoo's ``setup``, such as ``verbose``.
 
     Returns:
         The pymoo ``Result``.
     """
     seed_ties(algorithm)
-    algorithm.setup(problem, verbose=verbose, progress=progress)
+    algorithm.setup(problem, **setup)
     # a budget may be used up by its start
     while algorithm.has_next() and (left := n_evaluations - algorithm.evaluator.n_eval) > 0:
         if (infills := algorithm.infill()) is None:  # it has nothing more to ask for

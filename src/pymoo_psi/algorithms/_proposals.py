@@ -28,6 +28,9 @@ from pymoo_psi.problems import DesignSpace
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Random = np.random.Generator
+Map = Callable[[Array], Array]  # of n points
+Judge = Callable[[Array], tuple[Array, Array]]  # objectives, and by how much bounds are exceeded
 
 # Every so many rounds surrogates are searched only near the best tests. Far from all tests they
 # promise most and know least; near them alone, a run that began in the wrong place stays there.
@@ -65,6 +68,7 @@ class Goal:
         high: ``(d,)`` where they end.
         required: From ``(n, d)`` points to ``(n, k)`` by how much they violate requirements, which
             no proposal does.
+        encode: From ``(n, d)`` points to what surrogates see, ``(n, e)``.
         compute: From ``(n, d)`` points and their ``(n, q)`` outputs to these, where some are known
             functions of variables and of the others.
     """
@@ -73,7 +77,8 @@ class Goal:
     bounds: Sequence[tuple[int, float, float]]
     low: Array
     high: Array
-    required: Callable[[Array], Array]
+    required: Map
+    encode: Map
     compute: Callable[[Array, Array], Array] | None = None
 
     def expected(self, points: Array, T: Array, fit: Fit) -> Array:
@@ -115,13 +120,7 @@ class KnownTests:
 
 
 def propose(
-    tests: KnownTests,
-    fit: Fit | None,
-    goal: Goal,
-    encode: Callable[[Array], Array],
-    batch: int,
-    turn: int,
-    random: np.random.Generator,
+    tests: KnownTests, fit: Fit | None, goal: Goal, batch: int, turn: int, random: Random
 ) -> Array:
     """Return the ``(batch, d)`` points to test next.
 
@@ -129,16 +128,16 @@ def propose(
         tests: All tests.
         fit: Fitted to the tests, or to the first of them; ``None`` if there are too few.
         goal: What is sought.
-        encode: From points to what surrogates see: ``(n, d)`` to ``(n, e)``.
         batch: How many designs.
         turn: Number of the round, from 0.
         random: Random numbers of the round.
     """
-    known, seen = ~tests.unknown, encode(np.vstack([tests.points, tests.pending]))
+    known, encode = ~tests.unknown, goal.encode
+    seen = encode(np.vstack([tests.points, tests.pending]))
     Z = seen[: len(known)][known]
     risk = _risk(Z, seen[: len(known)][tests.failed], turn)
     if fit is None:
-        return _far(seen, encode, risk, batch, goal, random)
+        return _far(seen, risk, batch, goal, random)
     T = fit.to(bounded(tests.Y[known]))
     processes = [GaussianProcess(Z, *of) for of in zip(T.T, fit.lengths, strict=True)]
 
@@ -168,7 +167,7 @@ def propose(
     points = found[_choice(front, optimistic[:n], violated[:n], at[:n], seen, batch, inward)]
     if len(points) < batch:  # all that was found is tested: of a few discrete designs, say
         seen = np.vstack([seen, encode(points)])
-        rest = _far(seen, encode, risk, batch - len(points), goal, random)
+        rest = _far(seen, risk, batch - len(points), goal, random)
         points = np.vstack([points, rest])
     return points
 
@@ -193,14 +192,7 @@ def encoded(space: DesignSpace, points: Array) -> Array:
     return np.column_stack(columns)
 
 
-def _far(
-    seen: Array,
-    encode: Callable[[Array], Array],
-    risk: Callable[[Array], Array],
-    count: int,
-    goal: Goal,
-    random: np.random.Generator,
-) -> Array:
+def _far(seen: Array, risk: Map, count: int, goal: Goal, random: Random) -> Array:
     """Return points far from all tests and from each other, rather where designs do not fail."""
     points = np.zeros((0, len(goal.low)))
     for _ in range(_ATTEMPTS):
@@ -211,7 +203,7 @@ def _far(
     else:
         rule = f"met by {count} of {_ATTEMPTS * _SIZE * 10} random designs"
         raise invalid("requirements", rule, Received(f"{len(points)} that meet them"))
-    at = encode(points)
+    at = goal.encode(points)
     distance = cdist(at, seen).min(axis=1)
     distance[risk(at)[:, 0] > 0] *= 0.1  # they are taken where nothing else is left
     chosen = []
@@ -221,7 +213,7 @@ def _far(
     return points[chosen]
 
 
-def _risk(known: Array, failed: Array, turn: int) -> Callable[[Array], Array]:
+def _risk(known: Array, failed: Array, turn: int) -> Map:
     """Return a function that is above 0, ``(k, 1)``, where designs are to be avoided.
 
     That is where failed tests outweigh the others, but not in every round: models are mended, and
@@ -244,9 +236,7 @@ def _risk(known: Array, failed: Array, turn: int) -> Callable[[Array], Array]:
     return risk
 
 
-def _start(
-    best: Array, near: bool, goal: Goal, random: np.random.Generator
-) -> tuple[Array, Array, Array]:
+def _start(best: Array, near: bool, goal: Goal, random: Random) -> tuple[Array, Array, Array]:
     """Return where a search begins, and between which ``(k, d)`` bounds each of it stays."""
     d, best = best.shape[1], np.clip(best, goal.low, goal.high)
     if near:
@@ -266,12 +256,7 @@ def _start(
 
 
 def _search(
-    judge: Callable[[Array], tuple[Array, Array]],
-    points: Array,
-    low: Array,
-    high: Array,
-    inward: float,
-    random: np.random.Generator,
+    judge: Judge, points: Array, low: Array, high: Array, inward: float, random: Random
 ) -> Array:
     """Return the ``(k, d)`` points that an evolution of given ones ends with.
 

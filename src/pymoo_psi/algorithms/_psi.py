@@ -69,7 +69,7 @@ class PSI(Algorithm):
     Args:
         n_points: How many points to test.
         **options: ``first``, ``sampling``, ``limits``, ``share``, ``study``, ``study_key``,
-            ``retry``, ``on_failure``, ``names``, ``maximize``, ``units``, ``block_size``: see
+            ``retry``, ``names``, ``maximize``, ``units``, ``block_size``: see
             :class:`RunOptions`; and pymoo's own: ``termination``, ``callback``, ``output``,
             ``save_history``, …
 
@@ -80,7 +80,6 @@ class PSI(Algorithm):
             the problem is no pymoo problem or has variables of another type.
         StudyError: The study belongs to another problem, is damaged, is being written by another
             process or cannot be written.
-        EvaluationError: A design failed and ``on_failure`` is ``"raise"``.
 
     Example:
         >>> from pymoo.optimize import minimize
@@ -103,7 +102,7 @@ class PSI(Algorithm):
         lines = max(64, -(-self.n_points // (32 * self.options.part.of)))
         self.block_size = self.options.block_size or lines
         self.limits = self.options.limits
-        own.setdefault("evaluator", _Evaluator(self.options.on_failure == "raise"))
+        own.setdefault("evaluator", _Evaluator())
         own.setdefault("output", MultiObjectiveOutput())
         self.table = TestTable.empty()
         self._population = Population.empty()  # of the first rows of the table, as far as asked for
@@ -136,9 +135,8 @@ class PSI(Algorithm):
         given = termination_from_tuple(kwargs.get("termination", self.termination))
         self._whole = given is None
         # in the place of pymoo's default, which would stop a run before all points are tested
-        kwargs["termination"] = (
-            _PointsTested() if given is None else TerminateIfAny(_PointsTested(), given)
-        )
+        ends = [_PointsTested()] if given is None else [_PointsTested(), given]
+        kwargs["termination"] = TerminateIfAny(*ends)
         super().setup(problem, **kwargs)
         return self
 
@@ -146,10 +144,10 @@ class PSI(Algorithm):
         self._engine = self._engine_of(self.n_points)
         self.table, self._n_tests = self._engine.table, len(self._engine.points)
 
-    def _engine_of(self, n_points: int, **more: Any) -> Engine:
+    def _engine_of(self, n_points: int, method: str = "") -> Engine:
         """Return the engine of so many points; blocks are cut here."""
         run = replace(self.options, seed=self.seed, block_size=None)
-        return Engine(self.problem, n_points, run, whole=self._whole, **more)
+        return Engine(self.problem, n_points, run, whole=self._whole, method=method)
 
     def has_next(self) -> bool:
         """Say whether points are left; a later termination does not bring more of them."""
@@ -315,12 +313,8 @@ class PSI(Algorithm):
 class _Evaluator(Evaluator):
     """pymoo's evaluator for those who ask and tell: designs that fail are kept as failed."""
 
-    def __init__(self, stop: bool) -> None:
-        super().__init__()
-        self.stop = stop
-
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        out = evaluate_designs(untolerant(problem), pop.get("X"), stop=self.stop)
+        out = evaluate_designs(untolerant(problem), pop.get("X"))
         for name, values in out.items():
             pop.set(name, values)
         outputs = tuple(name for name in out if name not in NO_OUTPUTS)
@@ -364,7 +358,7 @@ def investigate(
         progress: Show a progress bar in a terminal or a notebook, elsewhere a line a minute on
             standard error.
         **options: ``first``, ``sampling``, ``seed``, ``limits``, ``share``, ``study``,
-            ``study_key``, ``retry``, ``on_failure``, ``names``, ``maximize``, ``units``,
+            ``study_key``, ``retry``, ``names``, ``maximize``, ``units``,
             ``block_size``: see :class:`RunOptions`.
 
     Returns:
@@ -375,7 +369,6 @@ def investigate(
             problem does not fit, as for :class:`PSI`.
         ArgumentTypeError: An argument has the wrong type.
         StudyError: As for :class:`PSI`.
-        EvaluationError: A design failed and ``on_failure`` is ``"raise"``.
         WorkerError: The problem cannot be sent to processes, or one of them was lost.
 
     Example:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import count
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
@@ -51,8 +51,8 @@ class Recorded(WrappedProblem):
     ``Recorded(FailureTolerant(problem), ...)`` the run goes on. It fails again from the file,
     unless it is to be tried again.
 
-    A copy shares what is known of the study, a pickle leaves it out: worker processes get the
-    wrapped problem and never the study.
+    A copy shares what is known of the study. Worker processes get the wrapped problem and never
+    the study.
 
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables with
@@ -92,7 +92,7 @@ class Recorded(WrappedProblem):
 
     def __init__(self, problem: Any, **options: Any) -> None:
         points = ("first", "sampling", "seed", "share", "fill", "block_size")
-        without = (*points, "limits", "on_failure", "log", "requirements")
+        without = (*points, "limits", "log", "requirements")
         run, _ = run_options("Recorded", options, without=without)
         if run.study is None:
             raise wrong_type("study", "the name of a file", None)
@@ -107,6 +107,7 @@ class Recorded(WrappedProblem):
         self._engine = Engine(self._model, None, run, method="an algorithm (Recorded)")
         self._store = self._engine.store
         self._answers = _Answers()
+        self._read()
         self.n_evaluated = 0
 
     @property
@@ -143,24 +144,16 @@ class Recorded(WrappedProblem):
             EvaluationError: A design failed; everything is stored.
             ArgumentValueError: What is asked for is not kept.
         """
-        layout = self._store.layout
+        layout, answers = self._store.layout, self._answers
         given = self._engine.space.to_matrix(X)
         keys = design_keys(design_matrix("X", given, layout.variables, layout.kinds))
-        known = self._answers.tests
-
-        def unknown() -> list[int]:
-            first = {key: i for i, key in reversed(list(enumerate(keys))) if key not in known}
-            return sorted(first.values())  # the same design twice is evaluated once
-
-        if unknown():
-            self._read()
-        if unknown():
+        if answers.unknown(keys):
             # The lock is within, so that it is given back.
             with stored_at_termination(), self._store.writing():
                 self._read()  # what another process stored before we got the lock
-                if rows := unknown():
+                if rows := answers.unknown(keys):
                     self._evaluate(given[rows], [keys[row] for row in rows])
-        numbers, values = zip(*(known[key] for key in keys), strict=True)
+        numbers, values = zip(*(answers.tests[key] for key in keys), strict=True)
         out = columns_of_values(self._model, values)
         if "test_point" in return_values_of:
             out["test_point"] = np.array(numbers)
@@ -178,7 +171,7 @@ class Recorded(WrappedProblem):
 
     def _read(self) -> None:
         """Take over what is stored and not known yet, by this run or others."""
-        stored = self._store.stored(self._answers.first)
+        stored = self._store.stored(self._answers.free(1)[0])
         self._answers.add(stored, self._store.to_retry(stored))
 
     def _evaluate(self, designs: NDArray[Any], keys: list[_Key]) -> None:
@@ -187,52 +180,44 @@ class Recorded(WrappedProblem):
         A batch that was interrupted may have been stored in part. Those that are missing then get
         the numbers that they would have had, since these are the ones between that are free.
         """
-        numbers = np.array(self._answers.numbers_for(keys))
+        free, known = iter(self._answers.free(len(keys))), self._answers.tests
+        numbers = np.array([known[key][0] if key in known else next(free) for key in keys])
         order = np.argsort(numbers)
         self._engine.points = Points(numbers[order], 0, designs=designs[order])
         tests, n_called = self._engine.block(0, len(numbers))
-        self._answers.add(tests)
+        self._answers.add(tests, np.zeros(len(tests), dtype=bool))
         self.n_evaluated += n_called
 
 
 class _Answers:
-    """The tests of a study that this process knows, by design: what is in the file, no more.
-
-    Copies are one, as pymoo copies a problem with every generation of a history.
+    """What this process knows of a study. Copies are one, as pymoo copies problems often.
 
     Attributes:
-        tests: By design the number of its first test, and its values.
-        first: The first number that may be missing here.
+        tests: By design the number of its first test, and its values; none where these are to be
+            found again.
+        numbers: Of all tests.
     """
 
     def __init__(self) -> None:
-        self.tests: dict[_Key, tuple[int, Values]] = {}
-        self.first = 1
-        self._numbers: set[int] = set()  # of tests, from the first one on that is missing
-        self._again: dict[_Key, int] = {}  # numbers of those that are to be evaluated again
+        self.tests: dict[_Key, tuple[int, Values | None]] = {}
+        self.numbers: set[int] = set()
 
-    def add(self, tests: TestTable, again: NDArray[np.bool_] | None = None) -> None:
-        """Add tests, some of which are to be evaluated again; one of a known number is not new."""
-        wanted = [False] * len(tests) if again is None else again
-        columns = tests.numbers.tolist(), design_keys(tests.X), values_of_table(tests), wanted
+    def add(self, tests: TestTable, again: NDArray[np.bool_]) -> None:
+        """Add tests, some of which are to be evaluated again; what is known stays."""
+        columns = tests.numbers.tolist(), design_keys(tests.X), values_of_table(tests), again
         for number, key, values, anew in zip(*columns, strict=True):
-            if not anew:
-                self.tests.setdefault(key, (number, values))
-                self._again.pop(key, None)
-            elif key not in self.tests:
-                self._again[key] = number
-            self._numbers.add(number)
-        while self.first in self._numbers:
-            self._numbers.remove(self.first)
-            self.first += 1
+            self.numbers.add(number)
+            if self.tests.get(key, (0, None))[1] is None:
+                self.tests[key] = number, None if anew else values
 
-    def numbers_for(self, keys: list[_Key]) -> list[int]:
-        """Return the numbers of designs to be evaluated: those that they have, or free ones."""
-        free = (n for n in count(self.first) if n not in self._numbers)
-        return [self._again.get(key) or next(free) for key in keys]
+    def unknown(self, keys: list[_Key]) -> list[int]:
+        """Return where designs first occur whose values are not known."""
+        first = {key: i for i, key in reversed(list(enumerate(keys)))}
+        return sorted(i for key, i in first.items() if self.tests.get(key, (0, None))[1] is None)
+
+    def free(self, n: int) -> list[int]:
+        """Return the first n numbers that no test has."""
+        return list(islice((k for k in count(1) if k not in self.numbers), n))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
         return self
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _Answers, ()  # the file has them

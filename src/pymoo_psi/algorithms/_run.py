@@ -67,11 +67,7 @@ class RunOptions:
             and numbers of objectives and constraints, and the numbers and texts that the problem
             was made with and keeps, or what its method ``fingerprint()`` returns; it cannot see
             into the model.
-        retry: Numbers of test points that the study holds as failed and that are to be evaluated
-            once more; ``"failed"`` for all of them.
-        on_failure: ``"record"`` keeps a design whose evaluation raises, gives NaN or the wrong
-            shape, or is lost, as failed with its reason, and goes on; ``"raise"`` stops there,
-            with everything before it stored.
+        retry: ``"failed"`` evaluates what the study holds as failed once more.
         names: Names of your own for variables, objectives and constraints, by their default names:
             ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. The table, the study, files,
             plots and limits have them. Unless given, those of the problem's attribute ``names``.
@@ -105,8 +101,7 @@ class RunOptions:
     share: tuple[int, int] | None = None
     study: str | PathLike[str] | None = None
     study_key: str | None = None
-    retry: str | Collection[int] = ()
-    on_failure: str = "record"
+    retry: str | None = None
     names: Mapping[str, str] | None = None
     maximize: Collection[str] | None = None
     units: Mapping[str, str] | None = None
@@ -119,17 +114,12 @@ class RunOptions:
         """Check what can be checked without a problem."""
         integer("first", self.first, minimum=1)
         object.__setattr__(self, "sampling", uniform_sampling(self.sampling))
-        known_name("on_failure", self.on_failure, ("record", "raise"))
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
-        if self.retry != "failed":
-            for number in collection("retry", self.retry, "'failed' or numbers of test points"):
-                integer("a number in retry", number, minimum=1)
+        if self.retry is not None:
+            known_name("retry", self.retry, ("failed",))
         if self.log is not None:
             collection("log", self.log, "a list of variables", "one goes into a list too")
-        if self.study is not None:
-            Study(self.study)  # checks the name
-        _ = self.part
 
     def sampling_in(self, n_dim: int) -> UniformSampling:
         """Return where points of so many dimensions come from."""
@@ -293,9 +283,14 @@ class Store:
         if self.study is None or len(numbers) == 0:
             return TestTable.empty(self.layout)
         first, last = int(numbers[0]), int(numbers[-1])
-        stored = self.stored(first, last - first + 1)
+        known = self.known(first, last - first + 1)
         # the file of a share may have come to hold points of other shares
-        return stored.rows(np.isin(stored.numbers, numbers) & ~self.to_retry(stored))
+        return known.rows(np.isin(known.numbers, numbers))
+
+    def known(self, first: int = 1, count: int = LAST) -> TestTable:
+        """Return what is stored of test points and not to be retried."""
+        stored = self.stored(first, count)
+        return stored.rows(~self.to_retry(stored))
 
     def stored(self, first: int = 1, count: int = LAST) -> TestTable:
         """Return what is stored of the test points from ``first`` on."""
@@ -311,15 +306,7 @@ class Store:
 
     def to_retry(self, stored: TestTable) -> NDArray[np.bool_]:
         """``(n,)`` which of stored tests are failed ones to be evaluated once more."""
-        again: NDArray[np.bool_] = stored.status == "failed"
-        if self._retry != "failed":
-            again &= np.isin(stored.numbers, [int(number) for number in self._retry])
-        return again
-
-    def known_designs(self) -> TestTable:
-        """Return all that is stored; without failures where some are to be tried again."""
-        stored = self.stored()
-        return stored.rows(stored.status != "failed") if len(self._retry) else stored
+        return np.asarray((stored.status == "failed") & (self._retry is not None))
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""

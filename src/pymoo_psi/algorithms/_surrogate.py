@@ -15,15 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Received, boolean, instance, integer, invalid
+from pymoo_psi._validation import boolean, integer
 from pymoo_psi.algorithms._engine import by_number
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
+from pymoo_psi.algorithms._recorded import Recorded
 from pymoo_psi.algorithms._run import Points
 from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
-from pymoo_psi.problems import ProgramProblem
+from pymoo_psi.problems import ProgramProblem, Required
 from pymoo_psi.study import LAST
-from pymoo_psi.table import Limits, TestTable, bounds_of, difference, lacking
+from pymoo_psi.table import Limits, TestTable, bounds_of, lacking
 
 Array = NDArray[np.float64]
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -66,6 +67,9 @@ class SurrogatePSI(PSI):
     surrogates take the worst value of the others for it, if several tests of the sequence show it.
     A constraint may be the amount of a violation, 0 where it is met; others are learned better.
 
+    To learn from the tests of an earlier :class:`PSI`, run both on one
+    :class:`~pymoo_psi.Recorded` problem: the first ``n_points`` are then answered by its study.
+
     It pays where a test takes seconds or more, and where many variables leave most of the space
     empty; from some hundred tests on, proposals take longer than cheap models. It tests designs
     between and beyond the known ones, so the tests are no uniform sample any more: histograms and
@@ -76,9 +80,6 @@ class SurrogatePSI(PSI):
         n_points: How many points of the sequence come first, 20 by default.
         batch: How many designs are proposed at a time, a round; by default 4 while fewer than 64
             tests are known, then 8. A smaller one learns more from each test.
-        start: Tests of the same problem to go on from, such as the table of an earlier
-            :class:`PSI`; then no points of the sequence are tested, and ``n_evaluations`` counts
-            the proposals only, which are numbered on.
         asynchronous: Whether a :class:`~pymoo_psi.JoblibRunner`'s workers do not wait for the end
             of a round: while one has nothing to do, the next round is proposed, as far as possible
             from designs that are being tested. Then proposals depend on what was done first, and
@@ -89,11 +90,9 @@ class SurrogatePSI(PSI):
             before; designs near failed ones are avoided in three rounds of four.
 
     Raises:
-        ArgumentValueError: As for :class:`PSI`; ``start`` has no tests or belongs to another
-            problem.
+        ArgumentValueError: As for :class:`PSI`.
         ArgumentTypeError: As for :class:`PSI`.
         StudyError: As for :class:`PSI`.
-        EvaluationError: As for :class:`PSI`.
 
     Example:
         >>> from pymoo.optimize import minimize
@@ -112,57 +111,32 @@ class SurrogatePSI(PSI):
         *,
         n_points: int | None = None,
         batch: int | None = None,
-        start: TestTable | None = None,
         asynchronous: bool | None = None,
         **options: Any,
     ) -> None:
         super().__init__(integer("n_evaluations", n_evaluations, minimum=1), **options)
         self._batch = None if batch is None else integer("batch", batch, minimum=1)
-        if start is not None and len(instance("start", start, TestTable)) == 0:
-            raise invalid("start", "a table with tests", Received("none"))
-        if start is not None and n_points is not None:
-            raise invalid("n_points", "left out where there is a start", n_points)
         self._asynchronous = None if asynchronous is None else boolean("asynchronous", asynchronous)
-        self._given = start
-        self._asked = None if n_points is None else integer("n_points", n_points, minimum=1)
-        self._ends: list[int] = []  # how many tests there are after the start, after each round
+        self._asked = _POINTS if n_points is None else integer("n_points", n_points, minimum=1)
+        self._ends: list[int] = []  # how many tests there are at the start, after each round
         self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         self.seed = self.seed or 0
-        given = self._given
-        if given is not None:
-            given = given.rows(np.argsort(given.numbers))
-            self.options = replace(self.options, first=int(given.numbers[-1]) + 1)
-            size, what = 1, f", not tested, but {len(given)} tests given"
-        else:
-            size = self._asked or _POINTS
-            what = f", {size} points"  # also of a run that ends among them, and may go on
-            size = min(size, self.n_points)
         batches = self._batch or f"{_FEW}, from {_LITTLE} tests on {_BATCH}"
-        method = f"{what}, then proposals in batches of {batches}, seed {self.seed}"
-        self._engine = self._engine_of(size, further=self.n_points - size, method=method)
+        # of the points all, also where a run ends among them, as it may go on
+        what = f", {self._asked} points, then proposals in batches of {batches}"
+        size = min(self._asked, self.n_points)
+        self._engine = self._engine_of(size, method=f"{what}, seed {self.seed}")
         workers, overlap = self._engine.n_workers, self._asynchronous
         if overlap is None:
             overlap = workers > (self._batch or _BATCH)
         self._engine.extend = self._extend if overlap and workers else None
-        self.table = self._engine.table
-        first = self._engine.points
-        numbers, units = first.numbers, first.units
-        if given is not None:
-            if other := difference(given, self.table, apart_from=("sampling", "key")):
-                rule = "tests of the same problem, with this run's names, directions, units, bounds"
-                raise invalid("start", rule, Received(other))
-            given = replace(given, problem=self.table.problem)
-            self.table = self.table.extended(given)
-            self._engine.store.keep(given)
-            self._blocks = [len(given)]
-            numbers, units = given.numbers, self._engine.space.points(given.X)
-        self._n_uniform = len(numbers)  # tests before the first round
-        self._ends = [self._n_uniform]
-        more = len(first) - size if given is None else len(given)  # by `fill`, not evaluated
-        self._n_tests = self.n_points + more
-        self._engine.points = Points(numbers, first.n_dim, units, np.zeros(len(numbers)))
+        points = self._engine.points
+        self._engine.points = replace(points, given=points.units, rounds=np.zeros(len(points)))
+        self.table, self._n_uniform = self._engine.table, len(points)
+        self._ends = [len(points)]
+        self._n_tests = self.n_points - size + len(points)  # more by `fill`, not evaluated
 
     def _rows(self) -> NDArray[np.intp]:
         """Return the rows of the points that are tested next; those of a round are proposed."""
@@ -205,7 +179,6 @@ class SurrogatePSI(PSI):
         last = self._engine.points.numbers[self._n_uniform - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
         tests = self._tests(table, n_uniform, further, pending)
-        encode = partial(encoded, self._engine.space)
         # up to how many tests lengths are fitted: of rising numbers the last one that is reached
         fitted = n_uniform
         for end in self._ends:
@@ -218,12 +191,12 @@ class SurrogatePSI(PSI):
             rows, fit = np.flatnonzero(known[:fitted]), None
             if len(rows) >= _LEAST:
                 uniform = max(int(known[:n_uniform].sum()), _LEAST)
-                Z = encode(tests.points[rows])
+                Z = goal.encode(tests.points[rows])
                 fit = Fit.of(Z, bounded(tests.Y[rows]), uniform, goal.n_obj)
             self._fitted = fitted, fit
         turn = len(self._ends) - 1
         random = np.random.default_rng([self.seed or 0, turn])
-        return propose(tests, self._fitted[1], goal, encode, size, turn, random)
+        return propose(tests, self._fitted[1], goal, size, turn, random)
 
     def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
         """Return what is searched for, and the further outputs that have limits."""
@@ -244,7 +217,9 @@ class SurrogatePSI(PSI):
             elif name in names:
                 j = names.index(name)
                 low[j], high[j] = space.searched[j].between(least, greatest)
-        goal = Goal(n_obj, bounds, low, high, self._required)
+        goal = Goal(n_obj, bounds, low, high, self._required, partial(encoded, space))
+        while isinstance(problem, (Recorded, Required)):
+            problem = problem.wrapped
         outputs = problem.outputs if isinstance(problem, ProgramProblem) else {}
         # Expressions are not learned, but the outputs of the program that they are made of.
         used = {name for output in outputs.values() for name in output.names}

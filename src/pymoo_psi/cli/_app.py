@@ -150,7 +150,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _file("study", "FILE.db", "Keep every test here; a run continues it."),
     _option("share", "K/N", "Test the K-th of N parts; --study is their folder."),
     _option("study-key", "K", "What else the study depends on: the model's version."),
-    _option("retry", "failed|1,2", "Test failed designs of the study once more."),
+    _option("retry", "failed", "Test failed designs of the study once more."),
     _file("out", "FILE", "Write the Pareto set here, .csv or .xlsx."),
     _flag("new", text="Write an example of a FILE.toml, to be edited."),
     _flag("try", text="Run the program of a FILE.toml once, and show all of it."),

@@ -123,9 +123,6 @@ def _run_options(options: Options) -> RunOptions:
         if getattr(options, name) is not None and options.study is None:
             option = f"--{name.replace('_', '-')}"
             raise invalid(option, "used with --study", Received("no --study"))
-    retry: Any = options.retry
-    if retry != "failed":
-        retry = counts_in("--retry", retry, "'failed' or numbers of test points, such as 1,2,3")
     share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
     return RunOptions(
         sampling=None if options.sampling == "lptau" else options.sampling,
@@ -134,7 +131,7 @@ def _run_options(options: Options) -> RunOptions:
         fill=options.fill,
         study=options.study,
         study_key=options.study_key,
-        retry=retry,
+        retry=options.retry,
     )
 
 

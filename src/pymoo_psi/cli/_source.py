@@ -191,7 +191,7 @@ def counts_in(option: str, text: str | None, form: str, mark: str = ",") -> tupl
         ArgumentValueError: The text is something else; ``form`` says what it must be.
 
     Example:
-        >>> counts_in("--retry", "1, 3", "numbers of test points")
+        >>> counts_in("--evaluations", "1, 3", "numbers of test points")
         (1, 3)
     """
     parts = [] if text is None else [part.strip() for part in text.split(mark)]

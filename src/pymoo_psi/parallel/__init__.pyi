@@ -1,6 +1,5 @@
 # The public names, and those for other subpackages. `lazy_loader` reads this file.
 
-from ._evaluation import MOMENT as MOMENT
 from ._evaluation import Result as Result
 from ._evaluation import Values as Values
 from ._evaluation import Waiting as Waiting

@@ -18,7 +18,6 @@ from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import (
-    MOMENT,
     JoblibRunner,
     Result,
     Values,
@@ -101,7 +100,7 @@ def streams(problem: Any) -> bool:
     )
 
 
-def stream_designs(problem: Any, waiting: Waiting, *, one_by_one: bool) -> Generator[Result]:
+def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result]:
     """Evaluate the designs of a queue and give the values of each as soon as they are there.
 
     A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`.
@@ -109,14 +108,12 @@ def stream_designs(problem: Any, waiting: Waiting, *, one_by_one: bool) -> Gener
     Args:
         problem: A pymoo problem that :func:`streams`.
         waiting: The designs with their indices; more may be added while the results are read.
-        one_by_one: Give the values of a design before the next one is evaluated, where that is
-            done in this process; otherwise cheap designs come in groups.
     """
     model, runner = _Model(problem, (), {}, stop=False), problem.elementwise_runner
     if isinstance(runner, JoblibRunner):
         yield from runner.stream(model, waiting)
     else:
-        yield from evaluate_here(model, waiting, moment=0.0 if one_by_one else MOMENT)
+        yield from evaluate_here(model, waiting)
 
 
 def columns_of_values(problem: Any, rows: Sequence[Values]) -> dict[str, Any]:
