@@ -92,16 +92,6 @@ def test_a_set_in_pieces_where_another_piece_is_as_good():
     assert kinds(apart[(X < 0.3) | (X > 0.7)]) == []
 
 
-def test_an_arc_in_three_objectives_counts_one_twice():
-    """DTLZ5: f1 = f2, so that the end where both are best is nearer than all else on the arc."""
-    angle = np.linspace(0, np.pi / 2, 200)
-    arc = np.column_stack([np.cos(angle), np.cos(angle), np.sin(angle)])
-    optimum = int(rank_of_efficiency(arc).salukvadze[0])
-    assert explain(arc, optimum).shares.round(9).tolist() == [0, 0, 1]
-    assert "extreme" in kinds(arc)
-    assert "equidistant" in kinds(arc[:, 1:])  # without the double it is a circle
-
-
 @pytest.mark.parametrize("m", [3, 5])
 def test_a_plane_that_faces_away_from_the_ideal_has_its_compromise_far_off_and_hardly_nearer(m):
     """Where m - 1 objectives can be bad at once (inverted DTLZ1) the least distance is flat."""

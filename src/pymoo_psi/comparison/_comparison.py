@@ -323,11 +323,10 @@ def _counted_once(runs: Sequence[Run]) -> Iterator[Run]:
     """
     for _, own in itertools.groupby(runs, lambda run: run.task.algorithm):
         several = list(own)
-        first = {run.task.n_evaluations: run for run in reversed(several)}
-        same = (np.array_equal(run.F, first[run.task.n_evaluations].F) for run in several)
-        if len(first) < len(several) and any(len(run.F) for run in several) and all(same):
-            several = [replace(run, task=replace(run.task, seed=None)) for run in first.values()]
-            several.sort(key=lambda run: run.task.n_evaluations)
+        one = {run.task.n_evaluations: run for run in several}
+        same = (np.array_equal(run.F, one[run.task.n_evaluations].F) for run in several)
+        if len(one) < len(several) and any(len(run.F) for run in several) and all(same):
+            several = [replace(run, task=replace(run.task, seed=None)) for run in one.values()]
         yield from several
 
 
