@@ -14,7 +14,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, PsiError, TestTable, investigate
-from pymoo_psi.table import Layout, constraint_costs
+from pymoo_psi.table import Layout, constraint_costs, histogram
 from tests.table.asked import freed, violations
 
 # A coarse grid makes ties, dominated designs and values on a limit common.
@@ -225,6 +225,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
     [
         (lambda: PLAIN.feasible({"f12": 1.0}), ValueError, "a limit must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
         (lambda: PLAIN.pareto({"f1": 1, 0: 2}), ValueError, "limits must be given once for a column"),
+        (lambda: histogram(PLAIN, "x3"), ValueError, "variable must be one of 'x1', got 'x3'"),
         (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
         (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "got objectives .* against .*g1"),
         (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),

@@ -120,11 +120,6 @@ def test_refined_bounds_of_mixed_variables():
     np.testing.assert_allclose(upper, [1.8, 19, np.nan, np.nan, np.nan])
 
 
-def test_an_unknown_column_has_no_histogram():
-    with pytest.raises(PsiError, match="variable must be one of 'x1', 'x2', got 'x3'"):
-        histogram(RING, "x3")
-
-
 def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():
     """Row 1 of the Pareto set is test point 5, which nobody must look for under 1."""
     table = TestTable.of(
