@@ -36,6 +36,14 @@ def workbook(*sheets, edit=None):
     return stream.getvalue()
 
 
+def hide_rows(*numbers):
+    def edit(sheet):
+        for number in numbers:
+            sheet.row_dimensions[number].hidden = True
+
+    return edit
+
+
 def inserted(content, mark, text):
     """A workbook with a text in the XML of its sheet, in front of a mark."""
     stream = io.BytesIO()
@@ -67,6 +75,8 @@ FILES = {
     "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; settle it by --thousands '\.' or --decimal '\.'"),
     "the same with the decimal mark": ("cost;mass\n2,5;1.250\n3,5;980\n", {"decimal": ","}, {"cost": [2.5, 3.5], "mass": [1250, 980]}),
     "three decimals or thousands, commas": ("a,b\n1.250,3\n980,4\n", {}, "'1.250' .* settle it by"),
+    "three decimals as programs print them": ("a,b\n1.250,3\n0.980,4\n2.500,5\n", {}, {"a": [1.25, 0.98, 2.5], "b": [3, 4, 5]}),
+    "three decimals, none below one": ("a,b\n1.250,3\n2.980,4\n", {}, {"a": [1.25, 2.98], "b": [3, 4]}),
     "three decimals, told by a leading zero": ("a;b\n0.125;3\n1.250;4\n", {}, {"a": [0.125, 1.25], "b": [3, 4]}),
     "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; settle it by --thousands ',' or --dec"),
     "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', no plain number like the others"),
@@ -103,7 +113,8 @@ FILES = {
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, r"row 2 \(line 1000\) holds no number in the column 'a'"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
-    "rows of a workbook left out": (workbook([["t"], *TYPED, [7, 7]]), {"skip_rows": [1, 5]}, COST),
+    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, "hides 1 row; .* --skip-rows 4"),
+    "hidden rows left out": (workbook([["t"], *TYPED, [7, 7]], edit=hide_rows(5, 20)), {"skip_rows": [1, 5]}, COST),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     # What else a file may be

@@ -9,7 +9,8 @@ have two meanings, one in each notation:
 1. Where ``decimal`` or ``thousands`` is given, it decides.
 2. Else a column that only one notation can read, as one with 1.5, 0.125 or 1.250.000, is of it.
 3. Else the mark, as in 1.250, is a decimal mark if it is one in all columns of the file that are
-   certain.
+   certain; or if it is a point in a file with commas between its cells, and all numbers of the
+   column have three digits behind it, as programs print them.
 4. Else the column is refused: no number is read that could be another one.
 """
 
@@ -55,6 +56,7 @@ _NUMBERLIKE = re.compile(
     r"(?:=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d)",
     re.IGNORECASE,
 )
+_PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
 # What spreadsheets and people call rows that summarise others: sums, of groups too ("A Total"),
 # means and extremes.
@@ -79,6 +81,7 @@ class Cells:
     Attributes:
         columns: The n cells of each column by its name, in the order of the source.
         lines: The line of the file on which each row ends; empty if there are no lines.
+        separator: The mark between the cells of a text.
         head: What the source says of its columns, as :func:`designs_head` writes it.
         label: The column that names the designs, if the source says so.
         rows: The numbers of the rows, from 1 to n if empty.
@@ -86,6 +89,7 @@ class Cells:
 
     columns: dict[str, list[Any]]
     lines: Sequence[int] = ()
+    separator: str = ""
     head: Head | None = None
     label: str | None = None
     rows: Sequence[int] = ()
@@ -184,15 +188,17 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
                 raise UnfitError(f"{what}; {out}, or begin its name otherwise")
         kept = [k for k in range(len(rows)) if k not in marked]
         rows, ends = [rows[k] for k in kept], [ends[k] for k in kept]
-    return cells_of_rows(rows, ends)
+    return cells_of_rows(rows, ends, separator)
 
 
-def rows_of_workbook(content: bytes, name: str | None) -> tuple[Head | None, dict[int, Row]]:
+def rows_of_workbook(
+    content: bytes, skip_rows: Collection[int], name: str | None
+) -> tuple[Head | None, dict[int, Row]]:
     """Return what a sheet of ours says of its rows, and these by number, of one length.
 
     Raises:
-        ArgumentValueError: It is no workbook, there is no sheet of that name, or it is not known
-            which one is meant.
+        ArgumentValueError: It is no workbook, there is no sheet of that name, it is not known which
+            one is meant, or the sheet hides rows that are not left out.
         PsiError: openpyxl is not installed.
     """
     openpyxl = workbooks()
@@ -214,19 +220,39 @@ def rows_of_workbook(content: bytes, name: str | None) -> tuple[Head | None, dic
             sheet.reset_dimensions()  # what a file declares may be more than it holds
             numbered = enumerate(sheet.iter_rows(values_only=True), start=1)
             rows = {i: row for i, row in numbered if not all(map(_nothing, row))}
+            hidden = sorted(_hidden_rows(sheet) & rows.keys() - {*skip_rows})
     except PsiError:
         raise
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
+    if hidden:
+        what = f"the sheet hides {counted(len(hidden), 'row')}"
+        out = ",".join(map(str, hidden))
+        raise UnfitError(f"{what}; show them, or leave them out by --skip-rows {out}")
     ends = (j for row in rows.values() for j, cell in enumerate(row, 1) if not _nothing(cell))
     width = max(ends, default=0)
     return head, {i: [*row, *[None] * width][:width] for i, row in rows.items()}
 
 
+def _hidden_rows(sheet: Any) -> set[int]:
+    """Return the hidden rows of a sheet, which openpyxl tells only where it loads everything."""
+    from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
+
+    hidden, i = set(), 0
+    with sheet._get_source() as file:
+        for _, element in iterparse(file):
+            if element.tag.endswith("}row"):
+                i = int(element.get("r", i + 1))
+                if element.get("hidden") in ("1", "true"):
+                    hidden.add(i)
+                element.clear()
+    return hidden
+
+
 def cells_of_sheet(rows: Mapping[int, Row], skip_rows: Collection[int], head: Head | None) -> Cells:
     """Return the cells of a sheet that people have written."""
     kept = {i: [*map(_typed, row)] for i, row in rows.items() if i not in skip_rows}
-    return cells_of_rows([*kept.values()], [*kept], head)
+    return cells_of_rows([*kept.values()], [*kept], "", head)
 
 
 def _nothing(cell: Any) -> bool:
@@ -295,7 +321,9 @@ def in_a_line(name: str) -> str:
     return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
 
 
-def cells_of_rows(rows: list[list[Any]], ends: list[int], head: Head | None = None) -> Cells:
+def cells_of_rows(
+    rows: list[list[Any]], ends: list[int], separator: str, head: Head | None = None
+) -> Cells:
     """Return rows as columns under the names in the first row."""
     if not rows:
         raise UnfitError(_EMPTY)
@@ -324,7 +352,7 @@ def cells_of_rows(rows: list[list[Any]], ends: list[int], head: Head | None = No
         if count > 1:
             what = f"its header names the column {name!r} {count} times"
             raise UnfitError(f"{what}; leave titles above the names out by --skip-rows")
-    return Cells(dict(named), ends[1:], head)
+    return Cells(dict(named), ends[1:], separator, head)
 
 
 # From cells to numbers
@@ -445,8 +473,10 @@ def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) 
     decimal = marks[0]
     if len(unclear := np.flatnonzero(~np.isnan(one) & (one != two))):
         i, used = unclear[0], {mark for i in unclear for mark in ".," if mark in column[i]}
+        printed = all(is_blank(c) or _PRINTED.fullmatch(str(c).strip()) for c in column)
         decimal = "." if "." in column[i] else ","
-        if len(used) > 1 or used != certain:
+        settled = used == certain or (printed and cells.separator == "," and not certain)
+        if len(used) > 1 or not settled:
             readings = " or ".join(f"{values[m][i]:.15g}" for m in (_OTHER[decimal], decimal))
             remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
             return refused(i, f"either {readings}; {remedy}")

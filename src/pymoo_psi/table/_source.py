@@ -187,7 +187,7 @@ def _opened(
         what = "it is a workbook of old, or with a password"
         raise UnfitError(f"{what}; save it as .xlsx without one, or as CSV")
     if content.startswith(_ZIP):
-        head, rows = rows_of_workbook(content, sheet)
+        head, rows = rows_of_workbook(content, skipped, sheet)
         if MARK not in (head or {}):
             return cells_of_sheet(rows, skipped, head)
         with described(path):
