@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.pareto._dominance import nondominated, unit_lengths
-from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency, ranking_from
+from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of, ranking_from
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
 
 Array = NDArray[np.float64]
@@ -40,6 +40,7 @@ FAR = 10.0
 """A value farther from all others than ten times their range is no value of the same kind."""
 
 _OTHERS = 4  # values that tell what is usual
+_ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
 
 class Caution(NamedTuple):
@@ -222,13 +223,17 @@ class _Checks:
 
     def without(self, i: int) -> tuple[float, Caution]:
         """Return how far the optimum moves without a design of the front, and what to say then."""
-        objectives, values, frame = self.ranking.objectives, self.values, self.ranking.frame
+        F, values = self.ranking.objectives.minimized, self.values
         # What it dominates may be Pareto optimal without it.
-        freed = (values[i] <= objectives.minimized).all(axis=1) & ~self.ranking.pareto
-        others = objectives.rows(np.append(np.delete(self.rows, i), np.flatnonzero(freed)))
-        again = rank_of_efficiency(others, normalize=frame.normalize)
-        lengths = unit_lengths(again.frame.ideal, again.frame.nadir)
-        steps = np.abs(others.minimized[again.salukvadze][:, None] - values[self.best]) / lengths
+        freed = (values[i] <= F).all(axis=1) & ~self.ranking.pareto
+        rows = np.append(np.delete(self.rows, i), np.flatnonzero(freed))
+        if freed.any():
+            rows = rows[nondominated(F[rows])]
+        left = F[rows]
+        frame = UtopianFrame(left.min(axis=0), left.max(axis=0), self.ranking.frame.normalize)
+        mu1, lengths = frame.distances(left)[:, 0], unit_lengths(frame.ideal, frame.nadir)
+        new = np.flatnonzero(mu1 <= mu1.min() * (1 + _ROUNDING))
+        steps = np.abs(left[new, None] - values[self.best]) / lengths
         moved, times = steps.max(axis=2), np.ptp(values, axis=0) / lengths
         k, b = np.unravel_index(moved.argmin(), moved.shape)
         return float(moved[k, b]), _caution(
@@ -236,7 +241,7 @@ class _Checks:
             design=self.ranking.name_of(int(self.rows[i])),
             stretched=self.names[times.argmax()],
             times=number(times.max(), 3),
-            other=again.name_of(int(again.salukvadze[k])),
+            other=self.ranking.name_of(int(rows[new[k]])),
             share=percent(moved[k, b]),
             objective=self.names[steps[k, b].argmax()],
         )

@@ -201,10 +201,9 @@ class Explanation:
         ranking, optima, other = self.ranking, self.ranking.salukvadze, self.dominated_by
         design, n = capital(ranking.name_of(self.row)), int(ranking.pareto.sum())
         if other >= 0:
-            better = _compared(ranking, [self.row, other], self.steps.units).difference(1)
-            return sentence(
-                "dominated", design=design, other=ranking.name_of(other), difference=better
-            )
+            pair = _compared(ranking, [self.row, other], self.steps.units)
+            names = {"design": design, "other": ranking.name_of(other)}
+            return sentence("dominated", **names, difference=pair.difference(1))
         kind = "ranked" if self.row not in optima else "optima" if len(optima) > 1 else "optimum"
         front, rank = counted(n, "Pareto-optimal design"), ranking.rank[self.row]
         kind = "single" if n == 1 else kind

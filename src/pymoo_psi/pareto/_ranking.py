@@ -194,11 +194,8 @@ class EfficiencyRanking(Shown):
     def __repr__(self) -> str:
         """Return how much is ranked and which design is the best."""
         n, m = self.objectives.values.shape
-        best = self.name_of(int(self.salukvadze[0]))
-        return (
-            f"EfficiencyRanking({n} designs by {m} objectives: {self.pareto.sum()} Pareto optimal, "
-            f"the best is {best})"
-        )
+        size = f"{n} designs by {m} objectives: {self.pareto.sum()} Pareto optimal"
+        return f"EfficiencyRanking({size}, the best is {self.name_of(int(self.salukvadze[0]))})"
 
     def name_of(self, row: int) -> str:
         """Return what sentences call a design: its label if that is a text, else "design 3".
