@@ -341,9 +341,9 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
         if set(case.pins[k]) <= set(rows.tolist()):
             pins = np.searchsorted(rows, case.pins[k]).tolist()
             two = compare_designs(ranking, pins, units=units)
-            for j, objective in enumerate(found["compared"]["objectives"]):
-                assert objective["better"] == np.sign(two.gains[1:, j]).tolist()
-                shares = np.array(objective["share"], dtype=float)
+            for j, objective in enumerate(found["compared"]):
+                assert np.sign(objective["gains"]).tolist() == np.sign(two.gains[1:, j]).tolist()
+                shares = np.array(objective["shares"], dtype=float)
                 np.testing.assert_allclose(shares, two.shares[1:, j], rtol=1e-12)
 
 

@@ -177,15 +177,14 @@ def _packed(
     low, high, crowded = scale_of(values[known & optimal])
     # what is spread over decades has its digits in each of them
     decades = layout.is_log(name) and high > 10**_DECADES * low
-    beyond = known & ((values < low) | (values > high))
+    beyond = known & optimal & ((values < low) | (values > high))
     near = values[known & optimal & ~beyond]
     return packed | {
         "values": _base64(every),
         "notation": ("exponent", _DIGITS - 1) if decades else notation_of(near),
         "range": [low, high],
         "log": crowded or (layout.is_log(name) and low > 0),
-        "clipped": int((beyond & optimal).sum()),
-        "beyond": int(beyond.sum()),
+        "clipped": int(beyond.sum()),
     }
 
 

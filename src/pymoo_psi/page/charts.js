@@ -65,23 +65,20 @@ const Charts = (() => {
     g.restore()
   }
 
-  // A shape as a picture for legends and texts, made once and copied.
-  const icons = {}
+  // A shape as a picture for legends and texts.
   function icon(key) {
-    if (!icons[key]) {
-      const {shape, size} = LOOKS[key]
-      const colour = `var(--look-${key})`
-      const r = Math.min(size, 6.5)
-      const svg = (name, attributes) => {
-        const element = document.createElementNS("http://www.w3.org/2000/svg", name)
-        for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value)
-        return element
-      }
-      icons[key] = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"})
-      icons[key].append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
-        fill: isOpen(shape) ? "none" : colour, stroke: isOpen(shape) ? colour : "none"}))
+    const {shape, size} = LOOKS[key]
+    const colour = `var(--look-${key})`
+    const r = Math.min(size, 6.5)
+    const svg = (name, attributes) => {
+      const element = document.createElementNS("http://www.w3.org/2000/svg", name)
+      for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value)
+      return element
     }
-    return icons[key].cloneNode(true)
+    const picture = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"})
+    picture.append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
+      fill: isOpen(shape) ? "none" : colour, stroke: isOpen(shape) ? colour : "none"}))
+    return picture
   }
 
   // A name that may go on in a new line behind each underscore or slash, and before a capital within.
@@ -234,14 +231,14 @@ const Charts = (() => {
 
   // Parallel coordinates. A drag along an axis sets its limits. Objectives get better downwards.
   //   on = {limit([[column, [low, high]], …], done), pick(row), hover(row, x, y)}
-  function parallel(parent, on) {
+  function parallel(parent, axes, on) {
     const [TOP, BOTTOM] = [10, 34]
     const heads = document.createElement("div")
     heads.className = "heads"
     const plot = document.createElement("div")
     plot.className = "plot"
     parent.append(heads, plot)
-    let [axes, model, marked] = [[], null, -1]
+    let [model, marked] = [null, -1]
     const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
     const xOf = (j) => ((j + 0.5) * size.width) / axes.length
@@ -262,16 +259,13 @@ const Charts = (() => {
       }
     }
 
-    function setAxes(columns) {
-      axes = columns
-      // Every axis needs room for its name and numbers; beyond that the chart scrolls.
-      parent.style.minWidth = `${70 * columns.length}px`
-      heads.replaceChildren(...columns.map((column) => {
-        const head = document.createElement("span")
-        head.append(...broken(column.label))
-        head.title = column.label
-        return head
-      }))
+    // Every axis needs room for its name and numbers; beyond that the chart scrolls.
+    parent.style.minWidth = `${70 * axes.length}px`
+    for (const {label} of axes) {
+      const head = document.createElement("span")
+      head.append(...broken(label))
+      head.title = label
+      heads.append(head)
     }
 
     // Single lines, drawn by the browser.
@@ -358,8 +352,8 @@ const Charts = (() => {
     }
 
     function draw(all) {
-      if (!size.width || !axes.length) return
-      if (all || axes.some(isGeometric)) {
+      if (!size.width) return
+      if (all) {
         drawContext()
         drawAxes()
       }
@@ -406,7 +400,7 @@ const Charts = (() => {
       on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
-    return {setAxes, mark, draw: (next, all) => { model = next; if (all) fit(); draw(all) }}
+    return {mark, draw: (next, all) => { model = next; if (all) fit(); draw(all) }}
   }
 
   // A scatter plot of two columns. A drag sets the limits of both, those of a box; `on` is as above.

@@ -12,7 +12,6 @@ const LAST_PLACES = 8 * Number.EPSILON
 const TIE = 1e-9
 const STEP = 0.01
 const MOST_PINS = 5
-const RANKS = [0, 1, 2, 3, 4, 5, 6]
 const LONGEST_STATE = 1 << 24 // characters of a file
 
 // ---------------------------------------------------------------------------------------- the data
@@ -114,32 +113,17 @@ function countBelow(sorted, value, orEqual) {
   return low
 }
 
-// The rows in the order of their values, missing ones last; equal ones stay as they are. They are
-// sorted by the leading bits of their numbers first, as a comparing function takes thirty times as
-// long and then has next to nothing left to do.
+// The rows in the order of their values, missing ones last; equal ones stay as they are. Numbers are
+// sorted and places looked up in them, as a comparing function takes ten times as long.
 function argsort(values, rows) {
-  const n = rows.length
-  const keys = taken(values, rows)
-  const words = new Int32Array(keys.buffer)
-  const leading = new Uint32Array(n)
-  for (let k = 0; k < n; k++) { // negative numbers are the lower, the larger their bits
-    if (keys[k] !== keys[k]) keys[k] = Infinity
-    leading[k] = words[2 * k + 1] < 0 ? ~words[2 * k + 1] : words[2 * k + 1] ^ 0x80000000
+  const keys = taken(values, rows).map((value) => (Number.isNaN(value) ? Infinity : value))
+  const sorted = keys.slice().sort()
+  const [order, before] = [new Int32Array(rows.length), new Int32Array(rows.length)]
+  for (let k = 0; k < rows.length; k++) {
+    const first = countBelow(sorted, keys[k], false) // of equal ones
+    order[first + before[first]++] = rows[k]
   }
-  let order = upTo(n)
-  for (const shift of [0, 11, 22]) {
-    const [ends, next] = [new Int32Array(2049), new Int32Array(n)]
-    for (let k = 0; k < n; k++) ends[((leading[k] >>> shift) & 2047) + 1]++
-    for (let v = 1; v < 2049; v++) ends[v] += ends[v - 1]
-    for (let k = 0; k < n; k++) next[ends[(leading[order[k]] >>> shift) & 2047]++] = order[k]
-    order = next
-  }
-  for (let from = 0, to = 1; to <= n; to++) {
-    if (to < n && leading[order[to]] === leading[order[from]]) continue
-    if (to - from > 1) order.subarray(from, to).sort((a, b) => keys[a] - keys[b] || a - b)
-    from = to
-  }
-  return taken(rows, order, new Int32Array(n))
+  return order
 }
 
 // The least values of the groups of values that are equal up to a tolerance, of their own size by
@@ -464,26 +448,23 @@ function nearestDesign(data, state, {times}) {
 // often the ends of the set, and no compromises.
 function order(data, ranking, state) {
   const {by, name, down} = state.order
-  const {pareto, rank, isBest} = ranking
-  const hasRank = RANKS.map((r) => state.ranks === null || state.ranks.includes(r))
-  const shows = (i) => pareto[i] ? hasRank[rank[i]] || (hasRank[6] && isBest[i]) : state.dominated
+  const {pareto, rank} = ranking
   const turned = (list) => (down ? list.slice().reverse() : list)
   if (by === "column" || by === "label") {
     const column = by === "label" ? null : data.by.get(name)
     const array = column ? values(data, ranking, column) : data.alphabetic ??= alphabetic(data)
-    const sorted = argsort(array, picked(ranking.rows, shows))
+    const sorted = argsort(array, state.dominated ? ranking.rows : ranking.front)
     const known = picked(sorted, (i) => !Number.isNaN(array[i]))
     return concat(data.prototypes, turned(known), picked(sorted, (i) => Number.isNaN(array[i]))) // missing ones last
   }
   const dominated = state.dominated ? picked(ranking.rows, (i) => !pareto[i]) : new Int32Array(0)
   if (by === "preference") {
     const {value, total, best} = preference(data, ranking, state.preference)
-    const first = best.filter(shows) // as rounding would order those that tie
-    const others = picked(ranking.front, (i) => !best.includes(i) && shows(i))
-    const ordered = concat(first, argsort(value, argsort(total, others)))
+    const others = picked(ranking.front, (i) => !best.includes(i))
+    const ordered = concat(best, argsort(value, argsort(total, others)))
     return concat(data.prototypes, turned(ordered), turned(argsort(value, dominated)))
   }
-  const near = picked(ranking.byMu1, shows)
+  const near = ranking.byMu1
   const front = by === "rank" ? concat(...[6, 5, 4, 3, 0].map((r) => picked(near, (i) => rank[i] === r))) : near
   return concat(data.prototypes, turned(front), turned(argsort(ranking.mu1, dominated)))
 }
@@ -584,6 +565,14 @@ function percent(share) {
   return `${Number(rounded(hundreds, hundreds < 10 ? 1 : Math.floor(Math.log10(hundreds)) + 1)).toFixed(0)} %`
 }
 
+// What a design is under the limits.
+function rankText(data, {mask, pareto, rank}, row) {
+  if (row >= data.n) return "prototype"
+  if (!mask[row]) return "outside the limits"
+  if (!pareto[row]) return "dominated"
+  return rank[row] === 0 ? "unranked" : `rank ${rank[row]}`
+}
+
 // A number with the digits that tell designs of its column apart; a text is itself.
 function written(column, value) {
   if (column.texts) return column.texts[value] || "–"
@@ -658,18 +647,11 @@ function compared(data, ranking, state) {
   }))
 }
 
-// What rows give and take against one of them. `better` is 1, 0 or -1, `share` above 0 where better.
+// What rows gain against one of them in each objective, and this in shares of its range.
 function compare(data, ranking, rows, base) {
   const {gains, shares} = gainsOf(data, ranking, [base, ...rows])
-  return {
-    objectives: data.objectives.map(({name, maximize, values}, j) => ({
-      name,
-      values: rows.map((row) => values[row]),
-      differences: rows.map((_, k) => (maximize ? 1 : -1) * gains[k + 1][j] + 0),
-      share: rows.map((_, k) => shares[k + 1][j]),
-      better: rows.map((_, k) => Math.sign(gains[k + 1][j])),
-    })),
-  }
+  return data.objectives.map((column, j) => ({column, gains: rows.map((_, k) => gains[k + 1][j]),
+    shares: rows.map((_, k) => shares[k + 1][j])}))
 }
 
 // Why a design: its distances from the best, and towards each objective the design that gives up
@@ -845,10 +827,7 @@ function checked(data, anything) {
   const kept = (key, fits) => (item) => fits(item) || (lost.add(key), false)
   const entries = (key, fits, object) => byName(Object.entries(fitting(key, isObject, {}, object)).filter(
     kept(key, ([name, value]) => data.by.get(name)?.name === name && fits(data.by.get(name), value))))
-  const items = (key, fits, otherwise) => {
-    const list = fitting(key, Array.isArray, null)
-    return list === null ? otherwise : [...new Set(list.filter(kept(key, fits)))]
-  }
+  const items = (key, fits) => [...new Set(fitting(key, Array.isArray, []).filter(kept(key, fits)))]
   const isDesign = (name) => typeof name === "string" && data.rowOf.has(name)
   const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.some((end) => end !== null) &&
     pair.every((end) => end === null || Number.isFinite(end)) && !(pair.every(Number.isFinite) && pair[0] > pair[1])
@@ -866,22 +845,19 @@ function checked(data, anything) {
   const order = fitting("order", isOrder, {by: "distance"})
   const preference = entryOf(anything, "preference")
   if (entryOf(anything, "kept")) lost.add("kept") // designs by name, of former pages
-  const ranks = items("ranks", (rank) => RANKS.includes(rank), null)
   const state = {
     limits: entries("limits", ({texts, role}, pair) => texts === null && role !== "geometric" && isPair(pair)),
     categories,
     fixed: entryOf(anything, "fixed") === true,
-    ranks: lost.has("ranks") && !ranks?.length ? null : ranks,
     dominated: entryOf(anything, "dominated") === true,
-    pins: items("pins", isDesign, []).slice(0, MOST_PINS),
+    pins: items("pins", isDesign).slice(0, MOST_PINS),
     chosen: fitting("chosen", isDesign, null),
     order: {by: order.by, ...(order.by === "column" ? {name: order.name} : {}), down: order.down === true},
     preference: {
       weights: entries("weights", (column, weight) => isObjective(column) && Number.isFinite(weight) && weight >= 0, preference),
       aspiration: entries("aspiration", (column, value) => isObjective(column) && Number.isFinite(value), preference),
     },
-    axes: items("axes", (name) => data.by.has(name), null),
-    snapshots: items("snapshots", (one) => isObject(one) && typeof one.name === "string" && isObject(one.state), []),
+    snapshots: items("snapshots", (one) => isObject(one) && typeof one.name === "string" && isObject(one.state)),
     reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }
   return {state, remarks: lost.size ? [`Left out, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
@@ -908,11 +884,6 @@ const named = (value) => Array.isArray(value) ? value.map(named)
   : !isObject(value) ? value
   : Object.fromEntries(Object.entries(value).map(([name, inner]) => [inert(name), named(inner)]))
 
-const markOf = (data, ranking, i) => i >= data.n ? "prototype"
-  : !ranking.mask[i] ? "rejected"
-  : ranking.isBest[i] ? "Salukvadze optimum"
-  : ranking.pareto[i] ? "" : "dominated"
-
 // Rows as CSV, every digit of the numbers, with ranks under the limits. The comment below says what
 // the columns are and what is chosen, so that the file comes back with its objectives, directions and units.
 function csv(data, rows, ranking, state) {
@@ -925,7 +896,7 @@ function csv(data, rows, ranking, state) {
   const header = [data.label, ...data.columns.map(({role, field, name}) =>
     role === "geometric" ? field : name), "rank", "mark"]
   const lines = [...rows].map((i) => [text(data.labels[i]), ...cells.map((cell) => cell(i)),
-    ranking.rank[i] < 0 ? "" : ranking.rank[i], markOf(data, ranking, i)].join(","))
+    ranking.rank[i] < 0 ? "" : ranking.rank[i], rankText(data, ranking, i)].join(","))
   const chosen = state.chosen === null ? {} : {chosen: [state.chosen, state.reason]}
   const head = JSON.stringify(named({...data.head, ...chosen})).replace(/"(?:[^"\\]|\\.)*"/g, (name) =>
     name.replace(/[,;]/g, (mark) => (mark === "," ? "\\u002c" : "\\u003b")))
@@ -969,8 +940,7 @@ function opened(data, text) {
   const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
   const unlike = data.objectives.find(({name, unit}) => unit && (entryOf(page?.units, name) ?? unit) !== unit)
   const refused = !isObject(page) ? "it is no decision that a page has saved"
-    : !same(objectives, own.objectives) ? "it has other objectives"
-    : !same(maximize, own.maximize) ? "it maximises other objectives"
+    : !same(objectives, own.objectives) || !same(maximize, own.maximize) ? "it has other objectives, or directions"
     : unlike ? `its unit of ${unlike.name} differs`
     : normalize !== data.normalize ? "it measures distances differently (normalize)" : ""
   return refused ? {state: null, remarks: [`The file is not opened: ${refused}.`]} : decided(data, content)
@@ -990,7 +960,7 @@ function decided(data, {limits, chosen, reason, page: {values, state: view}}) {
 
 return {
   decode, initial, checked, parsed, values, left, ranked, order, preference, verdict, explain,
-  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, short, apart, percent, sum, endOf,
+  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, rankText, short, apart, percent, sum, endOf,
   csv, decision, opened, MOST_PINS,
 }
 })()

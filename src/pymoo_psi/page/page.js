@@ -7,8 +7,8 @@
 const page = (() => {
   const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
   const data = Logic.decode(JSON.parse(document.getElementById("payload").textContent))
-  const MOST_DRAWN = 350 // designs in a chart; more lines are a blur, and take longer than a frame
-  const GROUPS = [["objective", "Objectives"], ["variable", "Variables"], ["output", "Further outputs"], ["geometric", "Distances"]]
+  const MOST_DRAWN = 250 // designs in a chart; more lines are a blur, and take longer than a frame
+  const GROUPS = [["objective", "objectives"], ["variable", "variables"], ["output", "further outputs"]]
   const $ = (id) => document.getElementById(id)
   const countText = (count) => Logic.apart(String(count))
   // A name may be "constructor": only what a state says itself counts.
@@ -77,14 +77,11 @@ const page = (() => {
   let before = null // the ranking when the limits rested last
   let filtered = "" // the part of the state that left and ranking were made from
   let hovered = -1
-  const step = {last: 0} // milliseconds of the last update
 
   // Take a new state; `done` is false while a hand drags: undo goes back to before the drag.
   let dragging = false
   function change(changes, done = true) {
     state = {...state, ...changes}
-    // Words may become fewer while a hand drags, but nothing moves away under it.
-    if (dragging !== !done) $("verdict").style.minHeight = done ? "" : `${$("verdict").offsetHeight}px`
     dragging = !done
     if (done) commit()
     soon()
@@ -114,7 +111,6 @@ const page = (() => {
 
   // Everything on the page from the state.
   function update(everything = false) {
-    const start = performance.now()
     const keepFocus = focusKept()
     waiting = false
     const filter = JSON.stringify([state.limits, state.categories, state.fixed])
@@ -141,7 +137,6 @@ const page = (() => {
     table.show()
     showSteps()
     keepFocus()
-    step.last = performance.now() - start
   }
 
   // Buttons go or are disabled: who works by keys stays at the first beside the one that was pressed.
@@ -161,7 +156,7 @@ const page = (() => {
     thinking = setTimeout(() => {
       thinking = 0
       showRelaxations()
-    }, 200 + 10 * step.last) // longer where a ranking takes long, so that it comes between no two steps
+    }, 250)
   }
 
   function showRelaxations() {
@@ -193,12 +188,7 @@ const page = (() => {
     if (ranking.isBest[row]) return "6"
     return ranking.rank[row] > 0 ? String(ranking.rank[row]) : "unranked"
   }
-  const rankText = (row) => {
-    if (row >= data.n) return "prototype"
-    if (!ranking.mask[row]) return "outside the limits"
-    if (!ranking.pareto[row]) return "dominated"
-    return ranking.rank[row] === 0 ? "unranked" : `rank ${ranking.rank[row]}`
-  }
+  const rankText = (row) => Logic.rankText(data, ranking, row)
   const cellText = (column, row) => written(column, Logic.values(data, ranking, column)[row])
 
   function choose(row) {
@@ -241,15 +231,10 @@ const page = (() => {
         ...(isBest ? [] : [make("p.instead", {}, readable(instead), " ", pinButton(proposed))]),
         ...(chosen < 0 ? [make("p.hint.screen", {}, "Nothing is chosen yet: choose here, in the table or by a click in a chart.")] : []))
       renew($("verdict-rows"), ...verdictRows())
-      // Long numbers need the room of the bars.
-      $("verdict-table").classList.toggle("long", verdict.objectives.some(({name, value, best}) =>
-        [value, best].some((number) => written(data.by.get(name), number).length > 9)))
       // Of many objectives the table says the same and is read faster.
       const words = sentences.slice(0, data.objectives.length > 6 ? 1 : 2)
-      const ties = ranking.best.filter((other) => other !== proposed)
       renew($("verdict-more"), ...words.map((text) => make("p", {}, readable(text))),
-        ...remarks.map((text) => make("p.caution", {}, readable(text))),
-        ...(ties.length ? [make("p", {}, `As near to the ideal point: ${ties.slice(0, 5).map(called).join(", ")}${ties.length > 5 ? ` and ${countText(ties.length - 5)} more` : ""}.`)] : []))
+        ...remarks.map((text) => make("p.caution", {}, readable(text))))
       const parts = data.columns.filter((column) => column.role === "variable")
         .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
       renew($("verdict-variables"), parts.length ? `${parts.join(", ")}.` : "")
@@ -286,10 +271,8 @@ const page = (() => {
     renew($("shown"), `${countText(order.length)} shown${isWrong($("search")) ? ", no design of that name" : ""}`)
     const counts = Object.assign(Array(7).fill(0), {dominated})
     ranking.front.forEach((row) => { counts[ranking.rank[row]]++ })
-    for (const box of $("ranks").querySelectorAll("input")) {
-      box.checked = box.value === "dominated" ? state.dominated : state.ranks === null || state.ranks.includes(Number(box.value))
-      renew(box.parentElement.querySelector("b"), countText(counts[box.value]))
-    }
+    for (const key of $("ranks").querySelectorAll("[data-rank]")) renew(key.lastElementChild, countText(counts[key.dataset.rank]))
+    $("dominated").checked = state.dominated
   }
 
   // Comparison: what it holds and against what is Logic.compared's.
@@ -302,10 +285,10 @@ const page = (() => {
     renew($("compare-hint"), ...(rows.length < 2 ? ["One design is left, and none to compare it with."]
       : [`Gains and losses against ${called(rows[0])}: in units`, make("span.shares", {}, " and in per cent of the range"), "."]))
     if (rows.length < 2) return renew($("compare-table"))
-    const {objectives} = Logic.compare(data, ranking, rows, rows[0])
+    const objectives = Logic.compare(data, ranking, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
       const name = called(row)
-      const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => `${objectives.filter(({better}) => better[k] === sign).length} ${word}`)
+      const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => `${objectives.filter(({gains}) => sign * gains[k] > 0).length} ${word}`)
       return make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("span.label", {}, name),
         make("div.roles", {}, [...roles, left.mask[row] ? "" : "outside the limits"].filter(Boolean).join(", ")),
         k > 0 ? make("div.roles", {}, sums.join(", ")) : null,
@@ -314,17 +297,17 @@ const page = (() => {
     })
     renew($("compare-table"),
       make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Objective"), heads)),
-      make("tbody", {}, objectives.map((objective) => compareRow(data.by.get(objective.name), objective))))
+      make("tbody", {}, objectives.map((objective) => compareRow(rows, objective))))
   }
 
-  function compareRow(column, {values, better, differences, share}) {
-    return make("tr", {}, make("th", {scope: "row"}, Charts.broken(column.label)), values.map((value, k) => {
-      const text = make("div", {}, written(column, value))
+  function compareRow(rows, {column, gains, shares}) {
+    return make("tr", {}, make("th", {scope: "row"}, Charts.broken(column.label)), rows.map((row, k) => {
+      const text = make("div", {}, cellText(column, row))
       if (k === 0) return make("td.number", {}, text)
-      if (better[k] === 0) return make("td.number", {}, text, make("div.hint", {}, "the same"))
+      if (gains[k] === 0) return make("td.number", {}, text, make("div.hint", {}, "the same"))
       return make("td.number", {}, text,
-        make(better[k] > 0 ? "div.gain" : "div.loss", {}, `${difference(differences[k])} ${better[k] > 0 ? "better" : "worse"}`),
-        Number.isFinite(share[k]) ? make("div.hint.shares", {}, percent(share[k])) : null)
+        make(gains[k] > 0 ? "div.gain" : "div.loss", {}, `${difference(gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
+        Number.isFinite(shares[k]) ? make("div.hint.shares", {}, percent(shares[k])) : null)
     }))
   }
 
@@ -384,8 +367,7 @@ const page = (() => {
     if (column.texts) return categoryControl(column)
     const {range: [low, high], label, log, maximize, role} = column
     if (!(high > low)) {
-      const all = column.beyond ? "all Pareto-optimal designs" : "all"
-      return make("p.constant", {}, Charts.broken(label), `: ${hasValues(column) ? `${written(column, low)} for ${all}` : "no values"}`)
+      return make("p.constant", {}, Charts.broken(label), `: ${hasValues(column) ? `${written(column, low)} for all Pareto-optimal designs` : "no values"}`)
     }
     const scale = {low, high, log}
     const control = {column, scale}
@@ -483,19 +465,16 @@ const page = (() => {
   }
 
   function buildLimits() {
-    for (const [role, text] of GROUPS.slice(0, 3)) {
+    for (const [role, text] of GROUPS) {
       const columns = limitable.filter((column) => column.role === role)
       if (!columns.length) continue
       const open = role === "objective" || limitable.length <= 6
       $("limit-groups").append(make("details", {open},
-        make("summary", {}, `Limits on ${text.toLowerCase()} `, make("b.hint", {})), columns.map(limitControl)))
+        make("summary", {}, `Limits on ${text} `, make("b.hint", {})), columns.map(limitControl)))
     }
-    const boxes = [...$("ranks").querySelectorAll("input")]
-    for (const box of boxes) box.after(Charts.icon(box.value === "0" ? "unranked" : box.value))
-    $("ranks").addEventListener("change", () => {
-      const on = boxes.slice(0, -1).filter((box) => box.checked).map((box) => Number(box.value))
-      change({dominated: boxes.at(-1).checked, ranks: on.length === boxes.length - 1 ? null : on})
-    })
+    for (const key of $("ranks").querySelectorAll("[data-rank]")) {
+      key.firstElementChild.before(Charts.icon(key.dataset.rank === "0" ? "unranked" : key.dataset.rank))
+    }
     $("ranks").append(make("p.key", {}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned",
       data.total > data.n ? [Charts.icon("prototype"), "prototype"] : null))
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", {}, text)))
@@ -527,10 +506,8 @@ const page = (() => {
     for (const {input, kind, column} of wishes) {
       showNumber(input, own(state.preference[kind], column.name), false)
     }
-    const on = state.order.by === "preference"
-    $("by-preference").setAttribute("aria-pressed", String(on))
-    const used = Object.keys({...state.preference.weights, ...state.preference.aspiration}).length > 0
-    if (!($("preferences").open || on || used) || !verdict) return renew($("preference-words"))
+    $("by-preference").setAttribute("aria-pressed", String(state.order.by === "preference"))
+    if (!$("preferences").open || !verdict) return renew($("preference-words"))
     const [first] = Logic.preference(data, ranking, state.preference).best
     renew($("preference-words"), "First by your preferences: ", make("strong", {}, called(first)),
       first === verdict.row ? ", also the best compromise. " : ". ", chooseButton(first), " ", pinButton(first))
@@ -552,7 +529,6 @@ const page = (() => {
   let context = []
   let contextOf = null
   let scales = new Map()
-  let axesDrawn
   let drawn = []
   const plots = []
   let hues = null // colours by row; null for those of the ranks
@@ -586,22 +562,12 @@ const page = (() => {
       context = sample((row) => dominated || data.whole.pareto[row])
       contextOf = dominated
     }
-    const moved = state.axes !== axesDrawn
-    const all = fresh || moved || everything
+    const all = fresh || everything
     if (all) scales = new Map()
-    if (moved) {
-      axesDrawn = state.axes
-      parallel.setAxes(axesShown().map((name) => data.by.get(name)))
-      showAxes()
-    }
-    const shown = (row) => left.mask[row] && (ranking.pareto[row] ? !state.ranks || state.ranks.includes(ranking.rank[row]) : dominated)
-    drawn = sample(shown)
+    const shown = (row) => left.mask[row] && (dominated || ranking.pareto[row])
+    // Ranked designs are few and are all drawn, on top.
+    drawn = [...new Set([...sample(shown), ...ranking.front.filter((row) => ranking.rank[row] > 0)])]
     const number = order.length - (data.total - data.n)
-    if (number > drawn.length) {
-      // Ranked designs are few and are all drawn, on top.
-      const have = new Set(drawn)
-      for (const row of ranking.front) if (ranking.rank[row] > 0 && shown(row) && !have.has(row)) drawn.push(row)
-    }
     const level = (row) => (ranking.pareto[row] ? ranking.rank[row] : -1)
     drawn.sort((a, b) => level(a) - level(b))
     const total = dominated ? data.n : data.whole.front.length
@@ -612,23 +578,7 @@ const page = (() => {
       total > context.length ? `grey: ${countText(context.length)} of ${countText(total)} designs, a fixed sample` : "",
       number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} left, every ranked one among them` : "",
     ].filter(Boolean).join("; "))
-    const model = modelOfCharts()
-    for (const chart of [parallel, ...plots]) chart.draw(model, all)
-  }
-
-  // The axes of the parallel coordinates: the user's, or the objectives and the first others.
-  const usual = [...data.objectives, ...limitable.filter((column) => column.role !== "objective" && !column.texts && hasValues(column))]
-    .slice(0, Math.max(data.objectives.length, 6)).map((column) => column.name)
-  const axesShown = () => (state.axes?.length ? state.axes : usual)
-
-  function showAxes() {
-    const shown = axesShown()
-    const names = new Set([...shown, ...data.columns.map((column) => column.name)])
-    $("axes-list").replaceChildren(...[...names].map((name) => {
-      const on = shown.includes(name)
-      const tick = () => change({axes: on ? shown.filter((other) => other !== name) : [...shown, name]})
-      return make("li", {}, make("label", {}, make("input", {type: "checkbox", checked: on, onchange: tick}), data.by.get(name).label))
-    }))
+    for (const chart of [parallel, ...plots]) chart.draw(modelOfCharts(), all)
   }
 
   // A design under the pointer is marked in all charts and in the table.
@@ -653,7 +603,10 @@ const page = (() => {
 
   const dragged = (pairs, done) => setLimits(pairs.map(([column, limit]) =>
     [column, limit.map((end) => (end === null ? null : rounded(column, end)))]), done)
-  const parallel = Charts.parallel($("parallel-chart"), {limit: dragged, pick: choose, hover})
+  // The objectives and the first others.
+  const axes = [...data.objectives, ...limitable.filter((column) => column.role !== "objective" && !column.texts && hasValues(column))]
+    .slice(0, Math.max(data.objectives.length, 8))
+  const parallel = Charts.parallel($("parallel-chart"), axes, {limit: dragged, pick: choose, hover})
 
   function buildColours() {
     const columns = data.columns.filter(({texts}) => texts && texts.length <= 8) // so many hues
@@ -672,11 +625,8 @@ const page = (() => {
     const columns = {x, y}
     const area = make("div.plot", {role: "img"})
     const choice = (axis) => {
-      const element = make("select", {"aria-label": `${name}, ${axis} axis`}, GROUPS.map(([role, label]) => {
-        const options = data.columns.filter((column) => column.role === role).map((column) =>
-          make("option", {value: column.field, selected: column === columns[axis]}, column.label))
-        return options.length ? make("optgroup", {label}, options) : null
-      }))
+      const element = make("select", {"aria-label": `${name}, ${axis} axis`}, data.columns.map((column) =>
+        make("option", {value: column.field, selected: column === columns[axis]}, column.label)))
       element.addEventListener("change", () => {
         columns[axis] = data.columns.find((column) => column.field === element.value)
         setAxes()
@@ -721,7 +671,6 @@ const page = (() => {
     head.style.width = body.style.width = `${Logic.sum(pixels)}px`
     const isSorted = ({order}) => order.by === state.order.by && order.name === state.order.name
     body.style.minHeight = `${Math.min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
-    box.setAttribute("aria-colcount", columns.length)
 
     const heads = columns.map((column) => {
       const head = make("button", {title: `Sort by ${column.text}`}, Charts.broken(column.text))
@@ -735,14 +684,16 @@ const page = (() => {
     })
     head.append(...heads)
 
-    function lineOf(k) {
+    // A line for each row in view, made once: only its texts and marks change.
+    const newLine = () => make("div.row", {role: "row"}, columns.map(({kind}) => make(`div.cell${kind}`, {role: "gridcell"})))
+    function fill(line, k) {
       const row = order[k]
-      const marks = {hovered: row === hovered, chosen: row === chosenRow(), cursor: k === cursor, pinned: isPinned(row)}
-      const names = Object.keys(marks).filter((mark) => marks[mark])
-      const cells = columns.map(({cell, kind}, j) =>
-        make(`div.cell${kind}`, {role: "gridcell"}, j === 1 ? Charts.icon(look(row)) : null, cell(row)))
-      return make(["div.row", ...names].join("."), {role: "row", id: `row-${k}`, style: `top: ${k * HEIGHT}px`,
-        "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}, cells)
+      const marks = {row: true, hovered: row === hovered, chosen: row === chosenRow(), cursor: k === cursor, pinned: isPinned(row)}
+      const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
+        "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}
+      for (const [name, value] of Object.entries(attributes)) line.setAttribute(name, value)
+      line.style.top = `${k * HEIGHT}px`
+      columns.forEach(({cell}, j) => renew(line.children[j], ...(j === 1 ? [Charts.icon(look(row))] : []), cell(row)))
     }
 
     function show() {
@@ -750,7 +701,9 @@ const page = (() => {
       body.style.height = `${order.length * HEIGHT}px`
       const first = Math.max(0, Math.min(order.length, Math.floor(view.top / HEIGHT)) - 2)
       const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT))
-      renew(body, ...Array.from({length: Math.max(0, last - first)}, (_, k) => lineOf(first + k)))
+      while (body.children.length < last - first) body.append(newLine())
+      while (body.children.length > Math.max(0, last - first)) body.lastChild.remove()
+      for (let k = first; k < last; k++) fill(body.children[k - first], k)
       box.setAttribute("aria-rowcount", order.length + 1)
       box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
       columns.forEach((column, k) => {
@@ -779,7 +732,6 @@ const page = (() => {
     const keys = {
       ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + 15),
       PageUp: () => go(cursor - 15), Home: () => go(0), End: () => go(order.length - 1),
-      ArrowLeft: () => { box.scrollLeft -= 80 }, ArrowRight: () => { box.scrollLeft += 80 },
       Enter: () => choose(order[cursor]), p: () => pin(order[cursor]), P: () => pin(order[cursor]),
     }
     box.addEventListener("keydown", (event) => {
@@ -863,10 +815,6 @@ const page = (() => {
     if (file) take(Logic.opened(data, await file.text()))
   }
 
-  function exportCsv() {
-    download(Logic.csv(data, order, ranking, state), "text/csv", `${data.file}-shown.csv`)
-  }
-
   function reset() {
     for (const input of document.querySelectorAll("[aria-invalid=true]")) input.setAttribute("aria-invalid", "false")
     change(initial.state)
@@ -879,16 +827,16 @@ const page = (() => {
       soon()
     }
     const clicks = {
-      undo: goes(-1), redo: goes(1), reset, save: saveDecision, export: exportCsv, print: () => print(),
-      open: () => $("file").click(),
+      undo: goes(-1), redo: goes(1), reset, save: saveDecision, print: () => print(),
+      export: () => download(Logic.csv(data, order, ranking, state), "text/csv", `${data.file}-shown.csv`),
+      open: () => $("file").click(), pin: () => pin(table.current()),
       "save-page": savePage, snapshot: keepSnapshot, skip: () => $("verdict").focus(),
       "by-preference": () => change({order: {by: state.order.by === "preference" ? "distance" : "preference", down: false}}),
-      pin: () => pin(table.current()),
     }
     for (const [id, action] of Object.entries(clicks)) $(id).addEventListener("click", action)
     $("file").addEventListener("change", openDecision)
     $("preferences").addEventListener("toggle", soon)
-    $("fixed").addEventListener("change", () => change({fixed: $("fixed").checked}))
+    for (const id of ["fixed", "dominated"]) $(id).addEventListener("change", () => change({[id]: $(id).checked}))
     $("search").addEventListener("input", () => {
       $("search").setAttribute("aria-invalid", String(table.find($("search").value) < 0 && $("search").value !== ""))
       soon()
@@ -932,11 +880,10 @@ const page = (() => {
   say([...data.remarks.filter((text) => text.startsWith("Warning")), ...initial.remarks])
   document.body.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
   update(true)
-  dateRecord()
   document.body.dataset.ready = "yes"
 
   return {
-    Logic, data, step, ready: performance.now(), update,
+    Logic, data, ready: performance.now(), update,
     state: () => state,
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
