@@ -7,8 +7,8 @@ first evaluation, in which workers start, is reported apart.
 
 Then efficiency, the sum of run times divided by workers and wall time: 16 workers, 320 designs
 whose run times are exponential with mean 0.2 s, asleep, so that two cores will do. PSI and
-``investigate`` with a study, by all kinds of workers, beside a plain loop that gives a free worker
-of ``concurrent.futures`` the next design and stores nothing. All workers have started and loaded
+``investigate`` with a study, beside a plain loop that gives a free worker of ``concurrent.futures``
+the next design and stores nothing. All workers have started and loaded
 the model before; what that takes is told apart. The last designs end one after the other, so that
 no way of running reaches 1: ``bound`` is what these run times allow without any overhead. Then the
 same where short and long designs come in runs, so that the last ones say nothing of the next.
@@ -34,7 +34,6 @@ import platform
 import statistics
 import sys
 import time
-import warnings
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
 from functools import partial
@@ -44,7 +43,6 @@ from typing import Any
 import joblib
 import numpy as np
 import pymoo
-from distributed import Client, LocalCluster
 from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation
 from pymoo.optimize import minimize
 from pymoo.parallelization.joblib import JoblibParallelization
@@ -227,26 +225,6 @@ def efficiency(seconds: Callable[[Any], float]) -> None:
         )
     ours("our workers", in_process=False)
     ours("our workers, timeout", timeout=60.0)
-    with joblib.parallel_config("loky", n_jobs=WORKERS):
-        ours("joblib's loky")
-    with joblib.parallel_config("threading", n_jobs=WORKERS):
-        ours("joblib's threads")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of the cluster, on its own behalf
-        with (
-            LocalCluster(  # type: ignore[no-untyped-call]
-                n_workers=1, threads_per_worker=WORKERS, dashboard_address=None
-            ) as cluster,
-            Client(cluster) as client,  # type: ignore[no-untyped-call]
-            joblib.parallel_config("dask"),
-        ):
-            executor = client.get_executor(pure=False)
-            measure(
-                "Dask's executor, plain loop, no study",
-                lambda: as_completed_loop(executor, X[:WORKERS], seconds),
-                lambda: as_completed_loop(executor, X, seconds),
-            )
-            ours("Dask cluster")
 
 
 def proposals(workers: int, mean: float, evaluations: int = 256) -> None:

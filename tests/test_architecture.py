@@ -89,13 +89,9 @@ def test_every_module_of_a_subpackage_is_private():
     assert {name for name in modules if "/" in name and "/_" not in name} == set()
 
 
-# Modules whose distribution has another name.
-MODULES = {"dask": "distributed"}
-
-
 def declared(requirements):
-    found = (re.match("[A-Za-z0-9-]+", text)[0].lower().replace("-", "_") for text in requirements)
-    return {MODULES.get(name, name) for name in found}
+    names = (re.match("[A-Za-z0-9-]+", text)[0] for text in requirements)
+    return {name.lower().replace("-", "_") for name in names}
 
 
 def outside(modules):

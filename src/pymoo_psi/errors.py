@@ -159,7 +159,7 @@ class EvaluationError(PsiError, RuntimeError):
         )
         self.design = design
         self.reason = reason
-        self.original = original
+        self.original = self.__cause__ = original
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments of the constructor, not by the message."""

@@ -6,11 +6,9 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 
-import joblib
 import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
@@ -18,7 +16,7 @@ from pymoo.core.variable import Binary, Choice, Integer
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, TestTable, investigate
-from tests.processes import LONG, posix, until
+from tests.processes import posix, until
 
 
 class Sum(ElementwiseProblem):
@@ -50,65 +48,58 @@ def test_the_table_does_not_depend_on_the_order_of_arrival(tmp_path, study, opti
     assert result.algorithm.evaluator.n_eval == (40 if study else 100)
 
 
-class Threads:
-    """The threads of joblib, as workers whose designs a test can hold back."""
+class Held:
+    """A model that notes its designs in a file; the first one does not end before there is another.
 
-    def __init__(self, n):
-        self.n, self.lock, self.seen = n, threading.Lock(), []
-        self.gate = threading.Event()  # closed: the first design does not end
+    Args:
+        folder: Where the files are, for its processes and for the test.
+    """
 
-    def wait(self, x):
-        with self.lock:
-            self.seen.append(tuple(x))
-        if tuple(x) == (0.0, 0.0):
-            assert self.gate.wait(LONG)
+    def __init__(self, folder):
+        self.noted, self.gate = folder / "noted", folder / "gate"
+
+    def __call__(self, x):
+        with self.noted.open("a") as file:
+            file.write(f"{x.tolist()}\n")
+        if x.any():
+            time.sleep(0.002)
         else:
-            time.sleep(0.002)  # worth sending
+            assert until(self.gate.exists)
 
-    def runner(self):
-        runner = JoblibRunner(self.n)
-        for _ in range(3):
-            runner._cost.add(10.0)  # known to be slow: nothing is measured in this thread
-        return runner
+    def seen(self):
+        return self.noted.read_text().splitlines() if self.noted.exists() else []
+
+    def open_after(self, n):
+        until(lambda: len(self.seen()) >= n)
+        time.sleep(0.1)  # in which more would begin
+        self.gate.touch()
 
 
-def test_workers_go_on_while_a_block_waits_for_its_slowest_design():
+def test_workers_go_on_while_a_block_waits_for_its_slowest_design(tmp_path):
     """All points are tested before the first block is complete: no block is a barrier."""
-    threads = Threads(3)
-    problem = Sum(threads.wait, elementwise_runner=threads.runner())
-    told = []
+    held, told = Held(tmp_path), []
+    problem = Sum(held, elementwise_runner=JoblibRunner(3, in_process=False))
 
     def callback(algorithm):
-        told.append((algorithm.n_tested, len(threads.seen)))
+        told.append((algorithm.n_tested, len(held.seen())))
 
-    def open_gate():
-        until(lambda: len(threads.seen) >= 100)
-        threads.gate.set()
-
-    with ThreadPoolExecutor(1) as other, joblib.parallel_config("threading", n_jobs=3):
-        other.submit(open_gate)
+    with ThreadPoolExecutor(1) as other:
+        other.submit(held.open_after, 100)
         result = minimize(problem, PSI(100, block_size=10), callback=callback)
     assert told == [(10 * k, 100) for k in range(1, 11)]
-    assert len(set(threads.seen)) == len(threads.seen) == 100
+    assert len(set(held.seen())) == 100
     assert result.algorithm.table.equals(minimize(Sum(), PSI(100)).algorithm.table)
 
 
 def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
     """At most 8 designs a worker beyond the block that it has seen; a study keeps them."""
-    threads = Threads(2)
-    problem = Sum(threads.wait, elementwise_runner=threads.runner())
-
-    def open_gate():
-        until(lambda: len(threads.seen) >= 26)
-        time.sleep(0.1)  # in which more would begin
-        threads.gate.set()
-
-    path = tmp_path / "s.db"
-    with ThreadPoolExecutor(1) as other, joblib.parallel_config("threading", n_jobs=2):
-        other.submit(open_gate)
+    held, path = Held(tmp_path), tmp_path / "s.db"
+    problem = Sum(held, elementwise_runner=JoblibRunner(2, in_process=False))
+    with ThreadPoolExecutor(1) as other:
+        other.submit(held.open_after, 26)
         result = minimize(problem, PSI(500, block_size=10, study=path), ("n_eval", 10))
     assert result.algorithm.n_tested == result.algorithm.evaluator.n_eval == 10
-    assert len(threads.seen) == 26
+    assert len(held.seen()) == 26
     stored = TestTable.read_study(path)
     plain = minimize(Sum(), PSI(500)).algorithm.table
     assert stored.equals(plain.rows(stored.numbers - 1))

@@ -161,29 +161,6 @@ def test_workers_import_from_where_the_program_does_and_from_nowhere_else(tmp_pa
     assert (out, err) == ("[{'F': 2}, {'F': 4}]\n", "")
 
 
-HANGING = """
-import os, time
-if os.environ.setdefault("PARENT", str(os.getpid())) != str(os.getpid()):
-    os.write(1, b"%d\\n" % os.getpid())
-    time.sleep(600)
-def model(x):
-    return {"F": x}
-"""
-
-
-def test_a_model_whose_import_hangs_is_covered_by_the_time_limit(tmp_path):
-    (tmp_path / "hanging.py").write_text(HANGING)
-    (tmp_path / "program.py").write_text(
-        "import hanging\nfrom pymoo_psi.parallel import _pool as pool\n"
-        "from pymoo_psi import JoblibRunner\n"
-        "pool._START = 0.5  # a worker has at least this long\n"
-        "JoblibRunner(2, timeout=1.0)(hanging.model, [1, 2])"
-    )
-    out, err = start(str(tmp_path / "program.py"), tmp_path).communicate(timeout=LONG)
-    assert "cannot load the problem: it takes longer than 1 s" in err
-    assert all(gone(int(pid)) for pid in out.split())
-
-
 SERVICE = """
 from pathlib import Path
 from pymoo.core.problem import ElementwiseProblem

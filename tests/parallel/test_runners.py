@@ -11,7 +11,6 @@ import subprocess
 import sys
 import threading
 import time
-import warnings
 from collections import deque
 
 import joblib
@@ -19,9 +18,9 @@ import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 
-from pymoo_psi import FailureTolerant, JoblibRunner, VectorizedSphereChute, investigate
+from pymoo_psi import FailureTolerant, JoblibRunner
 from pymoo_psi.errors import ArgumentValueError, EvaluationError, WorkerError
-from tests.processes import LONG, gone, posix
+from tests.processes import gone, posix
 
 
 def model(**kwargs):
@@ -42,8 +41,6 @@ def model(**kwargs):
                 os.kill(os.getpid(), signal.SIGKILL)
             if x[0] == 13:
                 sys.exit("no licence")
-            if x[0] == 17:
-                raise KeyboardInterrupt  # as a library does where a solver was interrupted
             out["F"] = [x[0] / 3 + x[1], (x[0] - 50) ** 2 / 7]
             out["pid"] = os.getpid()
 
@@ -161,24 +158,15 @@ def test_a_cheap_model_stays_in_this_process():
     assert pids(problem, designs()) == {os.getpid()}, "a machine that stalls for 10 ms a design?"
 
 
-def test_the_number_of_jobs_and_the_backend_of_parallel_config():
-    seen, all_three = set(), threading.Barrier(3)
-
+def test_the_number_of_jobs_is_that_of_parallel_config():
     def f(x):
         time.sleep(0.01)
-        own = threading.get_ident()
-        if own not in seen:
-            seen.add(own)
-            if own != this:
-                all_three.wait(LONG)
-        return {"F": x}
+        return {"pid": os.getpid()}
 
-    this, X = threading.get_ident(), list(range(60))
-    for n_jobs, threads in [(1, 0), (3, 3)]:  # beside the one that measures the cost
-        seen.clear()
-        with joblib.parallel_config("threading", n_jobs=n_jobs):
-            assert [v["F"] for v in JoblibRunner()(f, X)] == X
-        assert len(seen - {this}) == threads
+    for n_jobs in (1, 3):
+        with joblib.parallel_config(n_jobs=n_jobs):
+            values = JoblibRunner(in_process=False)(f, range(60))
+        assert len({value["pid"] for value in values}) == n_jobs
 
 
 class Locked(Exception):  # noqa: N818 - short for the reasons
@@ -188,10 +176,6 @@ class Locked(Exception):  # noqa: N818 - short for the reasons
 
 
 def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
-    class Hostile:
-        def __reduce__(self):
-            return int, ("no number",)
-
     class Odd(ElementwiseProblem):
         def __init__(self, **kwargs):
             super().__init__(n_var=1, n_obj=1, xl=0, xu=9, **kwargs)
@@ -200,17 +184,16 @@ def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
             if x[0] < 2:
                 raise [Locked("no key"), SystemExit("now")][int(x[0])]
             out["F"] = x
-            out["more"] = [threading.Lock(), Hostile(), 1][int(x[0]) - 2]
+            out["more"] = [threading.Lock(), 1][int(x[0]) - 2]
 
     problem = FailureTolerant(Odd(elementwise_runner=workers))
-    problem.evaluate(np.arange(5.0)[:, None])
+    problem.evaluate(np.arange(4.0)[:, None])
     for failure, reason in zip(
         problem.failures,
         [
             "Locked: no key",
             "SystemExit: now",
             "its values cannot be sent between processes: TypeError: cannot pickle",
-            "its values cannot be sent between processes: ValueError: invalid",
         ],
         strict=True,
     ):
@@ -221,10 +204,10 @@ def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
 def test_time_limits_and_dead_workers_leave_the_others_unharmed():
     runner = JoblibRunner(2, timeout=SHORT)
     problem = FailureTolerant(model(elementwise_runner=runner))
-    X = designs(3, 5, 7, 11, 13, 17)
+    X = designs(3, 5, 7, 11, 13)
     F, G = problem.evaluate(X)
     failed = np.flatnonzero(np.isinf(F).all(axis=1))
-    assert failed.tolist() == [4, 10, 16, 22, 28, 34]
+    assert failed.tolist() == [4, 10, 16, 22, 28]
     np.testing.assert_array_equal(failed, np.flatnonzero(G[:, 0]))
     others = np.delete(np.arange(len(X)), failed)
     np.testing.assert_array_equal(F[others], model().evaluate(X[others]))
@@ -234,7 +217,6 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed():
         "its worker process died (exit code 3, 2 times)",
         "its worker process died (SIGKILL, 2 times)",
         "SystemExit: no licence",
-        "KeyboardInterrupt",
     ]
     F = problem.evaluate(designs())[0]  # by the workers that replaced the others
     np.testing.assert_array_equal(F, model().evaluate(designs()))
@@ -344,26 +326,3 @@ def test_a_problem_that_cannot_be_sent_or_loaded_is_an_error(workers):
         workers(lambda x: {"F": lock.locked()}, [1, 2])
     with pytest.raises(WorkerError, match="cannot load the problem: ModuleNotFoundError"):
         workers(lambda x: {"F": absent}, [1, 2])
-
-
-def test_a_cluster_of_dask_gives_the_same():
-    distributed = pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
-
-    def both(x):
-        time.sleep(0.02)
-        return {"F": x, "pid": os.getpid()}
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of the cluster, on its own behalf
-        with (
-            distributed.LocalCluster(
-                n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None
-            ) as local,
-            distributed.Client(local) as client,
-            joblib.parallel_config("dask"),
-        ):
-            values = JoblibRunner()(both, range(40))
-            table = investigate(VectorizedSphereChute(0.4), 3000, n_jobs=-1, block_size=100)
-            assert {value["pid"] for value in values} > {*client.run(os.getpid).values()}
-    assert [value["F"] for value in values] == list(range(40))
-    assert table.equals(investigate(VectorizedSphereChute(0.4), 3000))

@@ -64,24 +64,8 @@ array of Slurm, in which a job that was killed is submitted again and goes on:
     pymoo-psi rank runs                    # when some or all of it is there
     pymoo-psi export runs --out study.db   # one study, which goes on by --study study.db
 
-A cluster of Dask is one run; its tests come back to this process, which may keep a study:
-
-    from dask.distributed import Client, LocalCluster
-    from joblib import parallel_config
-    from pymoo_psi import VectorizedSphereChute, investigate
-
-    if __name__ == "__main__":
-        # On Slurm: dask_jobqueue.SLURMCluster(cores=8, memory="16GB"), cluster.scale(jobs=16)
-        with LocalCluster(n_workers=2, threads_per_worker=1) as cluster, Client(cluster):
-            with parallel_config("dask"):
-                table = investigate(
-                    VectorizedSphereChute(0.4), 2**22, n_jobs=-1, keep="pareto",
-                    limits={"f1": 2.5, "f4": 0.6},
-                )
-        table.to_csv("pareto.csv")
-
-A problem that is evaluated one design at a time takes ``elementwise_runner=JoblibRunner()``
-instead of ``n_jobs``.
+A problem that is evaluated one design at a time runs on all cores by
+``elementwise_runner=JoblibRunner()``, and on a cluster of Dask or Ray by pymoo's runners for them.
 """
 
 import lazy_loader

@@ -154,14 +154,14 @@ class Engine:
         self.store = Store(options, self.table)
         elementwise, runner = self.problem.elementwise, self.problem.elementwise_runner
         self._streams = streams(self.model)
-        workers = active_workers(getattr(runner, "n_jobs", -1)).count if elementwise else 1
+        workers = active_workers(getattr(runner, "n_jobs", -1)) if elementwise else 1
         self.n_workers = self._ahead = 0  # points evaluated beyond the block that is asked for
         if self._streams and isinstance(runner, JoblibRunner):
             self.n_workers, self._ahead = workers, _FAR if whole else _NEAR * workers
         self.extend: Callable[[], None] | None = None
         recurring = self.space.finite and (elementwise or n_jobs == 1)
         self._repeats = _Repeats(self.store.known()) if recurring else None
-        self._n_jobs = 1 if n_jobs == 1 else active_workers(n_jobs).count
+        self._n_jobs = 1 if n_jobs == 1 else active_workers(n_jobs)
         # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
         # With a study there are few at first, and then as many as take a second.
         self._largest = options.block_size or (64 if elementwise else 65_536)

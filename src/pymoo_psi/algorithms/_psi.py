@@ -351,10 +351,9 @@ def investigate(
         problem: A pymoo problem with finite bounds.
         n_points: How many points to test.
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
-        n_jobs: Processes for a vectorised problem, or workers of the cluster that
-            ``joblib.parallel_config`` names; -1 for as many as there are. The table does not
-            depend on it. A problem that is evaluated one design at a time has a runner of its own,
-            :class:`~pymoo_psi.JoblibRunner`.
+        n_jobs: Processes for a vectorised problem; -1 for as many as there are cores. The table
+            does not depend on it. A problem that is evaluated one design at a time has a runner of
+            its own, :class:`~pymoo_psi.JoblibRunner`.
         progress: Show a progress bar in a terminal or a notebook, elsewhere a line a minute on
             standard error.
         **options: ``first``, ``sampling``, ``seed``, ``limits``, ``share``, ``study``,

@@ -5,7 +5,7 @@ It keeps its workers between generations and evaluates in place what is too chea
 that may end its process wants ``in_process=False``); ``timeout=`` stops a design that takes too
 long and replaces its worker. All designs of PSI are one stream to them: no worker waits for the
 slowest design of a block. Workers end with the program, however it ends, with all that they
-started. Under ``joblib.parallel_config`` a Dask or Ray cluster works without a change of code.
+started.
 A vectorised problem goes to many cores by ``investigate(..., n_jobs=-1)``.
 
 Example:

@@ -42,26 +42,25 @@ class Cost:
     """The seconds a design takes: the median of the last five measurements.
 
     A first evaluation often loads libraries, and a busy machine stalls.
+
+    Attributes:
+        samples: The measurements, to which others are appended.
     """
 
     def __init__(self) -> None:
-        self._samples: deque[float] = deque(maxlen=5)
-
-    def add(self, seconds: float) -> None:
-        """Add the seconds of a design."""
-        self._samples.append(seconds)
+        self.samples: deque[float] = deque(maxlen=5)
 
     @property
     def seconds(self) -> float:
         """Seconds of a design; infinite if none is measured."""
-        return statistics.median_low(self._samples) if self._samples else math.inf
+        return statistics.median_low(self.samples) if self.samples else math.inf
 
     def worth_sending(self, designs: int, workers: int, overhead: float) -> bool:
         """Whether workers save at least twice the overhead, since both are estimates.
 
         Known is the cost by three designs, or by one that takes more than an import.
         """
-        known = len(self._samples) >= 3 or 1.0 <= self.seconds < math.inf
+        known = len(self.samples) >= 3 or 1.0 <= self.seconds < math.inf
         return known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
 
     def chunk(self, waiting: int, workers: int) -> int:
@@ -126,12 +125,12 @@ def evaluate_here(
                     index, design = waiting.popleft()
                     found.append((index, f(design)))
                     now = perf_counter()
-            except (KeyboardInterrupt, SystemExit, GeneratorExit) as error:
+            except (KeyboardInterrupt, EvaluationError) as error:
                 failure = error
-            except BaseException as error:  # Rust and asyncio have their own
+            except BaseException as error:  # a model exits; Rust and asyncio have their own
                 failure = EvaluationError(design, one_line(error), error)
         seconds = (perf_counter() - began) / max(len(found), 1)
-        cost.add(seconds)
+        cost.samples.append(seconds)
         for index, values in found:
             yield index, values, seconds
         if failure is not None:
@@ -139,20 +138,12 @@ def evaluate_here(
 
 
 def sendable(error: EvaluationError) -> EvaluationError:
-    """Return an error that can be pickled; where it arrives, tracebacks are causes as texts.
-
-    Many exceptions with constructors of their own do not survive that; another stands for them.
-    """
-    original: Any = error.original
-    if original is None:
-        return error
-    if isinstance(original, EvaluationError):
-        original = sendable(original)
-    sent = ExceptionWithTraceback(original, original.__traceback__)
-    try:
-        if type(cloudpickle.loads(cloudpickle.dumps(sent))) is not type(original):
-            raise TypeError
-    except Exception:
-        sent.exc = RuntimeError(error.reason)
-    error.original = sent
+    """Return an error that can be pickled; where it arrives, the traceback is a cause as text."""
+    if error.original is not None:
+        sent = ExceptionWithTraceback(error.original, error.original.__traceback__)
+        try:
+            cloudpickle.loads(cloudpickle.dumps(sent))
+        except Exception:  # many with constructors of their own do not survive that
+            sent.exc = RuntimeError(error.reason)
+        error.original = sent
     return error

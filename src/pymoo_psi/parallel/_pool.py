@@ -26,7 +26,7 @@ from collections import deque
 from collections.abc import Generator, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from multiprocessing import connection, spawn, util
+from multiprocessing import Pipe, connection, spawn, util
 from time import monotonic
 from typing import Any
 
@@ -36,14 +36,10 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._evaluation import Cost, Function, Result, Waiting, one_line
 
-_POLL = 1.0  # seconds after which a silent worker is looked at
 _PATIENCE = 2.0  # seconds to leave by itself, which takes some hundredths
 # Seconds for a guard to end its worker with all that was started there, as long as a busy machine
 # may take. Some of it is left behind if the guard is killed before.
 _KILLING = 20.0
-# Seconds to start and to load the problem, whatever the time limit of a design: numpy and pymoo
-# take half a second, a library of machine learning from a network folder some ten.
-_START = 20.0
 # Workers share the cores: libraries of linear algebra would each start a thread for all of them,
 # and joblib, in a model that uses it, as many workers.
 _THREAD_LIMITS = (
@@ -69,12 +65,7 @@ class ProcessPool:
         weakref.finalize(self, _end_all, self._idle, self.owner)
 
     def run(
-        self,
-        function: Function,
-        waiting: Waiting,
-        cost: Cost,
-        workers: int,
-        timeout: float | None = None,
+        self, function: Function, waiting: Waiting, cost: Cost, workers: int, timeout: float | None
     ) -> Generator[Result]:
         """Evaluate designs; give the results as they come.
 
@@ -102,19 +93,18 @@ class ProcessPool:
         except BaseException:
             for worker in run.workers:  # all of them end at the same time
                 worker.disconnect()
-            for worker in run.workers:
-                worker.end()
+            _end_all(run.workers, self.owner)
             raise
         self._idle.extend(run.workers)
 
 
-def _end_all(idle: list[_Worker], owner: int) -> None:
+def _end_all(workers: list[_Worker], owner: int) -> None:
     if os.getpid() == owner:
-        for worker in idle:
+        for worker in workers:
             worker.send(None)
         patient = monotonic() + _PATIENCE
-        while idle:
-            idle.pop().end(patient - monotonic())
+        while workers:
+            workers.pop().end(patient - monotonic())
 
 
 class _Worker:
@@ -127,18 +117,16 @@ class _Worker:
         process: What Popen started: the guard of the process that evaluates.
         channel: The connection to it.
         function: The pickled function that it has, or is loading.
-        started: Whether it has loaded a function.
-        loading: Whether it is loading another one.
+        loaded: The one that it has loaded.
         at: The designs it has, with their indices, the one it evaluates first.
         deadline: When it must have done what it is at.
     """
 
     def __init__(self, threads: int) -> None:
-        self.function, self.started, self.loading = b"", False, False
+        self.function = self.loaded = b""
         self.at: Waiting = deque()
         self.deadline = math.inf
-        ours, theirs = socket.socketpair()
-        self.channel = _worker.Channel(ours)
+        self.channel, theirs = Pipe()
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
         with theirs:
@@ -157,35 +145,30 @@ class _Worker:
 
         While it loads, it has read all that was sent: this process never waits for it.
         """
-        self.loading, self.function = self.function != function, function
-        self.at = designs
-        self.deadline = monotonic() + (max(timeout, _START) if self.loading else timeout)
-        self.send((function if self.loading else None, designs))
+        self.function, self.at = function, designs
+        self.deadline = monotonic() + timeout if self.loaded == function else math.inf
+        self.send((None if self.loaded == function else function, designs))
 
     def send(self, content: Any) -> None:
         """Send a message; a process that is gone is noticed when it is waited for."""
         # by value from __main__, which is another module there
         data = cloudpickle.dumps(content)
         with suppress(OSError):
-            self.channel.send(data)
+            self.channel.send_bytes(data)
 
-    def receive(self) -> Iterator[tuple[str, Any]]:
-        """Give kind and content of the messages that have arrived; "died" if the process has."""
+    def receive(self) -> tuple[str, Any]:
+        """Return kind and content of the next message; "died" if the process has."""
         try:
-            arrived = self.channel.receive()
+            message: tuple[str, Any] = self.channel.recv()
         except (EOFError, OSError):  # closed, or reset
-            yield "died", None
-            return
-        for data in arrived:
-            try:
-                yield cloudpickle.loads(data)
-            except Exception as error:
-                yield "lost", f"its values cannot be sent between processes: {one_line(error)}"
+            return "died", None
+        return message
 
     def disconnect(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
-        with suppress(OSError), self.channel.socket as own:
+        with suppress(OSError), socket.socket(fileno=os.dup(self.channel.fileno())) as own:
             own.shutdown(socket.SHUT_RDWR)  # it reaches the guard though a fork holds it open
+        self.channel.close()
 
     def end(self, patience: float = 0.0) -> str:
         """Let the process end by itself or else kill it; return how it came to its end."""
@@ -198,8 +181,8 @@ class _Worker:
             self.process.kill()
             self.process.wait()
         code = self.process.returncode
-        signals = {128 + one: one.name for one in signal.Signals}  # a guard reports as shells do
-        return signals.get(code, f"exit code {code}")
+        # A guard reports signals as shells do.
+        return signal.Signals(code - 128).name if 128 < code < 160 else f"exit code {code}"
 
 
 @dataclass
@@ -226,17 +209,13 @@ class _Run:
                     self._feed(worker)
             now = monotonic()
             due = min(worker.deadline for worker in self.workers)
-            sockets = [worker.channel.socket for worker in self.workers]
-            heard = connection.wait(sockets, max(0.0, min(_POLL, due - now)))
+            channels = [worker.channel for worker in self.workers]
+            heard = connection.wait(channels, None if due == math.inf else max(0.0, due - now))
             for worker in list(self.workers):
-                # What has arrived counts, be this process late to read it.
-                messages = list(worker.receive()) if worker.channel.socket in heard else []
-                if not messages and now > worker.deadline:
-                    messages = [("overdue", None)]
-                elif not heard and worker.process.poll() is not None:
-                    messages = [("died", None)]
-                for message in messages:
-                    yield from self._handle(worker, *message)
+                if worker.channel in heard:  # what has arrived counts, be it read late
+                    yield from self._handle(worker, *worker.receive())
+                elif now > worker.deadline:
+                    yield from self._replace(worker, overdue=True)
 
     def _hire(self) -> None:
         """Take a worker that is idle, or start one."""
@@ -254,36 +233,33 @@ class _Run:
     def _handle(self, worker: _Worker, kind: str, content: Any) -> Iterator[Result]:
         """Process a message of a worker, or its end."""
         if kind == "ready":
-            worker.started, worker.loading = True, False
-            worker.deadline = monotonic() + self.timeout
+            worker.loaded, worker.deadline = worker.function, monotonic() + self.timeout
         elif kind == "left":
             self._give_back(worker)
         elif kind == "raised":
             raise content
         elif kind == "unusable":
             raise _cannot_load(content)
-        elif kind in ("died", "overdue"):
-            yield from self._replace(worker, overdue=kind == "overdue")
+        elif kind == "died":
+            yield from self._replace(worker)
         else:
             index, design = worker.at.popleft()
             worker.deadline = monotonic() + self.timeout if worker.at else math.inf
             if kind == "done":
-                self.cost.add(content[2])
+                self.cost.samples.append(content[2])
                 if not worker.at and self.waiting:  # whoever reads the result may take a while
                     self._feed(worker)
                 yield content
             else:
                 yield self._lost(index, design, content)
 
-    def _replace(self, worker: _Worker, overdue: bool) -> Iterator[Result]:
+    def _replace(self, worker: _Worker, overdue: bool = False) -> Iterator[Result]:
         """End a worker that has died or is overdue, which costs one design; another is hired."""
         self.workers.remove(worker)
         how = worker.end(0.0 if overdue else _PATIENCE)
-        if overdue and worker.loading:
-            raise _cannot_load(f"it takes longer than {max(self.timeout, _START):g} s")
-        if not worker.started:
+        if not worker.loaded:
             raise _cannot_load(f"the process ends before ({how})")
-        at = worker.at.popleft() if worker.at and not worker.loading else None
+        at = worker.at.popleft() if worker.at and worker.loaded == worker.function else None
         self._give_back(worker)
         if at is None:
             return

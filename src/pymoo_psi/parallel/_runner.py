@@ -1,15 +1,13 @@
-"""A runner for pymoo problems, and independent tasks, on the workers of joblib's configuration."""
+"""A runner for pymoo problems, and independent tasks, on worker processes."""
 
 from __future__ import annotations
 
 import os
 import sys
-import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
-from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from itertools import chain, islice
 from typing import Any
 
@@ -30,36 +28,13 @@ _BATCH_SECONDS = 0.005
 _TASKS_AHEAD = 4
 
 
-@dataclass(frozen=True)
-class Workers:
-    """What evaluates now.
-
-    Attributes:
-        count: How many evaluations run at the same time.
-        own: Whether these are processes of our own, not what joblib is configured for.
-    """
-
-    count: int
-    own: bool
-
-
-def active_workers(n_jobs: int) -> Workers:
-    """Return the workers for ``n_jobs`` jobs; -1 leaves the number to ``parallel_config``."""
+def active_workers(n_jobs: int) -> int:
+    """Return the number of workers for ``n_jobs``; joblib's configuration decides about -1."""
     from joblib.parallel import get_active_backend
 
     backend, configured = get_active_backend()
-    if n_jobs == -1:
-        n_jobs = _cores() if configured is None else configured
-    own = type(backend).__name__ in ("LokyBackend", "SequentialBackend", "MultiprocessingBackend")
-    return Workers(max(1, backend.effective_n_jobs(n_jobs)), own)
-
-
-@cache
-def _cores() -> int:
-    """Return the number of cores; joblib reads it from files, which takes longer than a batch."""
-    from joblib import cpu_count
-
-    return int(cpu_count())
+    wanted = configured if n_jobs == -1 and configured is not None else n_jobs
+    return max(1, int(backend.effective_n_jobs(wanted)))
 
 
 class JoblibRunner:
@@ -71,11 +46,8 @@ class JoblibRunner:
     which measure the cost. Results come in the order of the designs and do not depend on any of
     this.
 
-    Under ``joblib.parallel_config`` the runner uses the number of jobs given there, and threads or
-    a cluster if they are given and designs may be evaluated in this process: ``"dask"`` or
-    ``"ray"`` runs a study on a cluster without a change of code. There a model must not end its
-    process: joblib's Dask backend then waits forever. For one that may, give each machine a
-    ``share`` of the points.
+    On a cluster give each machine a ``share`` of the points, or take pymoo's runners for Dask and
+    Ray.
 
     A worker process that dies or runs out of time takes one design with it at most; the others are
     evaluated by the worker that replaces it. A design whose process died is tried once more; then
@@ -89,13 +61,13 @@ class JoblibRunner:
     same as before, in a worker after every design, here after every millisecond at least.
 
     Args:
-        n_jobs: Number of workers; -1 is the number of ``parallel_config``, or else of cores.
+        n_jobs: Number of workers; -1 is the number of ``joblib.parallel_config``, or else of
+            cores.
         timeout: Seconds that the evaluation of one design may take; then its worker process is
-            replaced. Every design is evaluated in a process that can be ended. To start and to
-            import the problem, a worker has as long, but at least 20 seconds.
+            replaced. Every design is evaluated in a process that can be ended.
         in_process: Whether designs may be evaluated in this process, to measure their cost and
-            while they are cheap, or by threads of it. Say ``False`` if a design takes minutes or
-            may crash: then none is, even if there is one worker.
+            while they are cheap. Say ``False`` if a design takes minutes or may crash: then none
+            is, even if there is one worker.
 
     Raises:
         ArgumentValueError: A number is out of range.
@@ -167,58 +139,44 @@ class JoblibRunner:
 
     def _results(self, f: Function, waiting: Waiting, starting: float) -> Iterator[Result]:
         """Give what :meth:`stream` gives; to start workers takes so many seconds."""
-        workers = active_workers(self.n_jobs)
-        here = self.in_process and self.timeout is None
-        if not workers.own and not here:  # a cluster may be larger than this machine
-            workers = Workers(min(workers.count, _cores()), own=True)
+        count = active_workers(self.n_jobs)
+        overhead = _BATCH_SECONDS if self._started else starting
 
         def enough(left: int) -> bool:
-            overhead = _BATCH_SECONDS if self._started else starting
-            return self._cost.worth_sending(left, workers.count, overhead)
+            return self._cost.worth_sending(left, count, overhead)
 
         if self._pool.owner != os.getpid():
             self._pool = ProcessPool()
-        try:
-            if here:
-                yield from evaluate_here(f, waiting, self._cost, enough)
-            if waiting:
-                self._started = True
-                yield from self.by_workers(f, waiting, workers)
-        except EvaluationError as error:
-            # of a problem that names the design itself
-            named = error.original if isinstance(error.original, EvaluationError) else error
-            raise named from named.original
+        if self.in_process and self.timeout is None:
+            yield from evaluate_here(f, waiting, self._cost, enough)
+        if waiting:
+            self._started = True
+            yield from self.by_workers(f, waiting, count)
 
-    def by_workers(self, f: Function, waiting: Waiting, workers: Workers) -> Generator[Result]:
+    def by_workers(self, f: Function, waiting: Waiting, count: int) -> Generator[Result]:
         """Give what :meth:`stream` gives; no design is evaluated in this process."""
-        if workers.own and sys.platform != "win32":
-            yield from self._pool.run(f, waiting, self._cost, workers.count, self.timeout)
+        if sys.platform != "win32":
+            yield from self._pool.run(f, waiting, self._cost, count, self.timeout)
             return
         from joblib.parallel import Parallel, delayed
 
         def tasks() -> Iterator[Any]:
             while waiting:
                 # asked each time, since the cost becomes known on the way
-                size = min(len(waiting), self._cost.chunk(len(waiting), workers.count))
+                size = self._cost.chunk(len(waiting), count)
                 yield delayed(_evaluated)(f, deque(waiting.popleft() for _ in range(size)))
 
         while waiting:  # joblib asks for no more tasks once there were none
             # One at a time: joblib would send many together that have been short so far.
-            parallel = Parallel(workers.count, batch_size=1, return_as="generator_unordered")
-            answers = parallel(tasks())
-            try:
-                for result in chain.from_iterable(answers):
-                    self._cost.add(result[2])
-                    yield result
-            finally:
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore", UserWarning)  # that results are not read
-                    answers.close()
+            parallel = Parallel(count, batch_size=1, return_as="generator_unordered")
+            for result in chain.from_iterable(parallel(tasks())):
+                self._cost.samples.append(result[2])
+                yield result
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles take the settings; workers and measurements stay."""
-        settings = {name: v for name, v in vars(self).items() if not name.startswith("_")}
-        return partial(type(self), **settings), ()
+        again = partial(type(self), self.n_jobs, timeout=self.timeout, in_process=self.in_process)
+        return again, ()
 
 
 def _evaluated(f: Function, waiting: Waiting) -> list[Result]:
@@ -243,15 +201,15 @@ def in_parallel(
         WorkerError: A worker was lost, or cannot load the function.
         Exception: What the function raises.
     """
-    workers = active_workers(n_jobs)
-    if workers == Workers(1, own=True):
+    count = active_workers(n_jobs)
+    if count == 1:
         for number, task in enumerate(tasks):
             yield number, function(task)
         return
     left = enumerate(tasks)
-    waiting = deque(islice(left, _TASKS_AHEAD * workers.count))
+    waiting = deque(islice(left, _TASKS_AHEAD * count))
     try:
-        with closing(JoblibRunner(n_jobs).by_workers(function, waiting, workers)) as done:
+        with closing(JoblibRunner(n_jobs).by_workers(function, waiting, count)) as done:
             for number, result, _ in done:
                 yield number, result
                 waiting.extend(islice(left, 1))

@@ -21,8 +21,6 @@ import os
 import pickle
 import select
 import signal
-import socket
-import struct
 import sys
 import threading
 from functools import partial
@@ -37,46 +35,6 @@ _PR_SET_CHILD_SUBREAPER = 36
 # stays small: so nothing heavy is imported here, nor anything from the current folder.
 
 
-class Channel:
-    """Messages through a socket; reading never waits for the rest of a message.
-
-    Args:
-        own: The socket.
-    """
-
-    _SIZE = struct.Struct(">Q")
-
-    def __init__(self, own: socket.socket) -> None:
-        self.socket, self._arrived = own, bytearray()
-
-    def send(self, content: bytes) -> None:
-        """Send a message.
-
-        Raises:
-            OSError: The other end is gone, or the model has closed this one.
-        """
-        self.socket.sendall(self._SIZE.pack(len(content)) + content)
-
-    def receive(self) -> list[bytes]:
-        """Wait for some bytes; return the messages that are complete.
-
-        Raises:
-            EOFError: The other end is gone.
-            OSError: The model has closed this end.
-        """
-        if not (some := self.socket.recv(2**18)):
-            raise EOFError
-        self._arrived += some
-        found, begin = [], self._SIZE.size
-        while len(self._arrived) >= begin:
-            end = begin + self._SIZE.unpack_from(self._arrived)[0]
-            if len(self._arrived) < end:
-                break
-            found.append(bytes(self._arrived[begin:end]))
-            del self._arrived[:end]
-        return found
-
-
 def main() -> None:
     """Serve the other end of the socket that is the standard input until the pool is gone."""
     import fcntl
@@ -84,13 +42,15 @@ def main() -> None:
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pool decides what an interrupt means
     _guard()
+    from multiprocessing.connection import Connection
+
     # The last numbers of all: a model that writes into descriptors, or closes those that it does
     # not know, as daemons do, begins with the first, and a file that it opens gets the first free.
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
     last = (min(most, 1024) if most > 0 else 1024) - 8
-    channel = Channel(socket.socket(fileno=fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, last)))
+    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, last))
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # nor does a solver started by it hold it open
-    os.register_at_fork(after_in_child=channel.socket.close)  # a model's fork has nothing to say
+    os.register_at_fork(after_in_child=channel.close)  # a model's fork has nothing to say
     with contextlib.suppress(EOFError, OSError):
         _serve(channel)
 
@@ -149,9 +109,8 @@ def _is_past(end: float, left: int) -> bool:
     return perf_counter() > end
 
 
-def _serve(channel: Channel) -> None:
-    messages = (content for arrived in iter(channel.receive, None) for content in arrived)
-    sys.path[:], sys.argv[:] = pickle.loads(next(messages))
+def _serve(channel: Any) -> None:
+    sys.path[:], sys.argv[:] = channel.recv()
     # Imported after the fork, and from where the pool imports.
     import cloudpickle
 
@@ -163,12 +122,10 @@ def _serve(channel: Channel) -> None:
             data = pickle.dumps((kind, content))
         except Exception:  # cloudpickle takes twice as long, and pickles more
             data = cloudpickle.dumps((kind, content))
-        channel.send(data)
+        channel.send_bytes(data)
 
     function: Any = None
-    for message in messages:
-        if (content := cloudpickle.loads(message)) is None:
-            return
+    while (content := channel.recv()) is not None:
         pickled, designs = content
         if pickled is not None:
             try:
@@ -182,14 +139,10 @@ def _serve(channel: Channel) -> None:
             for result in evaluate_here(function, designs, enough=late, moment=0.0):
                 try:
                     send("done", result)
-                except OSError:  # the pool is gone
-                    return
-                except Exception as error:  # before a byte is sent
+                except Exception as error:
                     send("lost", f"its values cannot be sent between processes: {one_line(error)}")
         except EvaluationError as error:
             send("raised", sendable(error))
-        except (KeyboardInterrupt, SystemExit) as error:  # the model's, as the pool sends none
-            send("lost", one_line(error))
         if designs:
             send("left")
 
