@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -162,12 +163,8 @@ def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
     layers = [(outer, 1.0)]
     if outer < n_obj and left >= n_obj:
         layers.append((min(get_partition_closest_to_points(left, n_obj), outer), 0.5))
-    return np.vstack(
-        [
-            get_reference_directions("das-dennis", n_obj, n_partitions=p, scaling=scaling)
-            for p, scaling in layers
-        ]
-    )
+    layer = partial(get_reference_directions, "das-dennis", n_obj)
+    return np.vstack([layer(n_partitions=p, scaling=scaling) for p, scaling in layers])
 
 
 def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **setup: Any) -> Any:

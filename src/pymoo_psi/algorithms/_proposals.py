@@ -81,10 +81,6 @@ class Goal:
     encode: Map
     compute: Callable[[Array, Array], Array] | None = None
 
-    def expected(self, points: Array, T: Array, fit: Fit) -> Array:
-        """Return predictions, on their scales, with what is known instead where it is."""
-        return T if self.compute is None else fit.to(self.compute(points, fit.back(T)))
-
     def excess(self, T: Array, fit: Fit) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed what is allowed."""
         columns = [np.zeros((len(T), 0))]
@@ -143,8 +139,8 @@ def propose(
 
     def predict(points: Array) -> Array:
         at = encode(points)
-        predicted = np.column_stack([process(at) for process in processes])
-        return goal.expected(points, predicted, fit)
+        T = np.column_stack([process(at) for process in processes])
+        return T if goal.compute is None else fit.to(goal.compute(points, fit.back(T)))
 
     def judge(points: Array) -> tuple[Array, Array]:
         predicted, unwanted = predict(points), risk(encode(points))
@@ -313,7 +309,10 @@ def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]
         first[kept] = rank = pareto_rank(F[kept])
         second[kept] = -_crowding(F[kept], rank)
     elif kept.any():
-        values = _achievements(_scaled(F[kept], F[kept]), inward)
+        # in units of the range of the Pareto set
+        low, high = F[kept].min(axis=0), F[kept][nondominated(F[kept])].max(axis=0)
+        scaled = (F[kept] - low) / np.where(high > low, high - low, 1.0)
+        values = _achievements(scaled, inward)
         first[kept] = np.argsort(np.argsort(values, axis=0, kind="stable"), axis=0).min(axis=1)
         second[kept] = values.min(axis=1)
     return np.lexsort((second, first, violated))[:size]
@@ -330,13 +329,6 @@ def _crowding(F: Array, rank: NDArray[np.integer]) -> Array:
         gap[1:-1][inner] = (value[2:] - value[:-2])[inner]
         gaps[order] += gap / max(np.ptp(f), 1e-300)
     return gaps
-
-
-def _scaled(F: Array, front: Array) -> Array:
-    """Return objectives in units of the range of the Pareto set of others."""
-    low = front.min(axis=0)
-    high = front[nondominated(front)].max(axis=0)
-    return np.asarray((F - low) / np.where(high > low, high - low, 1.0))
 
 
 def _achievements(F: Array, inward: float) -> Array:

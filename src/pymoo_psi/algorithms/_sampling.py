@@ -24,8 +24,6 @@ _ENGINES = {
     "latin_hypercube": "LatinHypercube",
     "poisson_disk": "PoissonDisk",
 }
-# Of these the sequences that can be continued; the points of others depend on how many they are.
-_EXTENDABLE = ("sobol", "halton")
 
 
 class UniformSampling(Sampling):
@@ -181,7 +179,8 @@ class QMCSampling(UniformSampling):
         self.log = log
         self.engine = known_name("engine", engine, _ENGINES)
         self.scramble = boolean("scramble", scramble)
-        self.extendable = engine in _EXTENDABLE
+        # that can be continued; the points of others depend on how many they are
+        self.extendable = engine in ("sobol", "halton")
         self.randomised = scramble or not self.extendable
 
     def unit_points(

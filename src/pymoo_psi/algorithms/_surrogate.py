@@ -6,10 +6,10 @@ has them before they are tested. So a run that is killed goes on as if nothing h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ from pymoo_psi.study import LAST
 from pymoo_psi.table import Limits, TestTable, bounds_of, lacking
 
 Array = NDArray[np.float64]
-Method = TypeVar("Method", bound=Callable[..., Any])
 
 # Lengths are fitted again when there are so many times as many tests, which takes as long as all
 # else for some rounds. Each fit is a function of the first tests alone, so that a run that goes on
@@ -37,12 +36,7 @@ _GROWTH = 1.1
 # test: they pay most while little is known.
 _BATCH, _FEW, _LITTLE = 8, 4, 64
 _POINTS = 20  # a sample that shows a heavy tail; more tell less than as many proposals
-_MADE_BY = "surrogates"  # proposals, in studies
 _LEAST = 4  # tests that are known, below which no surrogate is made
-
-# Several threads would spin at matrices as small as these, ten times as long where other work is
-# going on, and their sums differ in the last digits from those of one.
-_one_thread: Callable[[Method], Method] = threadpool_limits.wrap(limits=1, user_api="blas")
 
 
 class SurrogatePSI(PSI):
@@ -134,7 +128,7 @@ class SurrogatePSI(PSI):
         self._engine.extend = self._extend if overlap and workers else None
         points = self._engine.points
         self._engine.points = replace(points, given=points.units, rounds=np.zeros(len(points)))
-        self.table, self._n_uniform = self._engine.table, len(points)
+        self.table = self._engine.table
         self._ends = [len(points)]
         self._n_tests = self.n_points - size + len(points)  # more by `fill`, not evaluated
 
@@ -161,22 +155,26 @@ class SurrogatePSI(PSI):
         study, points = self._engine.store.study, self._engine.points
         table = by_number([self.table, self._engine.arrived()])
         pending = points.at(np.flatnonzero(~np.isin(points.numbers, table.numbers)))
-        if study is None:
-            return self._proposed(size, table, pending)
         turn = len(self._ends)
-        stored = study.proposals(first, LAST - first)
-        if not stored:  # another process may propose the same meanwhile: one file, one truth
-            made = self._proposed(size, table, pending).tolist()
+        stored = [] if study is None else study.proposals(first, LAST - first)
+        if not stored:
+            # Several threads would spin at matrices as small as these, ten times as long where
+            # other work is going on, and their sums differ in the last digits from those of one.
+            with threadpool_limits(limits=1, user_api="blas"):
+                made = self._proposed(size, table, pending)
+            if study is None:
+                return made
             # All tests before them were known but these.
             more = {"pending": pending.numbers.tolist()} if len(pending) else {}
-            rows = [(n, turn, _MADE_BY, {"point": x} | more) for n, x in enumerate(made, first)]
+            contents = [{"point": point} | more for point in made.tolist()]
+            rows = [(n, turn, "surrogates", content) for n, content in enumerate(contents, first)]
+            # Another process may have proposed the same meanwhile: one file, one truth.
             stored = study.propose(rows)
         return np.array([content["point"] for _, n, _, content in stored if n == turn])
 
-    @_one_thread
     def _proposed(self, size: int, table: TestTable, pending: Points) -> Array:
         goal, further = self._goal(table)
-        last = self._engine.points.numbers[self._n_uniform - 1]
+        last = self._engine.points.numbers[self._ends[0] - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
         tests = self._tests(table, n_uniform, further, pending)
         # up to how many tests lengths are fitted: of rising numbers the last one that is reached
