@@ -131,6 +131,7 @@ CARS = pd.DataFrame({"price": [20.0, 30.0], "range": [200.0, 400.0]})
 @pytest.mark.parametrize(
     ("call", "kind", "message"),
     [
+        (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be of objectives among price"),
         (lambda: explain(CARS, 2), ValueError, "i must be a row of F, 0 to 1, got 2"),
         (lambda: compare_designs(CARS, [0, -1]), ValueError, "rows must be an integer >= 0, got -1"),
     ],

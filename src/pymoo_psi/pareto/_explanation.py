@@ -299,7 +299,7 @@ def explain(
         # here than among all designs, where the dominance was found.
         dominated_by = int(front[giving_up_least(np.arange(len(front)), 0.0)[0]])
     others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
-    comparison = _compared(ranking, [row, *others], _units(F, units))
+    comparison = _compared(ranking, [row, *others], _units(F, units, ranking))
     shares = _shares(behind, lengths)
     return Explanation(ranking, row, behind, shares, neighbours, comparison, dominated_by)
 
@@ -342,7 +342,7 @@ def compare_designs(
         raise invalid("rows", "two rows or more", list(rows))
     ranking = ranking_from(F, normalize, maximize)
     at = [_row("rows", row, ranking) for row in rows]
-    return _compared(ranking, at, _units(F, units))
+    return _compared(ranking, at, _units(F, units, ranking))
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -395,9 +395,16 @@ def _shares(differences: Array, lengths: Array) -> Array:
     return np.where(np.isinf(lengths) & (differences != 0), np.nan, differences / lengths + 0.0)
 
 
-def _units(F: Any, units: Mapping[Any, str] | None) -> Mapping[Any, str]:
-    """Return the units that are given, or those of a test table."""
-    return getattr(getattr(F, "layout", None), "units", {}) if units is None else units
+def _units(
+    F: Any, units: Mapping[Any, str] | None, ranking: EfficiencyRanking
+) -> Mapping[Any, str]:
+    """Return the units that are given, or those of a test table, of all its columns."""
+    if units is None:
+        return getattr(getattr(F, "layout", None), "units", {})
+    names = ranking.objectives.names
+    if unknown := [name for name in units if name not in names]:
+        raise invalid("units", f"of objectives among {', '.join(map(str, names))}", unknown[0])
+    return units
 
 
 def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
