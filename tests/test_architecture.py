@@ -76,13 +76,6 @@ def test_layers_import_downwards_and_subpackages_public_names_only():
     ] == []
 
 
-def test_the_rules_can_be_broken():
-    for modules in ("pymoo_psi.problems", "pymoo_psi._validation.x", "pymoo.core.problem"):
-        assert [*broken_rules("pareto", [modules])]
-    assert [*broken_rules("cli", ["pymoo_psi.table._layout"])]
-    assert not [*broken_rules("cli", ["pymoo_psi.pareto", "click", "pymoo_psi.cli._app"])]
-
-
 def test_every_module_of_a_subpackage_is_private():
     """The ``__init__`` is the index of the public names."""
     modules = {path.relative_to(ROOT).as_posix() for path in FILES}

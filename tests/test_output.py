@@ -9,9 +9,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pandas as pd
 import pytest
-from pymoo.problems import get_problem
 
-from pymoo_psi import TestTable, compare
+from pymoo_psi import TestTable
 from pymoo_psi._output import ROWS, whole_file
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
@@ -28,12 +27,6 @@ def table():
     layout = Layout.of(["width"], [EVIL, "gain"], maximize=["gain"], units={"width": "mm<i>"})
     F = np.column_stack([np.arange(40.0), -(np.arange(40.0) ** 2)])
     return TestTable.of(1 + np.arange(40), rng.random((40, 1)), F, layout=layout)
-
-
-@pytest.fixture(scope="module")
-def comparison():
-    algorithms = {EVIL: "psi", "psi": "psi"}
-    return compare(get_problem("bnh"), n_evaluations=16, algorithms=algorithms)
 
 
 def shown(thing):
@@ -56,11 +49,6 @@ def test_names_are_data_in_a_notebook(table, view):
     assert text.startswith(type(view(table)).__name__)
     assert 1 < len(rows) <= ROWS + 2
     assert EVIL in text + " ".join(" ".join(row) for row in rows) or "Convergence" in text
-
-
-def test_a_comparison_is_shown_with_the_users_names(comparison):
-    text, rows = shown(comparison)
-    assert [row[2] for row in rows] == ["algorithm", EVIL, "psi"]
 
 
 def test_a_page_is_framed_whole_and_kept_from_the_notebook(table):
@@ -156,21 +144,3 @@ def test_a_link_is_followed(tmp_path):
     write(tmp_path / "link.csv")
     assert (tmp_path / "link.csv").is_symlink()
     assert (tmp_path / "there" / "front.csv").read_text() == "new"
-
-
-@posix
-def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
-    write(pipe)
-    assert os.read(reader, 10) == b"new"
-    os.close(reader)
-    assert stat.S_ISFIFO(pipe.stat().st_mode)
-    assert os.listdir(tmp_path) == ["pipe"]
-
-
-@posix
-def test_the_longest_name_can_be_written(tmp_path):
-    write(tmp_path / ("n" * 255))
-    assert os.listdir(tmp_path) == ["n" * 255]

@@ -101,11 +101,6 @@ def test_the_citation_is_of_this_version():
     assert f"\nversion: {pymoo_psi.__version__}\n" in file.read_text("utf-8")
 
 
-def test_there_are_two_commands_for_a_fresh_machine():
-    text = README.read_text("utf-8")
-    assert len(re.findall(r"^pip install .*&& ", text, re.MULTILINE)) == 2
-
-
 def test_on_a_package_index_no_link_leads_nowhere():
     """An index has the README without its repository: the picture, a file of it, is left out."""
     tomllib = pytest.importorskip("tomllib", reason="Python 3.10 reads no TOML")

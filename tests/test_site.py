@@ -90,14 +90,3 @@ def test_the_readme_is_on_the_first_page_with_its_picture(site):
     page = pages[folder / "pymoo_psi.html"]
     assert {"decide-on-your-own-table", "the-paper"} <= page.anchors
     assert any(picture.startswith("data:image/png;base64,") for picture in page.pictures)
-
-
-def test_all_guides_are_on_their_page(site):
-    folder, pages = site
-    titles = {
-        re.sub(r"[^\w\s-]", "", title).strip().lower().replace(" ", "-")
-        for guide in (ROOT / "src" / "pymoo_psi" / "guide").glob("*.md")
-        for title in re.findall(r"^## (.*)$", guide.read_text("utf-8"), re.MULTILINE)
-    }
-    assert len(titles) > 8
-    assert titles <= pages[folder / "pymoo_psi" / "guide.html"].anchors

@@ -134,13 +134,6 @@ def test_what_else_a_study_holds_is_refused_by_name(study, what):
     assert contents(Path(study.path).parent) == before
 
 
-def test_outputs_that_come_later_leave_it_as_it_is_made(study):
-    for first, name in enumerate(['in "quotes"', "a, b)", "--", "Seconds", "ä;"]):
-        study.append(block(9 + first, 1) | {name: np.array([0.5])})
-    edit(study.path, "ANALYZE", "VACUUM")  # the statistics of SQLite are its own
-    assert len(read(study.path)[1]["Seconds"]) == 13
-
-
 def test_a_full_disk_is_named_and_what_is_stored_is_kept(study, tmp_path, monkeypatch):
     connect = sqlite3.connect
 

@@ -159,38 +159,6 @@ def test_readers_see_whole_blocks_while_others_write(tmp_path, workers):
     assert workers.wait(pid) == 0
 
 
-def test_a_fork_of_the_owner_does_not_own_the_lock(tmp_path, workers):
-    """Nor does it keep it, if it outlives the owner."""
-    path, ready = tmp_path / "s.db", tmp_path / "ready"
-    begun(path)
-    job = (
-        f"study = Study({str(path)!r}, wait=0)\n"
-        "with study.writing():\n"
-        "    pid = os.fork()\n"
-        "    if not pid:\n"
-        "        try:\n"
-        "            study.append(block(1, 4))\n"
-        "        except PsiError as error:\n"
-        f"            say({str(ready)!r}, error)\n"
-        f"        time.sleep({LONG})\n"
-        # A file is there before its first line is.
-        f"    while not (os.path.exists({str(ready)!r}) and os.path.getsize({str(ready)!r})):\n"
-        "        time.sleep(0.01)\n"
-        f"    say({str(ready)!r}, pid)\n"
-        "    study.append(block(1, 4))\n"
-        "    os.kill(os.getpid(), signal.SIGKILL)\n"
-    )
-    pid = workers.start(job)
-    assert workers.wait(pid) == signal.SIGKILL
-    refused, child = lines(ready)
-    try:
-        assert "is being written by another process" in refused
-        assert Study(path, wait=0).append(block(5, 4)) == 4
-    finally:
-        os.kill(int(child), signal.SIGKILL)
-    assert bits(read(path)[1]) == bits(block(1, 8))
-
-
 # Disks and rights
 
 

@@ -5,7 +5,6 @@ import json
 import os
 import pickle
 import sqlite3
-import threading
 from contextlib import closing
 from pathlib import Path
 
@@ -212,24 +211,6 @@ def test_a_study_is_a_name(study, monkeypatch):
     monkeypatch.chdir("/")
     assert relative.path == study.path
     assert bits(relative.contents(1, 9)[1]) == bits(block(1, 4))
-
-
-# Readers, writers and threads of one process
-
-
-def test_a_commit_waits_for_a_reader_to_end_its_query(study):
-    study.append(block(1, 2))
-    with closing(sqlite3.connect(study.path, isolation_level=None)) as reader:
-        reader.execute("BEGIN")
-        assert reader.execute("SELECT count(*) FROM tests").fetchone() == (2,)
-        writer = threading.Thread(target=study.append, args=(block(3, 2),))
-        writer.start()
-        writer.join(0.2)
-        assert writer.is_alive()
-        assert reader.execute("SELECT count(*) FROM tests").fetchone() == (2,)
-        reader.execute("COMMIT")
-        writer.join()
-    assert bits(read(study.path)[1]) == bits(block(1, 4))
 
 
 # Outputs, which tests bring
