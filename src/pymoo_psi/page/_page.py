@@ -127,8 +127,8 @@ def decision_page(
     On top stands the best compromise (:func:`pymoo_psi.rank_of_efficiency`) among the designs that
     are left under the limits that the reader sets, proposed until one is chosen, why it is that,
     and what others would cost. Linked plots and a table show what is left, which is compared,
-    chosen from and exported as CSV. Limits, choice and reason are kept in the address of the page,
-    in the page as its reader saves it, and in a decision file. Designs that failed or violate
+    chosen from and exported as CSV. Limits, choice and reason are kept in the page as its reader
+    saves it, and in a decision file. Designs that failed or violate
     constraints are left out and counted.
 
     Args:

@@ -63,7 +63,10 @@ def payload(
         "normalize": opens_with["normalize"],
         "columns": [
             *(
-                _packed(f"c{j}", role, name, table, former, optimal)
+                # The field is free of the user's characters.
+                {"field": f"c{j}", "name": name, "unit": layout.units.get(name, ""), "role": role}
+                | {"maximize": name in layout.maximize, "texts": None}
+                | _packed(values_of(name, table, former), optimal, log=layout.is_log(name))
                 for j, (role, name) in enumerate(columns)
             ),
             *(_geometric(field, name) for field, name in _GEOMETRIC.items()),
@@ -150,40 +153,23 @@ def _labels(table: TestTable) -> list[Any]:
     return [cell if type(cell) is int else str(cell) for cell in table.extra[label].tolist()]
 
 
-def _packed(
-    field: str,
-    role: str,
-    name: str,
-    table: TestTable,
-    former: TestTable | None,
-    optimal: NDArray[np.bool_],
-) -> dict[str, Any]:
-    """Return a column as the payload has it; ``field`` is free of the user's characters."""
-    layout = table.layout
-    packed: dict[str, Any] = {
-        "field": field,
-        "name": name,
-        "unit": layout.units.get(name, ""),
-        "role": role,
-        "maximize": name in layout.maximize,
-        "texts": None,
-    }
-    every = values_of(name, table, former)
+def _packed(every: NDArray[Any], optimal: NDArray[np.bool_], *, log: bool) -> dict[str, Any]:
+    """Return the values of a column as the payload has them, those of existing designs last."""
     if every.dtype == object:
         texts, places = np.unique(every.astype(str), return_inverse=True)
-        return packed | {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
+        return {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
     values = every[: len(optimal)]  # without those of existing designs
     known = np.isfinite(values)
     low, high, crowded = scale_of(values[known & optimal])
     # what is spread over decades has its digits in each of them
-    decades = layout.is_log(name) and high > 10**_DECADES * low
+    decades = log and high > 10**_DECADES * low
     beyond = known & optimal & ((values < low) | (values > high))
     near = values[known & optimal & ~beyond]
-    return packed | {
+    return {
         "values": _base64(every),
         "notation": ("exponent", _DIGITS - 1) if decades else notation_of(near),
         "range": [low, high],
-        "log": crowded or (layout.is_log(name) and low > 0),
+        "log": crowded or (log and low > 0),
         "clipped": int(beyond.sum()),
     }
 

@@ -54,7 +54,7 @@ Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_tab
 Analysis: histogram, constraint_costs; first-order
 sensitivities and convergence of the decision with the number of tests, both of the tests that
 even_part returns: of points of a sequence, not of what an algorithm has chosen.
-:mod:`pymoo_psi.plots` draws them.
+:mod:`pymoo_psi.plots` draws sensitivities.
 Files: ``to_csv`` and ``read_csv``, ``to_xlsx``, ``to_study`` and ``read_study`` change nothing;
 ``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former, too.
 For the other subpackages: what limits say (bounds_of, within, excess, lacking), designs as a
