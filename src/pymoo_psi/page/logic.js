@@ -539,14 +539,18 @@ function rounded(value, digits) {
   return `${value < 0 ? "-" : ""}${all[0]}.${all.slice(1, digits)}e${exponent}`
 }
 
+// A positive number as a whole one; an exact half goes to the even number.
+function whole(size) {
+  const down = Math.floor(size)
+  return size - down === 0.5 ? down + down % 2 : Math.round(size)
+}
+
 // A number with a few digits, none lost before the point; from five on thousands are apart, as in Python.
 function short(value, digits = 4) {
   if (value === 0 || !Number.isFinite(value)) return String(value).replace("Infinity", "inf")
   const size = Math.abs(value)
   if (size < 1e9 && (size >= 10 ** digits - 0.5 || Number.isInteger(value))) {
-    const down = Math.floor(size) // an exact half goes to the even number
-    const whole = size - down === 0.5 ? down + down % 2 : Math.round(size)
-    return (value < 0 ? "-" : "") + apart(String(whole))
+    return (value < 0 ? "-" : "") + apart(String(whole(size)))
   }
   const text = rounded(value, digits)
   const [mantissa, power] = text.split("e").map(Number)
@@ -562,7 +566,7 @@ function percent(share) {
   const hundreds = 100 * share
   if (hundreds > 0 && hundreds < 0.01) return "less than 0.01 %"
   if (!(hundreds >= 9.95) || hundreds === Infinity) return `${short(hundreds, 2)} %`
-  return `${Number(rounded(hundreds, hundreds < 10 ? 1 : Math.floor(Math.log10(hundreds)) + 1)).toFixed(0)} %`
+  return `${BigInt(whole(hundreds))} %` // all digits of any
 }
 
 // What a design is under the limits.

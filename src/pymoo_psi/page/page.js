@@ -809,12 +809,6 @@ const page = (() => {
     change({snapshots: [...snapshots.filter((one) => one.name !== name), {name, state: rest}]})
   }
 
-  async function openDecision() {
-    const [file] = $("file").files
-    $("file").value = ""
-    if (file) take(Logic.opened(data, await file.text()))
-  }
-
   function reset() {
     for (const input of document.querySelectorAll("[aria-invalid=true]")) input.setAttribute("aria-invalid", "false")
     change(initial.state)
@@ -834,7 +828,11 @@ const page = (() => {
       "by-preference": () => change({order: {by: state.order.by === "preference" ? "distance" : "preference", down: false}}),
     }
     for (const [id, action] of Object.entries(clicks)) $(id).addEventListener("click", action)
-    $("file").addEventListener("change", openDecision)
+    $("file").addEventListener("change", async () => {
+      const [file] = $("file").files
+      $("file").value = ""
+      if (file) take(Logic.opened(data, await file.text()))
+    })
     $("preferences").addEventListener("toggle", soon)
     for (const id of ["fixed", "dominated"]) $(id).addEventListener("change", () => change({[id]: $(id).checked}))
     $("search").addEventListener("input", () => {
@@ -846,7 +844,11 @@ const page = (() => {
     addEventListener("beforeunload", (event) => { if (JSON.stringify(state) !== saved) event.preventDefault() })
     const dye = () => { Charts.dye(); update(true) }
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dye)
-    const paper = (on) => () => { document.documentElement.classList.toggle("paper", on); dateRecord(); dye() }
+    const paper = (on) => () => {
+      document.documentElement.classList.toggle("paper", on)
+      $("record-foot").textContent = `${data.origin ? `From ${data.origin}. ` : ""}${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
+      dye()
+    }
     addEventListener("beforeprint", paper(true))
     addEventListener("afterprint", paper(false))
     addEventListener("keydown", (event) => {
@@ -858,10 +860,6 @@ const page = (() => {
         $(key === "y" || event.shiftKey ? "redo" : "undo").click()
       }
     })
-  }
-
-  function dateRecord() {
-    $("record-foot").textContent = `${data.origin ? `From ${data.origin}. ` : ""}${$("count").textContent}. Printed ${new Date().toLocaleDateString(undefined, {dateStyle: "long"})}.`
   }
 
   // Start: what the page was made with.
