@@ -94,8 +94,7 @@ class Engine:
             given as ``points``, one batch after the other.
         options: The options of the run.
         keep: Which tests are given, ``"all"``, ``"feasible"`` or ``"pareto"``; in blocks, all.
-        n_jobs: Processes for a vectorised problem, or workers of the cluster that joblib is
-            configured for; -1 for all there are.
+        n_jobs: Processes for a vectorised problem; -1 for as many as there are cores.
         whole: Whether all points are going to be tested, or the run may be ended before.
         method: By what designs are proposed later, for the study.
 

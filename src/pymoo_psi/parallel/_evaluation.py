@@ -35,7 +35,6 @@ Result = tuple[int, Any, float]  # a design's index, its values, the seconds of 
 MOMENT = 1e-3  # seconds between two measurements: long beside one, short beside sending a design
 # Seconds that a chunk of designs lasts: long beside the message that brings it, some 0.1 ms.
 CHUNK = 0.05
-_LONGEST_REASON = 400  # characters: some lines of a terminal or a cell of a table
 
 
 class Cost:
@@ -76,7 +75,8 @@ class Cost:
 def one_line(error: BaseException) -> str:
     """Return the type and the message of an exception as one line."""
     text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
-    return text if len(text) <= _LONGEST_REASON else f"{text[: _LONGEST_REASON - 3]}..."
+    # some lines of a terminal, or a cell of a table
+    return text if len(text) <= 400 else f"{text[:397]}..."
 
 
 @contextmanager

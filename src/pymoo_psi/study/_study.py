@@ -306,11 +306,10 @@ def _reported(path: str) -> Iterator[None]:
     except PsiError:
         raise
     except (sqlite3.OperationalError, OSError) as error:
-        what = getattr(error, "strerror", None) or error
         raise StudyAccessError(
-            f"study {path} cannot be used: {what}; see that its folder exists, that you may write "
-            "it, that there is room, and that no other program keeps it busy; what was stored "
-            "before is kept"
+            f"study {path} cannot be used: {getattr(error, 'strerror', None) or error}; see that "
+            "its folder exists, that you may write it, that there is room, and that no other "
+            "program keeps it busy; what was stored before is kept"
         ) from error
     except (sqlite3.DatabaseError, LookupError, TypeError, ValueError) as error:
         raise _unreadable(path, str(error)) from error
@@ -410,8 +409,7 @@ def _unknown(db: sqlite3.Connection, path: str, head: Head, columns: Columns) ->
         ArgumentValueError: A test that did not fail would change.
     """
     numbers = columns["test_point"]
-    ends = (int(numbers.min()), int(numbers.max())) if len(numbers) else (1, 0)
-    stored = _selected(db, head, *ends)
+    stored = _selected(db, head, int(numbers.min(initial=LAST)), int(numbers.max(initial=0)))
     _, here, there = np.intersect1d(numbers, stored["test_point"], return_indices=True)
     differ = _differing(stored, columns, there, here)
     for number in numbers[here][differ & (stored["status"][there] != "failed")]:
