@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
@@ -169,9 +170,17 @@ class JoblibRunner:
         while waiting:  # joblib asks for no more tasks once there were none
             # One at a time: joblib would send many together that have been short so far.
             parallel = Parallel(count, batch_size=1, return_as="generator_unordered")
-            for result in chain.from_iterable(parallel(tasks())):
-                self._cost.samples.append(result[2])
-                yield result
+            answers = parallel(tasks())
+            try:
+                for result in chain.from_iterable(answers):
+                    self._cost.samples.append(result[2])
+                    yield result
+            except EvaluationError as error:
+                raise error from error.original  # joblib has put a cause of its own
+            finally:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", UserWarning)  # that results are not read
+                    answers.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles take the settings; workers and measurements stay."""
