@@ -5,8 +5,10 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
-from pymoo_psi import Formulation, PsiError, TestTable
+from pymoo_psi import PSI, Formulation, PsiError, TestTable, rank_of_efficiency
 from pymoo_psi.page import decision_page, kept_designs
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Layout
@@ -33,6 +35,20 @@ def test_all_designs_are_there_in_their_order_with_every_digit():
     optimal = nondominated((frame[OBJECTIVES] * [1, 1, -1]).to_numpy())
     np.testing.assert_array_equal(column_of(sent, "optimal"), optimal)
     assert sent["sentences"] == SENTENCES
+
+
+def test_rankings_and_results_of_pymoo_are_sources():
+    frame = beams()[OBJECTIVES].set_axis(beams()["number"])
+    ranking = rank_of_efficiency(frame, maximize=["strength"])
+    sent = payload_of(decision_page(ranking))
+    assert sent["opens_with"]["maximize"] == ["strength"]
+    assert sent["names"] == [*frame.index]
+    np.testing.assert_array_equal(column_of(sent, "strength"), frame["strength"])
+    result = minimize(get_problem("bnh"), PSI(32))
+    sent = payload_of(decision_page(result))
+    assert [c["role"] for c in sent["columns"]][:4] == ["objective"] * 2 + ["variable"] * 2
+    np.testing.assert_array_equal(column_of(sent, "f2"), result.F[:, 1])
+    np.testing.assert_array_equal(column_of(sent, "x1"), result.X[:, 0])
 
 
 def test_what_a_table_of_tests_knows_is_on_its_page():

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from html import escape
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,11 @@ from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.page._document import html_of
 from pymoo_psi.page._payload import payload, values_of
-from pymoo_psi.pareto import cautions
+from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
 from pymoo_psi.table import Bounds, Formulation, Limits, TestTable, bounds_of, read_table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -133,8 +136,8 @@ def decision_page(
 
     Args:
         source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
-            with one row for each design, an array of objectives such as ``res.F`` of a result of
-            pymoo, a study, a file.
+            with one row for each design, an array of objectives, a study, a file. Or a ranking, or
+            a result of pymoo: its ``F``, minimised, beside its ``X`` where these are numbers.
         formulation: Objectives, directions, computed columns; the page opens with its limits, its
             choice and its reason, such as those of a decision file that the page saved
             (``Formulation.read_json``). Or names of the objectives, all minimised.
@@ -163,6 +166,8 @@ def decision_page(
         (DecisionPage('Brackets': 3 designs), ['B'])
     """
     asked = formulation if isinstance(formulation, Formulation) else Formulation(formulation)
+    if isinstance(source, EfficiencyRanking) or hasattr(source, "opt"):
+        source, asked = _framed(source, asked)
     # Limits are set on the page, where their reader can move them.
     question = replace(asked, limits={})
     table = read_table(source, question, variables=variables, drop_incomplete=True)
@@ -184,6 +189,23 @@ def decision_page(
     opens = replace(asked, limits=_json_limits(given))
     origin = Path(source).name if isinstance(source, (str, PathLike)) else ""
     return DecisionPage(str(title), shown, former, opens, said, origin)
+
+
+def _framed(source: Any, asked: Formulation) -> tuple[pd.DataFrame, Formulation]:
+    """Return the designs of a ranking or a result of pymoo as a frame, with what is asked of it."""
+    import pandas as pd
+
+    found = Objectives.of(source)
+    names = list(map(str, found.names))
+    frame = pd.DataFrame(found.values, list(found.labels), names)
+    X = getattr(source, "X", None)
+    if isinstance(X, np.ndarray) and X.dtype.kind in "biuf":
+        X = np.atleast_2d(X)
+        frame[[f"x{j + 1}" for j in range(X.shape[1])]] = X
+    if not asked.objectives:
+        more = [name for name, sign in zip(names, found.sign, strict=True) if sign < 0]
+        asked = replace(asked, objectives=names, maximize=[*asked.maximize, *more])
+    return frame, asked
 
 
 def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_]:
