@@ -195,6 +195,22 @@ def test_a_log_has_lines_of_progress_instead_of_a_bar(capsys, monkeypatch):
     assert all(re.fullmatch(r"\d+% done(, [0-9:]+ left)?", line) for line in lines.splitlines())
 
 
+@pytest.mark.parametrize("study", [None, "s.db"])
+def test_an_interrupt_says_what_is_kept_and_how_to_continue(tmp_path, study):
+    def stop(x):
+        if x[0] == 0.875:
+            raise KeyboardInterrupt
+
+    path = study and tmp_path / study
+    expected = r"kept in study .*s\.db; the same call goes on" if study else "no test is kept"
+    for run in (
+        lambda: minimize(Sum(stop), PSI(64, study=path)),
+        lambda: investigate(Sum(stop), 64, study=path),
+    ):
+        with pytest.raises(KeyboardInterrupt, match=expected):
+            run()
+
+
 class Few(ElementwiseProblem):
     """24 designs, one in six of which fails."""
 

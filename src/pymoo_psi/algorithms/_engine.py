@@ -208,7 +208,7 @@ class Engine:
         """
         self._wanted = end = min(start + count, len(self.points))
         last = self.points.numbers[end - 1]
-        with stored_at_termination():
+        with stored_at_termination(self.store):
             try:
                 while sum((t.numbers <= last).sum() for t, _ in self._arrived) < end - start:
                     if self._steps is None:

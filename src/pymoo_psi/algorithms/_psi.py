@@ -386,7 +386,11 @@ def investigate(
     engine = Engine(problem, n_points, run, keep=keep, n_jobs=n_jobs)
     n = len(engine.points)
     tables, done, size, least = [engine.table], 0, 0, 0  # rows now, and left by the last filter
-    with progress_bar(progress) as bar, stored_at_termination(), closing(engine.tests()) as blocks:
+    with (
+        progress_bar(progress) as bar,
+        stored_at_termination(engine.store),
+        closing(engine.tests()) as blocks,
+    ):
         for tests, called in blocks:
             tables.append(tests)
             size, done = size + len(tests), done + len(called)

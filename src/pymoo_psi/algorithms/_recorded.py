@@ -149,7 +149,7 @@ class Recorded(WrappedProblem):
         keys = design_keys(design_matrix("X", given, layout.variables, layout.kinds))
         if answers.unknown(keys):
             # The lock is within, so that it is given back.
-            with stored_at_termination(), self._store.writing():
+            with stored_at_termination(self._store), self._store.writing():
                 self._read()  # what another process stored before we got the lock
                 if rows := answers.unknown(keys):
                     self._evaluate(given[rows], [keys[row] for row in rows])

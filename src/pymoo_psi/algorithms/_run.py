@@ -308,6 +308,13 @@ class Store:
         """``(n,)`` which of stored tests are failed ones to be evaluated once more."""
         return np.asarray((stored.status == "failed") & (self._retry is not None))
 
+    @property
+    def kept(self) -> str:
+        """What is kept of an interrupted run, and how it goes on."""
+        if self.study is None:
+            return "no test is kept; with study='FILE.db' the same call would go on from the last"
+        return f"tests are kept in study {self.study.path}; the same call goes on from there"
+
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""
         if self.study is not None and len(tests):
@@ -355,10 +362,11 @@ class _Terminated(KeyboardInterrupt):
 
 
 @contextmanager
-def stored_at_termination() -> Iterator[None]:
+def stored_at_termination(store: Store | None = None) -> Iterator[None]:
     """Let SIGTERM end the process after the body has stored what has arrived.
 
-    Clusters send it before they kill. A handler of the user's is left alone.
+    Clusters send it before they kill. A handler of the user's is left alone. Where there is a
+    store, an interrupt that leaves the body says what is kept.
     """
     main = threading.current_thread() is threading.main_thread()
     ours = main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
@@ -370,10 +378,12 @@ def stored_at_termination() -> Iterator[None]:
         signal.signal(signal.SIGTERM, interrupt)
     try:
         yield
-    except _Terminated:
-        if ours:
+    except KeyboardInterrupt as error:
+        if ours and isinstance(error, _Terminated):
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
             os.kill(os.getpid(), signal.SIGTERM)
+        if store is not None:
+            error.args = error.args or (store.kept,)  # the last line of what Python prints
         raise
     finally:
         if ours:
