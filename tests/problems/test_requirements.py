@@ -112,6 +112,7 @@ def test_values_are_those_of_the_model_and_infinite_where_it_did_not_run():
         ("x1 >= x2", [False, True, True]),
         ("1 <= x1/x2 <= 2", [False, True, False]),
         ("2 >= x1 + x2 >= 1", [True, False, False]),
+        (lambda columns: columns["x1"] > columns["x2"], [False, True, False]),
     ],
 )
 def test_a_rule_is_what_it_says(rule, expected):
@@ -129,12 +130,18 @@ def test_a_rule_is_what_it_says(rule, expected):
         (["0 <= width >= 1"], "inequality"),
         (["width <= "], "arithmetic"),
         ("width <= 1", "a list of rules"),
-        ({"a": 3}, "must be a str"),
+        ({"a": 3}, "text, or a function"),
     ],
 )
 def test_wrong_rules_are_refused(rules, match):
     with pytest.raises(PsiError, match=match):
         Required(Plain(), rules)
+
+
+def test_a_function_must_say_so_of_each_design():
+    problem = Required(Plain(), [lambda columns: True])
+    with pytest.raises(PsiError, match="truth values of shape"):
+        problem.evaluate(np.array([[0.5, 0.5]]))
 
 
 @pytest.mark.parametrize(

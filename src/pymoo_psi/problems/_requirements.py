@@ -7,16 +7,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import collection, instance, invalid, known_name
+from pymoo_psi._validation import Received, collection, invalid, known_name, wrong_type
 from pymoo_psi.problems._design_space import design_space, given_names
 from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
 
 Array = NDArray[np.float64]
+Columns: TypeAlias = Mapping[str, NDArray[Any]]
+Rule: TypeAlias = str | Callable[[Columns], Any]
 
 _SIGN = re.compile(r"(<=|>=)")
 
@@ -27,39 +29,54 @@ class Requirement:
 
     Attributes:
         name: Its name, in tables and messages.
-        rule: An inequality of expressions.
+        rule: An inequality of expressions, or a function of the columns.
     """
 
     name: str
-    rule: str
+    rule: Rule
+
+    @property
+    def columns(self) -> list[str]:
+        """The names that its expressions use; empty of a function."""
+        return [] if callable(self.rule) else [n for term in self._terms[0] for n in term.columns]
 
     @property
     def text(self) -> str:
         """What a table calls it."""
-        return self.name if self.rule == self.name else f"{self.name}: {self.rule}"
+        own = callable(self.rule) or self.rule == self.name
+        return self.name if own else f"{self.name}: {self.rule}"
 
-    def violation(self, columns: Mapping[str, NDArray[Any]]) -> Array:
+    def violation(self, columns: Columns) -> Array:
         """Return ``(n,)`` by how much designs violate the rule, <= 0 where they meet it.
 
         Args:
             columns: ``(n,)`` values of the variables by name.
+
+        Raises:
+            ArgumentValueError: A function returns no truth value for each design.
         """
-        values = [term.values(columns) for term in self.terms]
-        sign = -1.0 if "<=" in self.rule else 1.0
-        with np.errstate(invalid="ignore"):
-            above = np.max([sign * (b - a) for a, b in pairwise(values)], 0)
-        return np.where(np.isnan(above), np.inf, above)  # what is no number keeps no rule
+        if not callable(self.rule):
+            terms, sign = self._terms
+            values = [term.values(columns) for term in terms]
+            with np.errstate(invalid="ignore"):
+                above = np.max([sign * (b - a) for a, b in pairwise(values)], 0)
+            return np.where(np.isnan(above), np.inf, above)  # what is no number keeps no rule
+        met = np.asarray(self.rule(columns))
+        shape = next(iter(columns.values())).shape
+        if met.shape != shape or met.dtype != bool:
+            found = Received(f"an array of shape {met.shape} and dtype {met.dtype}")
+            raise invalid(f"what {self.name!r} returns", f"truth values of shape {shape}", found)
+        return np.where(met, 0.0, 1.0)
 
     @cached_property
-    def terms(self) -> list[Any]:
-        """The expressions between its signs."""
+    def _terms(self) -> tuple[list[Any], float]:
         from pymoo_psi.table import Expression  # pandas, for which a problem would wait
 
-        parts = _SIGN.split(self.rule)
-        if len({*parts[1::2]}) != 1:
+        parts = _SIGN.split(str(self.rule))
+        if len(parts) == 1 or len({*parts[1::2]}) > 1:
             rule = "an inequality such as 'height <= 4*width' or '1 <= height/width <= 4'"
             raise invalid(f"the requirement {self.name!r}", rule, self.rule)
-        return [Expression.of(part) for part in parts[::2]]
+        return [Expression.of(part) for part in parts[::2]], -1.0 if parts[1] == "<=" else 1.0
 
 
 def requirements_of(given: Any, variables: Sequence[str]) -> tuple[Requirement, ...]:
@@ -71,16 +88,17 @@ def requirements_of(given: Any, variables: Sequence[str]) -> tuple[Requirement, 
 
     Raises:
         ArgumentValueError: A rule cannot be read, or uses what is no variable.
-        ArgumentTypeError: A rule is no text.
+        ArgumentTypeError: A rule is neither a text nor a function.
     """
     if not isinstance(given, Mapping):
         rules = collection("requirements", given or (), "rules by name, or a list of rules")
-        given = {rule: rule for rule in rules}
+        given = {getattr(rule, "__name__", rule): rule for rule in rules}
     found = [Requirement(str(name), rule) for name, rule in given.items()]
     for each in found:
         where = f"the requirement {each.name!r}"
-        instance(where, each.rule, str)
-        for column in [n for term in each.terms for n in term.columns]:
+        if not isinstance(each.rule, str) and not callable(each.rule):
+            raise wrong_type(where, "an inequality as text, or a function", each.rule)
+        for column in each.columns:
             known_name(f"a name in {where}", column, variables)
     return tuple(found)
 
@@ -96,8 +114,9 @@ class Required(WrappedProblem):
     Args:
         problem: A pymoo problem.
         requirements: Rules by name, or a list of rules: inequalities of expressions of the
-            variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``. The problem's
-            attribute unless given.
+            variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``, or functions that
+            take ``(n,)`` columns by name and return ``(n,)`` truth values. The problem's attribute
+            unless given.
 
     Attributes:
         required: The requirements.
@@ -105,7 +124,7 @@ class Required(WrappedProblem):
 
     Raises:
         ArgumentValueError: A rule cannot be read, or uses what is no variable.
-        ArgumentTypeError: A rule is no text, or ``problem`` is no problem.
+        ArgumentTypeError: A rule is neither a text nor a function, or ``problem`` is no problem.
 
     Example:
         >>> import numpy as np
