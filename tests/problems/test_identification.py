@@ -37,7 +37,7 @@ def problem(**kwargs):
     return Identification(oscillator, measured(), BOX, **{"weights": weights, **kwargs})
 
 
-@pytest.mark.parametrize("measure", ["rms", "max"])
+@pytest.mark.parametrize("measure", ["rms", "max", "area"])
 def test_noisy_series_of_two_experiments_give_the_parameters_back(measure):
     # 240 samples with noise of 2 % determine both to about 0.2 %; 1 % of the frequency and 5 % of
     # the damping are bands that the search must reach, too.
@@ -69,17 +69,36 @@ def test_adequacy_is_what_its_name_says():
     }
     zero = lambda parameters, data: np.zeros((3, 2))  # noqa: E731
     weights = {"y": 1.0, "z": 2.0}
-    expected = {"rms": (np.sqrt(5 / 2) + np.sqrt((36 + 64) / 3)) / 2, "max": 8.0}
+    expected = {
+        "rms": (np.sqrt(5 / 2) + np.sqrt((36 + 64) / 3)) / 2,
+        "max": 8.0,
+        "area": (1.5 + (6 + 8) / 2 + 8.0) / 2,
+    }
     for measure, value in expected.items():
         found = Identification(zero, off, {"x": (0, 1)}, measure=measure, weights=weights)
         assert investigate(found, 1).F[0, 0] == pytest.approx(value, rel=1e-14)
 
 
+def test_tolerances_are_constraints_and_limits_are_those_of_any_table():
+    table = investigate(problem(tolerances={"step": 0.3}), 128)
+    np.testing.assert_array_equal(table.status == "ok", table.column("step") <= 0.3)
+    assert table.layout.objectives == ("decay", "step")
+    assert table.layout.constraints == ("step<=0.3",)
+    within = table.feasible({"decay": 0.3})
+    np.testing.assert_array_equal(
+        within, (table.column("decay") <= 0.3) & (table.column("step") <= 0.3)
+    )
+
+
 def test_a_study_belongs_to_its_measurements(tmp_path):
-    study = tmp_path / "study.db"
-    first = investigate(problem(), 4, study=study)
-    np.testing.assert_array_equal(first.F, investigate(problem(), 4).F)
+    files = {}
+    for name, data in measured().items():
+        files[name] = tmp_path / f"{name}.csv"
+        data.to_csv(files[name], index=False)
     weights = {"decay": 1.0, "step": 1.0}
+    study = tmp_path / "study.db"
+    first = investigate(Identification(oscillator, files, BOX, weights=weights), 4, study=study)
+    np.testing.assert_array_equal(first.F, investigate(problem(), 4).F)
     other = Identification(oscillator, measured(seed=2), BOX, weights=weights)
     with pytest.raises(PsiError):
         investigate(other, 4, study=study)
@@ -96,7 +115,9 @@ def test_a_study_belongs_to_its_measurements(tmp_path):
         ({"experiments": {"a": pd.DataFrame({"y": [0.0, 1.0]})}}, "two columns"),
         ({"measure": "mean"}, "measure"),
         ({"weights": None}, "weights must be given for decay, step"),
-        ({"weights": {"decay": 1.0, "stop": 1.0}}, "given for decay, step"),
+        ({"weights": {"decay": 1.0, "stop": 1.0}}, "did you mean 'step'"),
+        ({"tolerances": {"stop": 1.0}}, "did you mean 'step'"),
+        ({"tolerances": {"step": -1.0}}, "positive"),
     ],
 )
 def test_wrong_arguments_are_refused(change, match):
@@ -105,7 +126,7 @@ def test_wrong_arguments_are_refused(change, match):
         Identification(oscillator, variables=BOX, **arguments)
 
 
-@pytest.mark.parametrize("result", [np.zeros(3), np.zeros((120, 2)), {"x": T}, None])
+@pytest.mark.parametrize("result", [np.zeros(3), np.zeros((120, 2)), {"x": T}, "text", None])
 def test_a_model_that_gives_another_series_fails_the_design(result):
     wrong = Identification(lambda *_: result, {"decay": measured()["decay"]}, BOX)
     assert investigate(wrong, 1).status.tolist() == ["failed"]
