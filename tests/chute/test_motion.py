@@ -106,6 +106,9 @@ class TestAnyDesign:
 
     @given(design())
     def test_against_the_integrator(self, row):
+        # Next to τ = 3.5 hardly any slip lasts for long, which the integrator follows in short steps.
+        u1, v_p, mu, c, r, wx0, wy0, _ = row
+        assume(u1 < 3 * mu or not 0 < np.hypot(c - r * wy0, r * wx0 - v_p) < 1e-3)
         m, other = solve(*row), designs.integrate(*row)
         # At an exit almost at rest the time depends on the last digits of the speed.
         assume(not any(0 <= s.exit_speed < 1e-3 and s.time < np.inf for s in (m, other)))
