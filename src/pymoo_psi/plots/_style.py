@@ -186,7 +186,10 @@ def core(values: Array) -> Array:
 
 
 def save_figures(
-    figures: Iterable[tuple[str, Figure]], directory: str | os.PathLike[str], dpi: int, suffix: str
+    figures: Iterable[tuple[str, Figure]],
+    directory: str | os.PathLike[str],
+    dpi: int = 150,
+    suffix: str = ".png",
 ) -> tuple[Path, ...]:
     """Write figures by name as they are made; no file changes before the last one is ready.
 
