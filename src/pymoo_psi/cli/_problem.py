@@ -255,8 +255,9 @@ def try_program(name: str, problem: Any, points: int) -> int:
     for file, written in run.written.items():
         filled = [f"{k} is {'no variable' if k == text else text}" for k, text in written.items()]
         say(f"In {file}: {', '.join(filled) or 'no placeholder'}")
-    values = [(labels.get(n, n), run.outputs.get(n)) for n in problem.outputs]
-    print_frame(pd.DataFrame(values, columns=["output", "value"]), "Outputs:")
+    outputs = problem.outputs.items()
+    rows = [(labels.get(n, n), run.outputs.get(n, ""), o.file or o.expression) for n, o in outputs]
+    print_frame(pd.DataFrame(rows, columns=["output", "value", "from"]), "Outputs:")
     say(f"Took {run.seconds:.1f} s.")
     if run.flaw:
         say(f"Wrong: {run.flaw}")

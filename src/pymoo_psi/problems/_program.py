@@ -130,7 +130,8 @@ class Output:
             raise RunError(f"{self.file} has {len(cells)} times a {what}; {remedy}")
         row = self.row or 0
         if not -len(cells) <= row < len(cells):
-            raise RunError(f"{self.file} has no {what} number {row}")
+            which = "" if self.row is None else f" number {row}"
+            raise RunError(f"{self.file} has no {what}{which}")
         return str(cells[row])
 
     def _column(self, text: str) -> list[str]:
@@ -447,19 +448,27 @@ class ProgramProblem(NamedProblem):
                 raise invalid(f"the variable {n}", rule, Received("in none"), remedy)
 
     def _read(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
-        """Read the outputs, or compute them, in their order."""
-        columns = {n: np.array([value]) for n, value in values.items()}
+        """Read the outputs, or compute them, in their order; all that can be read is there.
+
+        Raises:
+            RunError: Some cannot be read.
+        """
+        columns, wrong = {n: np.array([value]) for n, value in values.items()}, []
         for n, output in self.outputs.items():
             try:
-                if output.expression:
-                    value = float(Expression.of(output.expression).values(columns)[0])
-                else:
+                if not output.expression:
                     value = output.read(run.folder)
+                elif {*output.names} <= columns.keys():
+                    value = float(Expression.of(output.expression).values(columns)[0])
+                else:  # what it is computed from is wrong already
+                    continue
                 if not math.isfinite(value):
                     raise RunError(f"it is {value}")
+                run.outputs[n], columns[n] = value, np.array([value])
             except RunError as error:
-                raise RunError(f"output {n}: {error}") from None
-            run.outputs[n], columns[n] = value, np.array([value])
+                wrong.append(f"output {n}: {error}")
+        if wrong:
+            raise RunError("; ".join(wrong))
 
     def computed(self, columns: Mapping[str, Any]) -> dict[int, Any]:
         """Return the objectives and constraints that are expressions, by their place among all.
