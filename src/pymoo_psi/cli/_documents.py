@@ -97,7 +97,7 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | 
     found = [number for name, number in named if design in (name, name.rpartition(" ")[2])]
     if len(found) != 1:
         rule = f"the name or the number of one design, such as {table.names[0]}"
-        raise invalid("--design", rule, Received(f"{design}, of {counted(len(found), 'design')}"))
+        raise invalid("--design", rule, Received(f"{design}, of {len(found) or 'no'} designs"))
     return found[0]
 
 
