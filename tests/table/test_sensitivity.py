@@ -6,7 +6,16 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import Formulation, PsiError, Recorded, SurrogatePSI, TestTable, investigate, lp_tau
+from pymoo_psi import (
+    Formulation,
+    PsiError,
+    QMCSampling,
+    Recorded,
+    SurrogatePSI,
+    TestTable,
+    investigate,
+    lp_tau,
+)
 from pymoo_psi.table import Layout, convergence, even_part, sensitivities
 
 
@@ -131,16 +140,32 @@ def test_what_an_algorithm_has_chosen_is_no_even_sample(tmp_path):
         for ask in (sensitivities, convergence):
             with pytest.raises(PsiError, match="that an algorithm has chosen"):
                 ask(asked)
+    # The same designs of unknown origin
+    with pytest.raises(PsiError, match="unknown sampling that crowd"):
+        sensitivities(TestTable.of(table.numbers, table.X, table.F))
     two = TestTable.combined({"a": investigate(get_problem("bnh"), 64), "b": table})
     with pytest.raises(PsiError, match="those of a and b"):
         sensitivities(two)
 
 
-def test_designs_of_unknown_sampling_count_with_a_remark():
-    X = np.array(np.meshgrid(*[np.linspace(0, 1, 5)] * 3)).reshape(3, -1).T
+@pytest.mark.parametrize("sampling", ["lhs", "random", "grid"])
+def test_even_designs_of_unknown_origin_count(sampling):
+    rng = np.random.default_rng(2)
+    X = rng.random((125, 3))
+    if sampling == "lhs":
+        X = QMCSampling("lhs").unit_points(125, 3, random_state=rng)
+    if sampling == "grid":
+        X = np.array(np.meshgrid(*[np.linspace(0, 1, 5)] * 3)).reshape(3, -1).T
     table = table_of(X, X[:, :2])
-    assert even_part(table)[1][0].startswith("It is unknown how the designs were sampled: ")
+    assert even_part(table)[1] == (
+        "It is unknown how the designs were sampled; they lie evenly within their range.",
+    )
     assert sensitivities(table).loc[("f1", "x1"), "first_order"] == pytest.approx(1, abs=0.01)
+    # Sorted by an objective they are a sample still, but the first ones are none.
+    ordered = table.sorted_by("f1")
+    assert len(sensitivities(ordered)) == 6
+    with pytest.raises(PsiError, match="that crowd"):
+        convergence(ordered)
 
 
 def test_failed_and_rejected_tests_are_counted():

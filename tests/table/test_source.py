@@ -36,6 +36,14 @@ def workbook(*sheets, edit=None):
     return stream.getvalue()
 
 
+def in_per_cent(*cells):
+    def edit(sheet):
+        for cell in cells:
+            sheet[cell].number_format = "0.0%"
+
+    return edit
+
+
 def hide_rows(*numbers):
     def edit(sheet):
         for number in numbers:
@@ -90,10 +98,12 @@ FILES = {
         for text in ("$2.50", "2.5 €", "EUR 3", "12 kg", "7°C", "304L", "~5", "<5", "5-6", "1/2", "0x1F", "1.2.3", "=A2/B2", "1_000", "(1.5)")
     },
     # Rows that summarise others
-    "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:', as rows that summarise others; leave it out by --skip-rows 5, or rename"),
+    "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:' and summarises other rows; leave it out by --skip-rows 5, or rename"),
     "sums of groups": ("m,a,b\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nD,9,1\nCD Total,17,2\n", {}, "--skip-rows 4,7,"),
-    "designs with such a word": ("m,a,b\nPro Max,1,4\nTotal Eren,2,3\nA,4,2\n", {}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
-    "a row of the best": ("m,a,b\nA,1,4\nB,2,3\nBest,1,3\n", {}, "'Best', as rows that summarise"),
+    "a design called Total": ("m,a,b\nBP,1,4\nShell,2,3\nTotal,4,2\n", {}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
+    "a design of a ranking called Best": ("m,a,b,mu1,mu2,mu3,rank,pareto\nBest,1,1,0,0,0,6,True\nA,1,2,1,1,1,0,False\nB,2,1,1,1,1,0,False\n", {}, {"a": [1, 1, 2], "b": [1, 2, 1]}),
+    "a sum below a ranking": ("m,a,b,mu1,mu2,mu3,rank,pareto\nA,1,4,0,0,0,6,True\nB,2,3,1,1,1,0,False\nTotal,3,7,1,1,1,6,\n", {}, "'Total' and summarises"),
+    "a row of the best": ("m,a,b\nA,1,4\nB,2,3\nBest,1,3\n", {}, "'Best' and summarises"),
     "levels called min and max": ("a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n", {}, {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]}),
     # Titles, units, comments, headers
     "a comment among designs": ("m,a,b\nA,1,2\n# mended,,\nC,3,0\n", {}, {"a": [1, 3], "b": [2, 0]}),
@@ -101,6 +111,7 @@ FILES = {
     "a million blank lines": ("\n" * 10**6 + "cost,mass\n1.5,30\n2.25,2.5\n", {}, COST),
     "ten thousand columns": (f"{','.join(WIDE)}\n{'1,' * 9999}1\n{'2,' * 9999}2\n", {"objectives": ["c7"]}, {"c7": [1, 2]}),
     "designs with numbers": ("m,a,b\n#A,1,2\n#B,2,1\n", {}, {"a": [1, 2], "b": [2, 1]}),
+    "a line that is not there": ("a,b\n1,2\n", {"skip_rows": [99]}, "lines of the file, 1 to 2, got 99"),
     "names under test_point": ("test_point,a,b\nA,1,2\nB,2,1\n", {}, "must number the designs"),
     # Blanks
     "a gap": ("a,b\n1,2\n3,\n", {}, r"row 2 \(line 3\) holds no number in the column 'b'; leave out .* by --drop-incomplete"),
@@ -111,6 +122,7 @@ FILES = {
     # Workbooks
     "a workbook": (workbook(TYPED), {}, COST),
     "a word for nothing": ("a,b\n1,2\nk. A.,3\n4,1\n", {"drop_incomplete": True}, {"a": [1, 4], "b": [2, 1]}),
+    "shares in per cent": (workbook([["a", "b"], [0.57, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, "'57 %' in the column 'a', no plain number"),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, r"row 2 \(line 1000\) holds no number in the column 'a'"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
     "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, "hides 1 row; .* --skip-rows 4"),
@@ -301,14 +313,18 @@ def test_missing_shares_are_a_remark(tmp_path):
     assert table.remarks[0].startswith("Missing ")
 
 
-def test_time_stamps_are_texts_and_json_is_no_table(tmp_path):
+def test_objects_in_json_are_designs_and_time_stamps_are_texts(tmp_path):
     stamps = pd.DatetimeIndex(["2026-01-02 03:04:05", "2026-01-03 00:00:01"])
     frame = pd.DataFrame({**COST, "begun": stamps, "took": stamps - stamps[0]})
     table = read_table(frame, Formulation(["cost", "mass"]))
     assert table.to_frame()["begun"].tolist() == ["2026-01-02 03:04:05", "2026-01-03 00:00:01"]
-    for text in ('{"a": 1}', '[{"a": 1}, 2]'):
+    (tmp_path / "set.json").write_text(frame.to_json(orient="records", date_format="iso"))
+    read = read_table(tmp_path / "set.json")
+    np.testing.assert_array_equal(read.F, table.F)
+    assert read.layout.objectives == ("cost", "mass")
+    for text in ('{"a": 1}', '[{"a": 1}, 2]', '[{"a": 1'):
         (tmp_path / "set.json").write_text(text)
-        with pytest.raises(PsiError, match="is JSON and no table"):
+        with pytest.raises(PsiError, match="no list of designs"):
             read_table(tmp_path / "set.json")
 
 

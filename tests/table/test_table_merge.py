@@ -63,8 +63,17 @@ def test_what_does_not_belong_together_is_refused(make, kind, message):
     assert isinstance(caught.value, PsiError)
 
 
-def test_results_of_one_design_agree():
+def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined():
     whole = run(8)
+    one, two = (
+        TestTable.of(whole.numbers, whole.X, whole.F, whole.G, outputs={name: np.arange(8.0)},
+                     layout=LAYOUT, extra={name.upper(): list("abcdefgh")})
+        for name in ("heat", "noise")
+    )  # fmt: skip
+    both = one.merge(two.rows([5, 2, 7]))
+    assert both.layout.outputs == ("heat", "noise")
+    np.testing.assert_array_equal(both.column("noise")[[2, 5, 7]], [2, 5, 7])
+    assert both.extra["NOISE"].tolist() == [None, None, "c", None, None, "f", None, "h"]
     last_bit = replace(whole, F=whole.F * (1 + 2**-52))
     assert whole.merge(last_bit).equals(whole)
     known = whole.rows(whole.status != "failed")

@@ -235,8 +235,8 @@ def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> NDArr
             raise EvaluationError(design, f"{name} is missing")
         return np.zeros(shape)
     try:
-        if (found := np.asarray(value)).dtype.kind == "c":
-            raise TypeError(f"it holds {found.dtype}")  # NumPy would drop a half
+        if (found := np.asarray(value)).dtype.kind in "cmM":
+            raise TypeError(f"it holds {found.dtype}")  # NumPy would drop a half, or count days
         array = np.array(found, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise EvaluationError(design, f"{name} is not an array of numbers: {error}") from error

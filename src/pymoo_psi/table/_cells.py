@@ -58,16 +58,16 @@ _NUMBERLIKE = re.compile(
 )
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
-# What spreadsheets and people call rows that summarise others: sums, of groups too ("A Total"),
-# means and extremes.
+# Words by which spreadsheets and people call rows that summarise others: sums, means, extremes.
 _SUMMARY = re.compile(
-    r"(?:.*\b)?(?:sums?|(?:sub|grand )?totals?|σ|(?:gesamt|zwischen|teil)?summe|gesamt|insgesamt|"
-    r"(?:gesamt|teil)?ergebnis|somme|suma|totale)\W*|(?:mean|average|avg|ø|mittel|mittelwert|"
-    r"durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|(?:standard )?deviation|"
+    r"\b(sums?|totals?|subtotal|σ|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|teilsumme|"
+    r"ergebnis|gesamtergebnis|teilergebnis|somme|suma|totale|mean|average|avg|ø|mittel|mittelwert|"
+    r"durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|deviation|"
     r"standardabweichung|min|minimum|max|maximum|best|worst|ideal|nadir|utopia|bester|"
-    r"schlechtester)\W*",
+    r"schlechtester)\b",
     re.IGNORECASE,
 )
+_ROUNDED = 0.01  # relative; what is shown is often the rounded summary of unrounded numbers
 
 
 class UnfitError(ArgumentValueError):
@@ -168,7 +168,9 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
     Raises:
         ArgumentValueError: It is no table of named columns with one row or more.
     """
-    whole = enumerate(StringIO(text, newline=""), start=1)
+    whole = [*enumerate(StringIO(text, newline=""), start=1)]
+    if (last := max(skip_rows, default=0)) > len(whole):
+        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {len(whole)}", last)
     lines = [(i, line) for i, line in whole if i not in skip_rows]
     plain = (k for k, (_, line) in enumerate(lines) if not re.match(r'"*#|\s*$', line))
     lines = lines[next(plain, len(lines)) :]
@@ -218,8 +220,9 @@ def rows_of_workbook(
                 raise UnfitError(f"{what}; name the one with the designs by --sheet")
             sheet = book[titles[0] if name is None else known_name("sheet", name, titles)]
             sheet.reset_dimensions()  # what a file declares may be more than it holds
-            numbered = enumerate(sheet.iter_rows(values_only=True), start=1)
-            rows = {i: row for i, row in numbered if not all(map(_nothing, row))}
+            numbered = enumerate(sheet.iter_rows(), start=1)
+            shown = {i: [*map(_shown, row)] for i, row in numbered}
+            rows = {i: row for i, row in shown.items() if not all(map(_nothing, row))}
             hidden = sorted(_hidden_rows(sheet) & rows.keys() - {*skip_rows})
     except PsiError:
         raise
@@ -253,6 +256,14 @@ def cells_of_sheet(rows: Mapping[int, Row], skip_rows: Collection[int], head: He
     """Return the cells of a sheet that people have written."""
     kept = {i: [*map(_typed, row)] for i, row in rows.items() if i not in skip_rows}
     return cells_of_rows([*kept.values()], [*kept], "", head)
+
+
+def _shown(cell: Any) -> Any:
+    """Return what a cell of a workbook holds, 0.85 in the format 0 % as the text that it shows."""
+    value = cell.value
+    if isinstance(value, (int, float)) and "%" in cell.number_format:
+        return f"{100 * value:.15g} %"
+    return value
 
 
 def _nothing(cell: Any) -> bool:
@@ -487,20 +498,50 @@ def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) 
 
 
 def require_designs(cells: Cells, columns: Collection[Column]) -> None:
-    """Refuse rows called as those that summarise others, such as "Total".
+    """Refuse rows that summarise others, such as "Total".
 
-    In a column of names, each another; other texts are values, such as the levels min and max.
+    A name alone says nothing, as a design may be called Max, nor do a few equal numbers: a row is
+    refused if it is called by such a word and holds these numbers, of all other rows or of those
+    next to it.
 
     Raises:
         ArgumentValueError: There is such a row.
     """
+    called: dict[int, str] = {}
     for column in columns:
-        if column.numbers is None:
-            texts = [str(cell).strip() for cell in column.cells]
-            called = [i for i, text in enumerate(texts) if _SUMMARY.fullmatch(text)]
-            names = [text for i, text in enumerate(texts) if i not in called]
-            if called and names and len({*names}) == len(names):
-                what = f"{cells.where(called[0])} is called {texts[called[0]]!r:.40}"
-                out = ",".join(str(cells.line(i)) for i in called)
-                remedy = f"leave it out by --skip-rows {out}, or rename it if it is a design"
-                raise UnfitError(f"{what}, as rows that summarise others; {remedy}")
+        for i, cell in enumerate(column.cells if column.numbers is None else ()):
+            if isinstance(cell, str) and _SUMMARY.search(cell):
+                called[i] = cell.strip()
+    n, numbers = len(cells.rows), [c.numbers for c in columns if c.numbers is not None]
+    # Words in most of many rows are values of a column, such as the levels min and max.
+    if not called or not numbers or len(called) > max(10, n // 2):
+        return
+    F = np.column_stack(numbers)
+    F = np.where(np.isfinite(F), F, np.nan)
+    order = sorted(called)
+    others = np.setdiff1d(np.arange(n), order)
+    # Sums of groups stand below or above these, so between the rows that summarise.
+    groups = np.split(others, np.searchsorted(others, order))
+    for k, i in enumerate(order):
+        if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
+            out = ",".join(str(cells.line(j)) for j in order)
+            what = f"{cells.where(i)} is called {called[i]!r:.40} and summarises other rows"
+            raise UnfitError(f"{what}; leave it out by --skip-rows {out}, or rename it")
+
+
+def _summarises(row: Array, F: Array) -> bool:
+    """Whether a row holds sums, means, medians, deviations or extremes of other rows."""
+    # One number, or one beside zeros, is no sign of a summary, nor are equal numbers.
+    several = np.isfinite(row) & ((np.isfinite(F) & (F != 0)).sum(axis=0) > 1)
+    if not several.any():
+        return False
+    F, row = F[:, several], row[several]
+    with np.errstate(all="ignore"):
+        functions = (np.nansum, np.nanmean, np.nanmedian, np.nanstd, np.nanmin, np.nanmax)
+        found = np.array([function(F, axis=0) for function in functions])
+        close = np.abs(found - row) <= _ROUNDED * np.abs(row)
+    close[4] = (row == found[4]) | (row == found[5])
+    varied = found[4] < found[5]
+    # Beside sums there may be ratios of sums; but a design may be the best in many columns.
+    summary = varied.any() and close[1:5, varied].all(axis=1).any()
+    return bool(summary or close[0].mean() >= 0.5)

@@ -78,7 +78,7 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
     """
     layout = table.layout
     columns = {name: table.column(name) for name in layout.columns}
-    if by_design := first is None:
+    if first is None:
         first = np.arange(len(table))
         known = np.flatnonzero(table.status != "failed")
         first[known] = known[first_rows(table.X[known])]
@@ -90,8 +90,8 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
     for name, column in columns.items():
         one, two = column[first[again]], column[again]
         other = unequal(one, two, _ROUNDING)
-        if by_design and name in layout.outputs:  # which not every experiment has
-            other &= ~(np.isnan(one) | np.isnan(two))
+        if name in layout.outputs or name in table.extra:  # which not every experiment has
+            other &= ~(blank(one) | blank(two))
         if other.any():
             i = other.argmax()
             pair = [table.rows([row]) for row in (first[again[i]], again[i])]
@@ -103,6 +103,13 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
             found = Received(f"{one[i]} and {two[i]} as {name} of {which}")
             remedy = "do not join runs of different problems, bounds or versions"
             raise invalid("tests", "of one result for each test point and design", found, remedy)
+
+
+def blank(column: NDArray[Any]) -> Mask:
+    """``(n,)`` which cells hold nothing."""
+    if column.dtype.kind == "f":
+        return np.asarray(np.isnan(column))
+    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
 
 
 def unequal(one: NDArray[Any], two: NDArray[Any], rounding: float = 0.0) -> Mask:

@@ -136,14 +136,15 @@ def _shares(bases: list[Array], y: Array) -> Array:
     return shares
 
 
-def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
+def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tuple[str, ...]]:
     """Return the tests that are an even sample of the bounds, and what must be known of them.
 
     Sensitivities and convergence are of these tests only: what an algorithm has chosen says where
-    it looked. Where it is unknown how designs were sampled, a sentence says what is assumed.
+    it looked. Where it is unknown how designs were sampled, their values decide.
 
     Args:
         table: Tests of any origin.
+        ordered: Whether the first tests must be an even sample, too.
 
     Returns:
         The tests, in their order, and sentences: which ones these are, and how many have failed.
@@ -154,9 +155,8 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
     Example:
         >>> from pymoo_psi import lp_tau
         >>> table, said = even_part(TestTable.of(range(1, 65), lp_tau(64, 2), lp_tau(64, 2)))
-        >>> print(len(table), *said)
-        64 It is unknown how the designs were sampled: sensitivities and convergence hold if they
-        lie evenly within their range, in the order of testing.
+        >>> len(table), said
+        (64, ('It is unknown how the designs were sampled; they lie evenly within their range.',))
     """
     rule, layout = "an even sample of one set of bounds", instance("table", table, TestTable).layout
     sampling = str((table.problem or {}).get("sampling") or "")
@@ -174,10 +174,12 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
                 f"By the first {len(table)} of {n} tests, the points of a sequence: surrogates "
                 "proposed the others."
             )
+    elif not sampling and not _lies_evenly(table, ordered):
+        found = Received("tests of unknown sampling that crowd, or whose variables depend")
+        raise invalid("the tests", rule, found)
     elif not sampling:
         said.append(
-            "It is unknown how the designs were sampled: sensitivities and convergence hold if "
-            "they lie evenly within their range, in the order of testing."
+            "It is unknown how the designs were sampled; they lie evenly within their range."
         )
     # A requirement has rejected a design that is infeasible without objectives.
     lost = int(np.sum((table.status == "failed") | ~np.isfinite(table.F).all(axis=1)))
@@ -186,6 +188,29 @@ def even_part(table: TestTable) -> tuple[TestTable, tuple[str, ...]]:
         rough = " The others are not spread evenly, so that sensitivities are rough."
         said.append(text + rough * (lost > _LOST * len(table)))
     return table, tuple(said)
+
+
+def _lies_evenly(table: TestTable, ordered: bool) -> bool:
+    """Whether designs may be an even sample by what they are; a chance of 1 in 1000 to be wrong."""
+    from scipy import stats
+
+    chances, columns = [1.0], [np.arange(len(table))] if ordered else []
+    for column in table.X.T:
+        values, ranks = value_ranks(column)
+        if len(values) < 2:
+            continue
+        if len(values) <= len(column) / 5 or isinstance(values[0], str):
+            chances.append(stats.chisquare(np.bincount(ranks)).pvalue)
+        else:
+            x = column.astype(np.float64)
+            scales = [x, np.log(x)] if x.min() > 0 else [x]
+            units = [(x - x.min()) / np.ptp(x) for x in scales]
+            chances.append(max(stats.kstest(unit, "uniform").pvalue for unit in units))
+        columns.append(stats.rankdata(ranks))
+    if len(columns) > 1 and len(table) > 2:
+        together = np.asarray(np.corrcoef(columns))[np.triu_indices(len(columns), 1)]
+        chances += (2 * stats.norm.sf(np.abs(together) * np.sqrt(len(table) - 1))).tolist()
+    return min(chances) * len(chances) > 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -317,7 +342,7 @@ def convergence(
         >>> convergence(table).pareto
         array([ 6, 12, 18, 36])
     """
-    table, _ = even_part(table)
+    table, _ = even_part(table, ordered=True)
     if len(table) < _FIRST:
         raise invalid(
             "the table", f"of {_FIRST} tests or more", Received(counted(len(table), "test"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
@@ -46,6 +47,7 @@ from pymoo_psi.table._table import STATUSES, TestTable, read_tests
 if TYPE_CHECKING:
     pass
 
+_RECORDS = re.compile(r"\s*\[\s*\{")  # of JSON; a name in a header may have a bracket, too
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
 # Columns that name designs, and those that number the rows of a file, which names of its designs
 # say better. Not "no", which is also an exhaust gas.
@@ -194,8 +196,8 @@ def _opened(
             head, columns = columns_of_rows(head, rows.values(), str)
     else:
         text = decoded(content, encoding)
-        if re.match(r"\s*(\[\s*)?\{", text):
-            raise UnfitError("it is JSON and no table; save it as CSV, or read it by pandas")
+        if text.lstrip().startswith("{") or _RECORDS.match(text):
+            return _cells_of(_records(text))
         try:
             head, text = file_head(text)
         except ValueError as error:
@@ -209,6 +211,20 @@ def _opened(
         with described(path):
             head, columns = columns_of_rows(head, text_rows(text))
     return table_of(head, columns, path, TestTable)
+
+
+def _records(text: str) -> Any:
+    """Return the designs of a JSON text, one object each."""
+    import pandas as pd
+
+    try:
+        rows = json.loads(text)
+    except ValueError:
+        rows = None
+    if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
+        rule = 'it is JSON, but no list of designs such as [{"name": "A", "cost": 1.5}]'
+        raise UnfitError(rule)
+    return pd.DataFrame(rows)
 
 
 def _cells_of(source: Any) -> TestTable | Cells:
@@ -251,13 +267,19 @@ def _designs(
     taken = np.flatnonzero(counts).tolist()
     if not taken:
         raise UnfitError(f"none of its {counted(n, 'design')} is feasible")
+    # Every row of a ranking is a design, whatever it is called: a summary has no place in the set.
+    pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ())}
+    ranked = {*RANKING_COLUMNS} <= {*cells.columns} and pareto <= {"true", "false"}
     # A failed design may hold anything, so it is left out before numbers are read.
     columns = {name: [column[i] for i in taken] for name, column in columns.items()}
     lines = [cells.lines[i] for i in taken if cells.lines]
     cells = replace(cells, columns=columns, rows=[i + 1 for i in taken], lines=lines)
     read = read_columns(cells, decimal, thousands, [*filter(_is_label, columns)])
     cells = replace(cells, label=cells.label or _label(read))
-    require_designs(cells, read.values())
+    if not ranked:
+        labels = _labels(cells)
+        own = [c for c in read.values() if c.numbers is None or c.name not in labels]
+        require_designs(cells, own)
     lost = n - len(taken)
     return cells, read, [f"{counted(lost, 'design')} left out as not feasible."] if lost else []
 

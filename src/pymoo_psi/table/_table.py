@@ -60,7 +60,7 @@ from pymoo_psi.table._files import (
     text_rows,
 )
 from pymoo_psi.table._formulation import Formulation, formulated
-from pymoo_psi.table._joining import difference, require_one_result, stacked, unequal
+from pymoo_psi.table._joining import blank, difference, require_one_result, stacked, unequal
 from pymoo_psi.table._layout import ORIGIN, RESERVED, Key, Layout, Limits, bounds_of, within
 
 if TYPE_CHECKING:
@@ -715,7 +715,7 @@ class TestTable(Shown):
         """Return the tests of this and another run of the same problem, by number of test point.
 
         ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
-        tables counts once, and must be the same in everything.
+        tables counts once, with the outputs and extra columns of both.
 
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, bounds, tolerance or
@@ -729,8 +729,17 @@ class TestTable(Shown):
         """
         whole = stacked([self, instance("other", other, TestTable)])
         _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
-        require_one_result(whole, rows[inverse])
-        table = whole.rows(rows)
+        first = rows[inverse]
+        require_one_result(whole, first)
+        again = np.flatnonzero(first != np.arange(len(whole)))
+        before = first[again]
+        outputs = whole.outputs.copy()
+        outputs[before] = np.where(np.isnan(outputs[before]), outputs[again], outputs[before])
+        extra = {name: column.copy() for name, column in whole.extra.items()}
+        for column in extra.values():
+            unknown = blank(column[before])
+            column[before[unknown]] = column[again[unknown]]
+        table = whole._with(outputs=outputs, extra=extra).rows(rows)
         require_one_result(table)
         return table
 
