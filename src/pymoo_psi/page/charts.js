@@ -65,20 +65,23 @@ const Charts = (() => {
     g.restore()
   }
 
-  // A shape as a picture for legends and texts.
+  // A shape as a picture for legends and texts, made once and copied.
+  const icons = {}
   function icon(key) {
-    const {shape, size} = LOOKS[key]
-    const colour = `var(--look-${key})`
-    const r = Math.min(size, 6.5)
-    const svg = (name, attributes) => {
-      const element = document.createElementNS("http://www.w3.org/2000/svg", name)
-      for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value)
-      return element
+    if (!icons[key]) {
+      const {shape, size} = LOOKS[key]
+      const colour = `var(--look-${key})`
+      const r = Math.min(size, 6.5)
+      const svg = (name, attributes) => {
+        const element = document.createElementNS("http://www.w3.org/2000/svg", name)
+        for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value)
+        return element
+      }
+      icons[key] = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"})
+      icons[key].append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
+        fill: isOpen(shape) ? "none" : colour, stroke: isOpen(shape) ? colour : "none"}))
     }
-    const picture = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"})
-    picture.append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
-      fill: isOpen(shape) ? "none" : colour, stroke: isOpen(shape) ? colour : "none"}))
-    return picture
+    return icons[key].cloneNode(true)
   }
 
   // A name that may go on in a new line behind each underscore or slash, and before a capital within.
@@ -239,6 +242,7 @@ const Charts = (() => {
     plot.className = "plot"
     parent.append(heads, plot)
     let [model, marked] = [null, -1]
+    let density = null // of what is left, see cloud
     const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
     const xOf = (j) => ((j + 0.5) * size.width) / axes.length
@@ -285,14 +289,56 @@ const Charts = (() => {
       g.globalAlpha = 1
     }
 
-    // Plain lines: the more of them pass a place, the darker it is.
-    function plain(g, rows, colour, hues) {
-      const globalAlpha = Math.max(0.12, Math.min(0.7, 60 / rows.length))
-      lines(g, rows, (row) => ({strokeStyle: hues?.(row) ?? colour, globalAlpha, lineWidth: 1}))
+    // Plain lines: a few as the browser draws them best, many as a density.
+    function plain(g, rows, colour, former) {
+      const hues = colour === INK.context ? null : model.hues
+      if (rows.length > 150 && !hues) return cloud(g, rows, colour, Math.max(0.1, 60 / rows.length), former)
+      lines(g, rows, (row) => ({strokeStyle: hues?.(row) ?? colour, globalAlpha: 0.7, lineWidth: 1}))
+      return null
+    }
+
+    // Many lines as a density: the more of them pass a pixel, the darker it is. The pixels are
+    // counted here, as strokes of thousands of lines would take the browser fifty times as long. A
+    // former density on the same axes is mended by the lines that come and go.
+    function cloud(g, rows, colour, alpha, former) {
+      const {width, height} = g.canvas
+      const image = former?.image ?? g.createImageData(width, height)
+      const counts = former?.counts ?? new Uint16Array(width * height)
+      const drawn = new Set(rows)
+      countLines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
+      if (former) countLines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
+      const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
+      const shades = Uint32Array.from({length: rows.length + 1}, (_, k) =>
+        (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
+      const pixels = new Uint32Array(image.data.buffer)
+      for (let k = 0; k < counts.length; k++) pixels[k] = shades[counts[k]]
+      g.putImageData(image, 0, 0)
+      return {image, counts, drawn}
+    }
+
+    function countLines(counts, width, rows, step) {
+      for (let j = 0; j + 1 < axes.length; j++) {
+        const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => Math.round(x * devicePixelRatio))
+        const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
+        for (const row of rows) {
+          if (left[row] !== left[row] || right[row] !== right[row]) continue
+          // Half a pixel up, so that cutting the fraction off rounds.
+          let y = from(left[row]) * devicePixelRatio + 0.5
+          const slope = (to(right[row]) * devicePixelRatio + 0.5 - y) / (x1 - x0)
+          let at = y | 0
+          for (let x = x0; x < x1; x++) {
+            y += slope
+            const next = y | 0
+            const end = (at < next ? next : at) * width + x
+            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k] += step
+            at = next
+          }
+        }
+      }
     }
 
     function drawContext() {
-      plain(clean(0), model.context, INK.context, null)
+      plain(clean(0), model.context, INK.context)
     }
 
     function drawLeft() {
@@ -303,7 +349,7 @@ const Charts = (() => {
         const look = model.look(row)
         look === "unranked" || look === "dominated" ? others.push(row) : ranked.push([row, look])
       }
-      plain(g, others, LOOKS.unranked.colour, model.hues)
+      density = plain(g, others, LOOKS.unranked.colour, density)
       for (const [row, look] of ranked) {
         lines(g, [row], () => ({strokeStyle: model.hues?.(row) ?? LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 0.8}))
       }
@@ -353,6 +399,7 @@ const Charts = (() => {
 
     function draw(all) {
       if (!size.width) return
+      if (all || axes.some(isGeometric)) density = null
       if (all) {
         drawContext()
         drawAxes()

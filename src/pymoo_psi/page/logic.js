@@ -113,17 +113,32 @@ function countBelow(sorted, value, orEqual) {
   return low
 }
 
-// The rows in the order of their values, missing ones last; equal ones stay as they are. Numbers are
-// sorted and places looked up in them, as a comparing function takes ten times as long.
+// The rows in the order of their values, missing ones last; equal ones stay as they are. They are
+// sorted by the leading bits of their numbers first, as a comparing function takes thirty times as
+// long and then has next to nothing left to do.
 function argsort(values, rows) {
-  const keys = taken(values, rows).map((value) => (Number.isNaN(value) ? Infinity : value))
-  const sorted = keys.slice().sort()
-  const [order, before] = [new Int32Array(rows.length), new Int32Array(rows.length)]
-  for (let k = 0; k < rows.length; k++) {
-    const first = countBelow(sorted, keys[k], false) // of equal ones
-    order[first + before[first]++] = rows[k]
+  const n = rows.length
+  const keys = taken(values, rows)
+  const words = new Int32Array(keys.buffer)
+  const leading = new Uint32Array(n)
+  for (let k = 0; k < n; k++) { // negative numbers are the lower, the larger their bits
+    if (keys[k] !== keys[k]) keys[k] = Infinity
+    leading[k] = words[2 * k + 1] < 0 ? ~words[2 * k + 1] : words[2 * k + 1] ^ 0x80000000
   }
-  return order
+  let order = upTo(n)
+  for (const shift of [0, 11, 22]) {
+    const [ends, next] = [new Int32Array(2049), new Int32Array(n)]
+    for (let k = 0; k < n; k++) ends[((leading[k] >>> shift) & 2047) + 1]++
+    for (let v = 1; v < 2049; v++) ends[v] += ends[v - 1]
+    for (let k = 0; k < n; k++) next[ends[(leading[order[k]] >>> shift) & 2047]++] = order[k]
+    order = next
+  }
+  for (let from = 0, to = 1; to <= n; to++) {
+    if (to < n && leading[order[to]] === leading[order[from]]) continue
+    if (to - from > 1) order.subarray(from, to).sort((a, b) => keys[a] - keys[b] || a - b)
+    from = to
+  }
+  return taken(rows, order, new Int32Array(n))
 }
 
 // The least values of the groups of values that are equal up to a tolerance, of their own size by
