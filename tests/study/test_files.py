@@ -143,7 +143,7 @@ def test_a_full_disk_is_named_and_what_is_stored_is_kept(study, tmp_path, monkey
         return db
 
     monkeypatch.setattr(sqlite3, "connect", full)
-    said = "door cannot be used: .* full; .* that there is room, .*what was stored before is kept"
+    said = "door cannot be used: .* full; .* disk is not full, .*what was stored before is kept"
     with pytest.raises(StudyAccessError, match=said):
         study.append(block(9, 5000))
     assert bits(read(study.path)[1]) == bits(block(1, 8))

@@ -151,7 +151,8 @@ def run_analyze(options: Options) -> int:
 
 
 def _say_sensitivities(found: pd.DataFrame) -> None:
-    cells = [f"{s:.2f} ± {upper - s:.2f}" for s, _, upper in found.to_numpy().tolist()]
+    triples = found.to_numpy().tolist()  # nan for a column that does not vary
+    cells = [f"{s:.2f} ± {upper - s:.2f}" if s == s else "–" for s, _, upper in triples]
     wide = pd.Series(cells, index=found.index).unstack("column")[found.index.unique("column")]
     largest = found["first_order"].groupby(level="variable", sort=False).max()
     shown = largest.sort_values(ascending=False).index[:_SHOWN]

@@ -77,12 +77,12 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
             what = "maximized" if other else f"in {unit}"
             rule = "about the same directions and units as the designs"
             raise invalid("--decision", rule, Received(f"{name} {what} in {path}"))
-    remarks = [f"Reason: {asked.reason}"] if asked.reason else []
+    reason = [f"Reason: {asked.reason}"] if asked.reason else []
     if asked.chosen is None:
-        return remarks
+        return reason
     chosen, before = f"Warning: {asked.chosen}, the chosen design,", page.get("values", {})
     if asked.chosen not in table.names:
-        return [*remarks, f"{chosen} is not among these."]
+        return [f"{chosen} is not among these.", *reason]
     row = table.names.index(asked.chosen)
     changed = [
         f"{name} was {before[name]} and is {number(float(table.column(name)[row]), 6)}"
@@ -90,10 +90,10 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
         if name in before and before[name] != table.column(name)[row]
     ]
     if changed:
-        return [*remarks, f"{chosen} has changed: {', '.join(changed)}."]
+        return [f"{chosen} has changed: {', '.join(changed)}.", *reason]
     if not table.eligible()[row]:
-        return [*remarks, f"{chosen} is beyond the limits."]
-    return [*remarks, f"Chosen: {asked.chosen}{', unchanged since then' if before else ''}."]
+        return [f"{chosen} is beyond the limits.", *reason]
+    return [f"Chosen: {asked.chosen}{', unchanged since then' if before else ''}.", *reason]
 
 
 def run_rank(options: Options) -> int:

@@ -45,7 +45,7 @@ class Robust(WrappedProblem):
     A scenario in which the model fails, or an objective is not finite, counts as violated, and the
     statistics are of the others. Designs within tolerances of a bound are evaluated beyond it: if
     the model must not be, give :class:`~pymoo_psi.Restricted` bounds to this problem that leave
-    room. What else a model gives is not kept.
+    a margin. What else a model gives is not kept.
 
     Args:
         problem: A pymoo problem of any kind; with ``uncertainty`` a function that is called with

@@ -308,8 +308,8 @@ def _reported(path: str) -> Iterator[None]:
     except (sqlite3.OperationalError, OSError) as error:
         raise StudyAccessError(
             f"study {path} cannot be used: {getattr(error, 'strerror', None) or error}; see that "
-            "its folder exists, that you may write it, that there is room, and that no other "
-            "program keeps it busy; what was stored before is kept"
+            "its folder exists, that you may write it, that the disk is not full, and that no "
+            "other program keeps it busy; what was stored before is kept"
         ) from error
     except (sqlite3.DatabaseError, LookupError, TypeError, ValueError) as error:
         raise _unreadable(path, str(error)) from error

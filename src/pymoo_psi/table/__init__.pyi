@@ -7,10 +7,10 @@ from ._analysis import histogram as histogram
 from ._designs import design_keys as design_keys
 from ._designs import design_matrix as design_matrix
 from ._designs import value_ranks as value_ranks
-from ._files import columns_of as columns_of
-from ._files import head_of as head_of
-from ._files import kinds_of_columns as kinds_of_columns
-from ._files import table_of as table_of
+from ._format import columns_of as columns_of
+from ._format import head_of as head_of
+from ._format import kinds_of_columns as kinds_of_columns
+from ._format import table_of as table_of
 from ._formulation import Expression as Expression
 from ._formulation import Formulation as Formulation
 from ._joining import difference as difference

@@ -181,7 +181,7 @@ def _edges(place: Array, lower: float, upper: float, bins: int) -> Array:
     points = np.concatenate([known[np.isfinite(known)], place])
     low, high = (float(points.min()), float(points.max())) if len(points) else (0.0, 1.0)
     size = max(abs(low), abs(high))
-    # About a single value: half a unit, or room for the bins beside it.
+    # About a single value: half a unit, or space for the bins beside it.
     pad = max(0.5, 1e-9 * size) if high - low <= 1e-9 * size else 0.0
     return np.linspace(low - pad, high + pad, bins + 1)
 

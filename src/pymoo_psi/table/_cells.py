@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from pymoo_psi._output import HEAD_SHEET, workbooks
 from pymoo_psi._validation import counted, invalid, known_name
 from pymoo_psi.errors import ArgumentValueError, PsiError
-from pymoo_psi.table._files import Head, sheet_head
+from pymoo_psi.table._format import Head, sheet_head
 
 Array: TypeAlias = NDArray[np.float64]
 # The numbers of a column by decimal mark; NaN of a blank cell, None of any other.

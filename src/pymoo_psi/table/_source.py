@@ -30,7 +30,7 @@ from pymoo_psi.table._cells import (
     require_designs,
     rows_of_workbook,
 )
-from pymoo_psi.table._files import (
+from pymoo_psi.table._format import (
     DESIGNS,
     MARK,
     Head,

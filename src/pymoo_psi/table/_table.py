@@ -47,7 +47,7 @@ from pymoo_psi.pareto import (
     violated_constraints,
 )
 from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows
-from pymoo_psi.table._files import (
+from pymoo_psi.table._format import (
     Columns,
     blocks_of,
     columns_of,
