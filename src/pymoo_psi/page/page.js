@@ -268,7 +268,7 @@ const page = (() => {
     $("redo").setAttribute("aria-disabled", at >= past.length - 1)
     renew($("export"), `Export ${countText(order.length)} shown as CSV`)
     $("export").disabled = order.length === 0
-    renew($("shown"), `${countText(order.length)} shown${isWrong($("search")) ? ", no design of that name" : ""}`)
+    renew($("shown"), `${countText(order.length)} shown${isWrong($("search")) ? ", no design of that name" : table.aside()}`)
     const counts = Object.assign(Array(7).fill(0), {dominated})
     ranking.front.forEach((row) => { counts[ranking.rank[row]]++ })
     for (const key of $("ranks").querySelectorAll("[data-rank]")) renew(key.lastElementChild, countText(counts[key.dataset.rank]))
@@ -455,13 +455,18 @@ const page = (() => {
       const set = group.querySelectorAll(".limit.set").length
       renew(group.querySelector("summary b"), set ? `${set} set` : "")
     }
-    const lines = limitable.flatMap((column) => {
-      const allowed = own(state.categories, column.name)
-      if (allowed) return [`${column.name}: ${allowed.join(", ") || "none"}`]
-      const limit = limitOf(column) ?? [null, null]
-      return [0, 1].filter((end) => limit[end] !== null).map((end) => Logic.limitText(column, end, limit[end]))
-    })
+    const lines = limitable.flatMap((column) => limitTexts(column))
     renew($("record-limits"), ...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {}, text)))
+  }
+
+  // The limits on a column in words: all, or those that reject a row.
+  function limitTexts(column, row = -1) {
+    if (row >= 0 && !left.rejected.get(column.name)?.[row]) return []
+    const allowed = own(state.categories, column.name)
+    if (allowed) return [`${column.name}: ${allowed.join(", ") || "none"}`]
+    const limit = limitOf(column) ?? [null, null]
+    const keeps = (end) => row >= 0 && (end ? column.values[row] <= limit[1] : column.values[row] >= limit[0])
+    return [0, 1].filter((end) => limit[end] !== null && !keeps(end)).map((end) => Logic.limitText(column, end, limit[end]))
   }
 
   function buildLimits() {
@@ -510,7 +515,7 @@ const page = (() => {
     if (!$("preferences").open || !verdict) return renew($("preference-words"))
     const [first] = Logic.preference(data, ranking, state.preference).best
     renew($("preference-words"), "First by your preferences: ", make("strong", {}, called(first)),
-      first === verdict.row ? ", also the best compromise. " : ". ", chooseButton(first), " ", pinButton(first))
+      ranking.isBest[first] ? ", also the best compromise. " : ". ", chooseButton(first), " ", pinButton(first))
   }
 
   // Charts.
@@ -653,6 +658,7 @@ const page = (() => {
     const body = make("div.body", {role: "rowgroup"})
     box.append(head, body)
     let cursor = 0
+    let found = -1 // by a search, not among those shown
     // Of the box, kept: asking after changes would make the browser lay out the page at every step.
     const view = {top: 0, height: box.clientHeight}
     // As wide as the longest text: of numbers those at the ends of the range have it.
@@ -709,10 +715,13 @@ const page = (() => {
       columns.forEach((column, k) => {
         heads[k].setAttribute("aria-sort", !isSorted(column) ? "none" : state.order.down ? "descending" : "ascending")
       })
-      $("pin").disabled = order.length === 0
+      const row = current()
+      $("pin").disabled = row < 0
+      $("pin").title = row < 0 ? "P" : `P: ${called(row)}`
     }
 
     function go(k) {
+      found = -1
       cursor = Math.max(0, Math.min(order.length - 1, k))
       const top = cursor * HEIGHT
       const room = box.clientHeight - head.offsetHeight - HEIGHT
@@ -722,12 +731,26 @@ const page = (() => {
       show()
     }
 
-    // The first design whose name holds a text.
+    // The design of a name, or the first whose name holds a text, those shown first.
     function find(text) {
-      const k = text ? order.findIndex((row) => called(row).toLowerCase().includes(text.toLowerCase())) : -1
-      if (k >= 0) go(k)
-      return k
+      found = -1
+      if (!text) return 0
+      const rows = [...order, ...data.names.keys()]
+      const fits = (test) => rows.find((row) => test(called(row).toLowerCase(), text.toLowerCase()))
+      const row = fits((name, wanted) => name === wanted) ?? fits((name, wanted) => name.includes(wanted)) ?? -1
+      if (order.includes(row)) go(order.indexOf(row))
+      else found = row
+      return row
     }
+
+    // What to say of a design that was found, but is not shown.
+    function aside() {
+      if (found < 0 || order.includes(found)) return ""
+      const limits = limitable.flatMap((column) => limitTexts(column, found))
+      return `; ${called(found)} is ${limits.length ? `beyond ${limits.join(", ")}` : "dominated"}`
+    }
+    // "Pin" takes what was searched for, and nothing else.
+    const current = () => (isWrong($("search")) ? -1 : found >= 0 ? found : order[cursor] ?? -1)
 
     const keys = {
       ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + 15),
@@ -743,9 +766,8 @@ const page = (() => {
     body.addEventListener("click", (event) => {
       const element = event.target.closest(".row")
       if (!element) return
-      cursor = Number(element.dataset.k)
+      go(Number(element.dataset.k))
       choose(order[cursor])
-      show()
     })
     body.addEventListener("pointermove", (event) => {
       const line = event.target.closest(".row")
@@ -760,7 +782,7 @@ const page = (() => {
       view.height = box.clientHeight
       if (order) show()
     }).observe(box)
-    return {show, find, current: () => order[cursor] ?? -1}
+    return {show, find, aside, current}
   })()
 
   // Files.
@@ -836,7 +858,8 @@ const page = (() => {
     $("preferences").addEventListener("toggle", soon)
     for (const id of ["fixed", "dominated"]) $(id).addEventListener("change", () => change({[id]: $(id).checked}))
     $("search").addEventListener("input", () => {
-      $("search").setAttribute("aria-invalid", String(table.find($("search").value) < 0 && $("search").value !== ""))
+      const text = $("search").value.trim()
+      $("search").setAttribute("aria-invalid", String(table.find(text) < 0))
       soon()
     })
     $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
