@@ -180,3 +180,10 @@ def test_saving_replaces_whole_files_only(tmp_path):
         page_of_beams().save(tmp_path / "absent" / "page.html")
     page_of_beams().save(tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text("utf-8").startswith("<!DOCTYPE html>")
+
+
+def test_numbers_are_written_as_the_file_has_them_where_these_are_short():
+    third = 100 / 3
+    frame = pd.DataFrame({"a": [1.5, 2.0, 65.4], "b": [300.0, 49.65, 20.5], "c": [0, third, 100]})
+    sent = payload_of(decision_page(frame, ["a", "b"], variables=["c"]))
+    assert [one["notation"] for one in sent["columns"][:3]] == [["fixed", k] for k in (1, 2, 1)]

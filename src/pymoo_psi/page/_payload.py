@@ -90,15 +90,17 @@ def payload(
 def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent"], int]:
     """Return how numbers are written: fixed or with an exponent, and with how many decimals.
 
-    The decimals tell designs apart: they follow the range, not the size, of the values. From 1e7
-    on, or where more than 8 decimals would be needed, an exponent is shorter.
+    Numbers of up to three decimals and seven digits are written as they are. Otherwise the decimals
+    tell designs apart: they follow the range, not the size, of the values. From 1e7 on,
+    or where more than 8 decimals would be needed, an exponent is shorter.
     """
     known = values[np.isfinite(values)]
     low, high = (known.min(), known.max()) if len(known) else (0.0, 0.0)
     # Beyond all floats, the range of an output is as good as the greatest one.
     size, span = max(abs(low), abs(high)), min(float(high) - float(low), np.finfo(float).max)
-    if size < 1e7 and (known == np.round(known)).all():
-        return "fixed", 0
+    for decimals in range(4):
+        if size < 10.0 ** (7 - decimals) and (known == np.round(known, decimals)).all():
+            return "fixed", decimals
     # A constant has no range; its own size then says how many decimals are of use.
     decimals = _DIGITS - 1 - int(np.floor(np.log10(span if span > 0 else size)))
     if size >= 1e7 or decimals > 8:
