@@ -373,6 +373,12 @@ def test_undo_and_redo(fresh):
     fresh.settle()
     assert fresh.state == states[2]
     assert fresh.page.is_disabled("#redo")
+    # In a field that nobody has typed in the browser would blank another.
+    fresh.type_limit("mass [kg], at most", "0.6")
+    fresh.field("cost, total, at least").press("Control+z")
+    fresh.settle()
+    assert fresh.state == states[2]
+    assert fresh.field("mass [kg], at most").input_value() == "0.7"
 
 
 def test_a_decision_is_saved_and_opened_again(reader, tmp_path):
@@ -410,6 +416,10 @@ def test_nothing_is_chosen_until_somebody_chooses(reader):
     text = json.loads(reader.download("#save"))
     assert (text["chosen"], text["page"]["proposed"]) == (other, best)
     assert said.startswith(text["page"]["instead"])
+    reader.page.locator("#preferences summary").click()
+    reader.set(preference={"weights": {}, "aspiration": dict(zip(OBJECTIVES, values[OBJECTIVES], strict=True))})  # fmt: skip
+    assert reader.text("#preference-words").startswith(f"First by your preferences: {other}. ")
+    reader.page.locator("#preferences summary").click()
 
 
 def test_a_saved_page_holds_the_decision_and_is_as_before_otherwise(fresh, visit, tmp_path):
@@ -462,6 +472,8 @@ def test_relaxing_and_fixed_ranges(reader):
     assert "No design is left" in reader.text("#verdict")
     reader.until("D.resting")
     assert "brings back" in reader.text("#relax") + reader.text("#verdict")
+    reader.set(limits={"mass": [None, 0.1], "strength": [-0.4, None]})
+    assert reader.text("#since").endswith("No design is left still.")
 
 
 # Charts and selections
@@ -586,6 +598,22 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
     assert reader.page.get_attribute("#table", "aria-rowcount") == str(len(reader.shown) + 1)
 
 
+def test_a_search_finds_designs_that_are_not_shown(reader):
+    row = reader.ask("D.data.whole.pareto.indexOf(0)")
+    name = reader.ask(f"D.data.names[{row}]")
+    reader.page.fill("#search", name)
+    reader.settle()
+    assert f"{name} is dominated" in reader.text("#shown")
+    reader.click("#pin")
+    assert reader.state["pins"] == [name]
+    reader.set(limits={"mass": [None, 0.1]})
+    assert f"{name} is beyond mass at most" in reader.text("#shown")
+    reader.page.fill("#search", "nobody")
+    reader.settle()
+    assert reader.page.is_disabled("#pin")
+    reader.page.fill("#search", "")
+
+
 # Everyone
 
 
@@ -654,6 +682,7 @@ def test_paper_has_one_page_with_the_decision(reader):
         pins=["prototype", *reader.shown[3:5]],
         limits={"mass": [None, 0.8]},
         reason="Light and strong.\nCheap, too.",
+        fixed=True,
     )
     reader.until("D.resting")
     sheet = reader.page.pdf(format="A4")
@@ -662,6 +691,7 @@ def test_paper_has_one_page_with_the_decision(reader):
     text = reader.page.inner_text("body")
     for told in ("Beams", "mass at most 0.8 kg", "weakest", "Light and strong.", "better"):
         assert told in text
+    assert "Ranked by the ranges of all designs" in text
     assert reader.text("#verdict-title") == "Chosen"
     assert reader.text(".best strong") == reader.state["chosen"]
     chosen = beams().set_index("number").loc[reader.state["chosen"]]

@@ -350,9 +350,18 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
 def relaxations(case, state, best, told):
     """Each end of a limit: its least change that brings designs back, and the same without it.
 
-    Values are rounded outwards to six digits, for which those of the page are taken.
+    Values are rounded outwards to six digits, for which those of the page are taken. Then each
+    category that brings designs back, the most first.
     """
     told = iter(told)
+
+    def widened(changes, *fields):
+        mask = case.mask(state | changes)
+        rows = np.flatnonzero(mask)
+        back = np.flatnonzero(mask & ~case.mask(state))
+        optima = rows[case.ranking(rows, state).salukvadze].tolist() if len(rows) else [-1]
+        return back, (*fields, len(back), best if best in optima else optima[0])
+
     for name, pair in state["limits"].items():
         values = case.frame[name].to_numpy()
         for end in (0, 1):
@@ -361,13 +370,7 @@ def relaxations(case, state, best, told):
 
             def outcome(limit, pair=pair, end=end, name=name):
                 ends = [limit if k == end else pair[k] for k in (0, 1)]
-                asked = state | {"limits": state["limits"] | {name: ends}}
-                mask = case.mask(asked)
-                rows = np.flatnonzero(mask)
-                back = np.flatnonzero(mask & ~case.mask(state))
-                optima = rows[case.ranking(rows, state).salukvadze].tolist() if len(rows) else [-1]
-                first = best if best in optima else optima[0]
-                return back, (name, end, limit, len(back), first)
+                return widened({"limits": state["limits"] | {name: ends}}, name, end, limit)
 
             back, free = outcome(None)
             if not len(back):
@@ -381,6 +384,11 @@ def relaxations(case, state, best, told):
             if len(some) < len(back):
                 next(told)
                 yield free
+    for name, allowed in state["categories"].items():
+        others = sorted(set(case.frame[name]) - set(allowed))
+        found = [widened({"categories": {name: [*allowed, one]}}, name, None, one)[1] for one in others]  # fmt: skip
+        helpful = sorted((one for one in found if one[3]), key=lambda one: -one[3])
+        yield from helpful or [(name, None, None, 0, best)]
 
 
 def test_relaxing_a_limit_brings_back_what_python_finds(cases, answers):
@@ -396,7 +404,7 @@ def test_relaxing_a_limit_brings_back_what_python_finds(cases, answers):
                 name = case.payload["names"][one["best"]]
                 assert not one["back"] or name in one["text"].lower()
             compared += len(expected)
-            if not found["count"] and not state["categories"]:
+            if not found["count"]:
                 emptied += 1
                 assert any(one["back"] for one in told) or "Together these do" in found["nearest"]
     assert compared > 60

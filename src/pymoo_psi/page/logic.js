@@ -409,38 +409,51 @@ function outward(value, end) {
 
 // What each end of a limit costs: the least change that brings designs back which nothing else
 // rejects, and all that would come back without it. Each {name, end, value, back, best, text};
-// value is null where the end is taken away. It ranks anew for each: not for every step of a slider.
+// value is null where the end is taken away. Of categories those that bring back most designs by
+// themselves: end is null, value the category. It ranks anew for each: not for every step of a slider.
 function relaxations(data, state, ranking, {mask, rejected, times}) {
   const first = ranking.best[0] ?? -1
+  const relaxed = (rows, key, limit) => {
+    if (!rows.length) return {back: 0, best: first, text: sentence(data, "none back", {limit})}
+    const wider = mask.slice()
+    for (const i of rows) wider[i] = 1
+    const next = ranked(data, wider, ranking.fixed)
+    const best = first >= 0 && next.isBest[first] ? first : next.best[0]
+    const outcome = first < 0 ? sentence(data, "first proposed", {design: data.names[best]})
+      : against(data, next, best === first ? "same proposed" : "new proposed", best, first)
+    return {back: rows.length, best, text: sentence(data, key, {limit, back: counted(rows.length, "design"), outcome})}
+  }
   const ends = Object.entries(state.limits).flatMap(([name, pair]) =>
     [0, 1].filter((end) => pair[end] !== null).map((end) => ({column: data.by.get(name), end, limit: pair[end]})))
-  return ends.flatMap(({column, end, limit}) => {
+  const ofEnds = ends.flatMap(({column, end, limit}) => {
     const {name, values} = column
     const out = rejected.get(name)
     const alone = picked(data.designs, (i) =>
       times[i] === 1 && out[i] && (end ? values[i] > limit : values[i] < limit))
     const text = limitText(column, end, limit)
-    if (!alone.length) return {name, end, value: null, back: 0, best: first, text: sentence(data, "none back", {limit: text})}
+    if (!alone.length) return {name, end, value: null, ...relaxed(alone, "relaxed", text)}
     const reached = outward(endOf(values, end ? 1 : -1, alone), end)
     const closest = alone.filter((i) => (end ? values[i] <= reached : values[i] >= reached))
     const steps = [{value: reached, rows: closest, key: "relaxed", limit: limitText(column, end, reached)}]
     if (closest.length < alone.length) steps.push({value: null, rows: alone, key: "without limit", limit: text})
-    return steps.map(({value, rows, key, limit}) => {
-      const wider = mask.slice()
-      for (const i of rows) wider[i] = 1
-      const next = ranked(data, wider, ranking.fixed)
-      const best = first >= 0 && next.isBest[first] ? first : next.best[0]
-      const outcome = first < 0 ? sentence(data, "first proposed", {design: data.names[best]})
-        : against(data, next, best === first ? "same proposed" : "new proposed", best, first)
-      return {name, end, value, back: rows.length, best,
-        text: sentence(data, key, {limit, back: counted(rows.length, "design"), outcome})}
-    })
+    return steps.map(({value, rows, key, limit}) => ({name, end, value, ...relaxed(rows, key, limit)}))
   })
+  const ofCategories = Object.entries(state.categories).flatMap(([name, allowed]) => {
+    const {values, texts} = data.by.get(name)
+    const alone = picked(data.designs, (i) => times[i] === 1 && rejected.get(name)[i])
+    const lists = texts.map((_, place) => alone.filter((i) => values[i] === place)).filter((rows) => rows.length)
+      .sort((a, b) => b.length - a.length).slice(0, 5)
+    if (!lists.length) return {name, end: null, value: null, ...relaxed(alone, "relaxed", `${name} ${listed(allowed) || "none"}`)}
+    return lists.map((rows) => ({name, end: null, value: texts[values[rows[0]]],
+      ...relaxed(rows, "relaxed", categoryText(data, name, rows[0]))}))
+  })
+  return [...ofEnds, ...ofCategories]
 }
+const categoryText = (data, name, row) => `${name} also ${data.by.get(name).texts[data.by.get(name).values[row]] || "(missing)"}`
 
 // Where nothing is left and no single limit helps: the design that breaks fewest limits, and these
 // by the least share of a range; a sentence, or "" without such a design.
-function nearestDesign(data, state, {times}) {
+function nearestDesign(data, state, {times, rejected}) {
   const least = leastOf(times)
   if (least === 0) return ""
   const broken = (i) => Object.entries(state.limits).flatMap(([name, ends]) => {
@@ -452,7 +465,8 @@ function nearestDesign(data, state, {times}) {
   const worst = (i) => Math.max(0, ...broken(i).map(({excess}) => excess))
   const rows = [...picked(data.designs, (i) => times[i] === least)]
   const row = rows.reduce((a, b) => (worst(b) < worst(a) ? b : a))
-  const changes = broken(row).map(({column, k, value}) => limitText(column, k, outward(value, k)))
+  const changes = [...broken(row).map(({column, k, value}) => limitText(column, k, outward(value, k))),
+    ...Object.keys(state.categories).filter((name) => rejected.get(name)[row]).map((name) => categoryText(data, name, row))]
   return changes.length < least ? "" : sentence(data, "nearest", {design: data.names[row], changes: listed(changes)})
 }
 
@@ -801,7 +815,7 @@ function since(data, ranking, before) {
     const key = best === former ? "same proposed" : fits && before.mask[best] ? "new by ends" : "new"
     parts.push(against(data, fits ? ranking : before, key, best, former))
   }
-  return parts.filter(Boolean).join(" ")
+  return parts.filter(Boolean).join(" ") || "No design is left still."
 }
 
 // ------------------------------------------------------------------------------------ typed numbers

@@ -137,7 +137,11 @@ const page = (() => {
     table.show()
     showSteps()
     keepFocus()
+    enter()
   }
+
+  let entered // the text of the field in focus, as it was entered or taken last
+  const enter = () => { entered = document.activeElement?.value }
 
   // Buttons go or are disabled: who works by keys stays at the first beside the one that was pressed.
   function focusKept() {
@@ -165,10 +169,11 @@ const page = (() => {
     const keepFocus = focusKept()
     renew($("relax-table"), make("tbody", {}, found.map(({name, end, value, back, text}) => make("tr", {},
       make("td", {}, readable(text)), make("td", {}, back ? button(value === null ? "Remove limit" : "Relax", () => {
+        if (end === null) return allow(data.by.get(name), [...state.categories[name], value])
         const limit = [...state.limits[name]]
         limit[end] = value
         setLimit(data.by.get(name), limit, true)
-      }, {"aria-label": `${value === null ? "Remove limit" : "Relax"}: ${name}, ${end ? "upper" : "lower"}`}) : null)))))
+      }, {"aria-label": `${value === null ? "Remove limit" : "Relax"}: ${name}, ${end === null ? value : end ? "upper" : "lower"}`}) : null)))))
     keepFocus()
     const stuck = !ranking.count && found.every(({back}) => back === 0)
     if (stuck) $("verdict-words").append(make("p", {}, readable(Logic.nearestDesign(data, state, left))))
@@ -241,7 +246,7 @@ const page = (() => {
     }
     show("cautions", verdict && data.cautions.length)
     renew($("cautions").firstElementChild, left.count < data.n ? "Of all designs, without limits:" : "")
-    if ($("reason") !== document.activeElement) $("reason").value = state.reason
+    if ($("reason").value !== state.reason) $("reason").value = state.reason
     renew($("reason-printed"), state.reason || "–")
   }
 
@@ -407,18 +412,21 @@ const page = (() => {
       make("div.ends", {}, least, make("div.slider", {}, thumbs), most), control.note)
   }
 
+  function allow(column, texts) {
+    const {found} = controls.get(column)
+    const others = without(state.categories, column.name)
+    const allowed = found.filter((text) => texts.includes(text))
+    change({categories: allowed.length === found.length ? others : {...others, [column.name]: allowed}})
+  }
+
   const MOST_BOXES = 200 // names of designs have no boxes: thousands slow every step
   function categoryControl(column) {
     const known = new Set(column.values.subarray(0, data.n)) // an existing design may have another
     const found = column.texts.filter((_, k) => known.has(k))
-    const boxes = found.length > MOST_BOXES ? [] : found.map((text) => make("input", {type: "checkbox", value: text, onchange: () => ticked()}))
-    const ticked = () => {
-      const allowed = boxes.filter((box) => box.checked).map((box) => box.value)
-      const others = without(state.categories, column.name)
-      change({categories: allowed.length === boxes.length ? others : {...others, [column.name]: allowed}})
-    }
+    const ticked = () => allow(column, boxes.filter((box) => box.checked).map((box) => box.value))
+    const boxes = found.length > MOST_BOXES ? [] : found.map((text) => make("input", {type: "checkbox", value: text, onchange: ticked}))
     const note = make("p.hint.note", {})
-    controls.set(column, {column, boxes, note})
+    controls.set(column, {column, boxes, note, found})
     return make("fieldset.limit.categories", {}, make("legend", {}, column.label),
       make("div.boxes", {}, boxes.map((box) => make("label", {}, box, box.value || "(missing)")),
         boxes.length ? null : make("span.hint", {}, `${countText(found.length)} different texts, too many to tick`)), note)
@@ -456,7 +464,8 @@ const page = (() => {
       renew(group.querySelector("summary b"), set ? `${set} set` : "")
     }
     const lines = limitable.flatMap((column) => limitTexts(column))
-    renew($("record-limits"), ...(lines.length ? lines : ["None: all designs count."]).map((text) => make("li", {}, text)))
+    const ranges = state.fixed ? ["Ranked by the ranges of all designs, which limits do not move."] : []
+    renew($("record-limits"), ...[...(lines.length ? lines : ["None: all designs count."]), ...ranges].map((text) => make("li", {}, text)))
   }
 
   // The limits on a column in words: all, or those that reject a row.
@@ -665,16 +674,19 @@ const page = (() => {
     const longest = (texts) => texts.reduce((most, text) => Math.max(most, text.length), 1)
     const length = (column) => column.texts ? longest(column.texts) : column.role === "geometric" ? 9
       : longest([1, -1].map((sign) => written(column, Logic.endOf(column.values, sign))))
+    // A name of which, where it is too long, the end stays: it is what tells such names apart.
+    const ended = (row) => called(row).match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", {}, part))
     const columns = [
-      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ".label"},
+      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: ended, kind: ".label"},
       {text: "rank", width: 13, order: {by: "rank"}, cell: rankText, kind: ""},
       ...data.columns.map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column),
         order: {by: "column", name: column.name}, cell: (row) => cellText(column, row), kind: column.texts ? "" : ".number"})),
     ]
     const pixels = columns.map(({width, text}) => Math.ceil(Math.max(7.4 * width + 22, Math.min(7.2 * text.length + 34, 150), 62)))
-    box.style.setProperty("--columns", pixels.map((width) => `${width}px`).join(" "))
-    head.style.width = body.style.width = `${Logic.sum(pixels)}px`
+    const widths = pixels.map((width, j) => (j ? `${width}px` : `min(${width}px, 55vw)`))
+    box.style.setProperty("--columns", widths.join(" "))
+    head.style.width = body.style.width = `calc(${widths.join(" + ")})`
     const isSorted = ({order}) => order.by === state.order.by && order.name === state.order.name
     body.style.minHeight = `${Math.min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
 
@@ -699,7 +711,7 @@ const page = (() => {
         "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}
       for (const [name, value] of Object.entries(attributes)) line.setAttribute(name, value)
       line.style.top = `${k * HEIGHT}px`
-      columns.forEach(({cell}, j) => renew(line.children[j], ...(j === 1 ? [Charts.icon(look(row))] : []), cell(row)))
+      columns.forEach(({cell}, j) => renew(line.children[j], ...(j === 1 ? [Charts.icon(look(row))] : []), ...[cell(row)].flat()))
     }
 
     function show() {
@@ -874,9 +886,11 @@ const page = (() => {
     }
     addEventListener("beforeprint", paper(true))
     addEventListener("afterprint", paper(false))
+    addEventListener("focusin", enter)
     addEventListener("keydown", (event) => {
-      // Within a text the browser undoes its letters.
-      if (!(event.ctrlKey || event.metaKey) || event.target.matches("textarea, input[type=text]")) return
+      // What is being typed the browser undoes; after that it would go on in another field.
+      const isTyping = event.target.matches("textarea, input[type=text], input[type=search]") && event.target.value !== entered
+      if (!(event.ctrlKey || event.metaKey) || isTyping) return
       const key = event.key.toLowerCase()
       if (key === "z" || key === "y") {
         event.preventDefault()
