@@ -84,8 +84,9 @@ const Charts = (() => {
     return icons[key].cloneNode(true)
   }
 
-  // A name that may go on in a new line behind each underscore or slash, and before a capital within.
-  const broken = (text) => text.split(/(?<=[_/])|(?<=[a-z])(?=[A-Z])/).flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part]))
+  // A name that may go on in a new line behind each underscore or slash, and before a capital within;
+  // a unit may not.
+  const broken = (text) => text.split(/(?:(?<=[_/])|(?<=[a-z])(?=[A-Z]))(?![^[]*\])/).flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part]))
 
   // Scales. A place is the share of the way from the low to the high end; what lies beyond an end
   // is drawn just outside of it.
@@ -501,12 +502,17 @@ const Charts = (() => {
         const spot = at(row)
         if (inside(spot)) g.fillRect(spot[0] - 1.3, spot[1] - 1.3, 2.6, 2.6)
       }
-      const title = ({label, role, maximize}, factor) =>
-        `${[label, factor].filter(Boolean).join(" ")}${role !== "objective" ? "" : maximize ? " better →" : " ← better"}`
-      written(g, title(x, tx.factor), LEFT + w / 2, size.height - 8, "center")
+      const title = ({name, label, role, maximize}, factor, length) => {
+        const better = role !== "objective" ? "" : maximize ? " better →" : " ← better"
+        const end = `${label.slice(name.length)} ${factor}`.trimEnd() + better
+        let most = name.length // letters of the name; unit and direction are not cut
+        while (most > 1 && g.measureText(`${name.slice(0, most)}…${end}`).width > length) most--
+        return `${most < name.length ? `${name.slice(0, most)}…` : name}${end}`
+      }
+      written(g, title(x, tx.factor, w), LEFT + w / 2, size.height - 8, "center")
       g.translate(9, TOP + h / 2)
       g.rotate(-Math.PI / 2)
-      written(g, title(y, ty.factor), 0, 0, "center")
+      written(g, title(y, ty.factor, h), 0, 0, "center")
     }
 
     function drawLeft() {
