@@ -66,6 +66,7 @@ README = HERE / "README.md"
 BUDGETS = (64, 128, 256, 512, 1024)
 BATCH = 8  # that of SurrogatePSI from 64 tests on, for all who propose several at a time
 SIGNIFICANCE = 0.05
+INFINITE = 1e30  # stands for infinity where a rival takes finite values only
 
 TUNED = (
     "osy", "welded_beam", "truss2d", "mw7", "zdt1", "zdt3", "dtlz2", "dtlz7", "bnh",
@@ -226,7 +227,11 @@ def _botorch(problem: Watched, n_evaluations: int, seed: int) -> None:
         Y = torch.cat([Y, torch.tensor(_outputs(problem, X) * sign)])
         if len(Y) >= n_evaluations:
             return
-        model = SingleTaskGP(Z, Y, outcome_transform=Standardize(Y.shape[1]))
+        # Infinite values count as the worst finite ones, as the models need a scale.
+        finite = Y.abs() < INFINITE
+        low = torch.where(finite, Y, torch.inf).amin(dim=0)
+        high = torch.where(finite, Y, -torch.inf).amax(dim=0)
+        model = SingleTaskGP(Z, Y.clamp(low, high), outcome_transform=Standardize(Y.shape[1]))
         fit_gpytorch_mll(ExactMarginalLogLikelihood(model.likelihood, model))
         feasible = (Y[:, n_obj:] <= 0).all(dim=1)
         if published is None:
@@ -251,7 +256,7 @@ def _outputs(problem: Watched, X: Array) -> Array:
     """Return criteria and constraints, finite for those who refuse infinity."""
     values = problem.evaluate(X, return_as_dictionary=True)
     named = [values["F"], values["G"]] if problem.n_ieq_constr else [values["F"]]
-    return np.nan_to_num(np.hstack(named), posinf=1e30)
+    return np.nan_to_num(np.hstack(named), posinf=INFINITE)
 
 
 ALGORITHMS: dict[str, Callable[[Watched, int, int], None]] = {
