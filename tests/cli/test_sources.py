@@ -183,11 +183,16 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
     )
     words = decision(limits={"mass": 0.999 * values["mass"]}, page={"values": values})
     assert "is beyond the limits" in sources("rank", *words)[1]
-    kept = {"state": {"kept": ["test point 7", "test point 8"]}}
-    for page, message in (
-        ({"units": {"mass": "t"}}, "in kg"), ({"state": 3}, "page.state in"), (kept, "page.state.kept"),
+    assert sources("report", *words)[0] == 0  # it is beyond the limits: the proposal, and why
+    report = (tmp_path / "report.html").read_text("utf-8")
+    assert "no design is chosen" in report
+    assert "test point 7, the chosen design, is beyond the limits" in joined(report)
+    assert "in stock" not in report
+    for more, message in (
+        ({"units": {"mass": "t"}}, "kg"), ({"page": {"state": 3}}, "page.state in"),
+        ({"ranges": {"mass": [0, 9]}}, "of every objective"),
     ):  # fmt: skip
-        code, _, err = sources("rank", *decision(page=page))
+        code, _, err = sources("rank", *decision(**more))
         assert (code, err.count("\n")) == (2, 1)
         assert message in err
 

@@ -19,11 +19,11 @@ function foreign(data) {
   const {state} = Logic.initial(data)
   const ranking = Logic.ranked(data, Logic.left(data, state).mask)
   const written = Logic.decision(data, state, ranking, "2026-01-31")
-  const {objectives, page} = written
-  return [{objectives: [...objectives].reverse()}, {page: {...page, units: {}}},
-    {page: {...page, units: {[objectives[0]]: "t"}}}, {maximize: [...written.maximize, "other"]},
+  const {objectives} = written
+  return [{objectives: [...objectives].reverse()}, {units: {}},
+    {units: {[objectives[0]]: "t"}}, {maximize: [...written.maximize, "other"]},
     {objectives: objectives.slice(1)}, {objectives: [null]}, {objectives: 5}, {page: 7},
-    {normalize: !data.normalize}]
+    {normalize: !data.normalize}, {ranges: Object.fromEntries(objectives.map((name) => [name, [-1e9, 1e9]]))}]
     .map((changes) => Logic.opened(data, JSON.stringify({...written, ...changes})))
 }
 

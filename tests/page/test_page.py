@@ -121,9 +121,6 @@ def test_a_decision_is_a_formulation_that_the_page_opens_with(tmp_path):
     table = decision_page(beams(), decided).table
     kept = kept_designs(table, decided)
     np.testing.assert_array_equal(kept, beams()["material"] == "steel")
-    former = Formulation(page={"state": {"kept": ["B1001"]}})
-    with pytest.raises(PsiError, match="page.state.kept must be left out"):
-        kept_designs(table, former)
 
 
 @pytest.mark.parametrize(

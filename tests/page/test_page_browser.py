@@ -445,7 +445,7 @@ def test_a_saved_page_holds_the_decision_and_is_as_before_otherwise(fresh, visit
     assert again.state == state
 
 
-def test_relaxing_and_fixed_ranges(reader):
+def test_relaxing_and_fixed_ranges(reader, tmp_path):
     best = reader.ask("D.data.names[D.verdict.row]")
     mass = beams().set_index("number").loc[best, "mass"]
     reader.type_limit("mass [kg], at most", repr(float(mass) - 1e-3))
@@ -468,6 +468,13 @@ def test_relaxing_and_fixed_ranges(reader):
     limit = float(np.quantile(cost[front], 0.9))
     reader.set(limits={"cost, total": [None, limit]}, fixed=True)
     assert reader.ask("D.data.names[D.verdict.row]") == best
+    # The commands rank by the same ranges, of the decision and of what is exported.
+    (tmp_path / "d.json").write_text(reader.download("#save"), "utf-8")
+    asked = Formulation.read_json(tmp_path / "d.json")
+    (tmp_path / "e.csv").write_text(reader.download("#export"), "utf-8")
+    for table in (read_table(beams(), asked), read_table(tmp_path / "e.csv")):
+        table = table.rows(table.column("mass") >= 0)  # without the prototype
+        assert table.ranked()[1].ideal.tolist() == reader.ask("[...D.ranking.ideal]")
     reader.set(limits={"mass": [None, 0.2], "strength": [-0.4, None]})
     assert "No design is left" in reader.text("#verdict")
     reader.until("D.resting")

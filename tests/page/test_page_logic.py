@@ -444,9 +444,9 @@ def test_states_come_back_from_files(cases, answers):
 def test_a_decision_about_something_else_is_not_opened(answers):
     """As the commands refuse it: its limits would mean something else here."""
     for answer in answers:
-        *same, unit, turned, fewer, none, wrong, bare, normalized = answer["foreign"]
+        *same, unit, turned, fewer, none, wrong, bare, normalized, ranges = answer["foreign"]
         assert same == [answer["initial"]] * 2
-        others = (unit, turned, fewer, none, wrong, bare, normalized)
+        others = (unit, turned, fewer, none, wrong, bare, normalized, ranges)
         assert all(one["state"] is None and len(one["remarks"]) == 1 for one in others)
         assert "unit" in unit["remarks"][0]
         assert "other objectives" in fewer["remarks"][0]

@@ -94,8 +94,8 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     why = explain(own, optimum, maximize=["stiffness"], units={"mass": "kg"})
     standing, behind, *steps = why.sentences
     said = lines(beam, "What speaks against it")
-    assert lines(beam, "The proposal")[1].startswith(standing)
-    assert said[-1] == behind
+    assert standing in lines(beam, "The proposal")[1]
+    assert behind in said
     assert lines(beam, "What else could be chosen")[1 : 1 + len(steps)] == steps
     told = [line for line in said if line.startswith("Attention: ")]
     assert told == [f"Attention: {caution}" for caution in cautions(beam.ranking)]
@@ -197,7 +197,11 @@ def test_a_formulation_and_limits_beside_it_make_the_same_choice():
     """Limits among the constraints, as `under` puts them, or as limits: only the words differ."""
     plain = decision_report(beams(), LIMITS)
     under = decision_report(beams().under(Formulation(limits=LIMITS)))
-    assert lines(plain, "The proposal") == lines(under, "The proposal")
+    said = [
+        line.replace(" under mass ≤ 55 kg; stress ≤ 70 MPa", "")
+        for line in lines(plain, "The proposal")
+    ]
+    assert said == lines(under, "The proposal")
     assert lines(plain, "What else could be chosen") == lines(under, "What else could be chosen")
 
 

@@ -71,12 +71,13 @@ def run_report(options: Options) -> int:
     limited = table.under(Formulation(limits=asked.limits))
     decided = decision_remarks(path, limited, replace(asked, reason=""))
     about = f"{path.name}, {datetime.now(timezone.utc):%Y-%m-%d}, pymoo-psi {version('pymoo-psi')}"
+    chosen = _chosen(limited, options.design, asked.chosen)
     report = decision_report(
         table,
         asked.limits,
         normalize=asked.normalize,
-        design=_chosen(table, options.design, asked.chosen),
-        reason=asked.reason,
+        design=chosen,
+        reason=asked.reason if chosen is not None else "",
         title=options.title or str(asked.page.get("title") or path.stem),
         about=[about, *limited.remarks, *decided],
     )
@@ -89,10 +90,11 @@ def run_report(options: Options) -> int:
 
 
 def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | None:
-    """Return the number of the design that an option names, or else a decision, if any does."""
+    """Return the number of the design that an option names, or else a decision, if it is left."""
     named: list[tuple[str, int]] = list(zip(table.names, table.numbers.tolist(), strict=True))
     if design is None:
-        return dict(named).get(decided or "")
+        left = [pair for pair, kept in zip(named, table.eligible(), strict=True) if kept]
+        return dict(left).get(decided or "")
     # "7" is enough of "test point 7", and of "number 7" where a column "number" names designs.
     found = [number for name, number in named if design in (name, name.rpartition(" ")[2])]
     if len(found) != 1:

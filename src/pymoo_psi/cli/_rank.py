@@ -71,7 +71,7 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
     """
     layout, page = table.layout, asked.page
     for name in layout.objectives if page else ():
-        was, unit = page.get("units", {}).get(name), layout.units.get(name)
+        was, unit = asked.units.get(name), layout.units.get(name)
         other = name in layout.maximize and name not in asked.maximize
         if other or (was and unit and was != unit):
             what = "maximized" if other else f"in {unit}"
@@ -93,7 +93,8 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
         return [f"{chosen} has changed: {', '.join(changed)}.", *reason]
     if not table.eligible()[row]:
         return [f"{chosen} is beyond the limits.", *reason]
-    return [f"Chosen: {asked.chosen}{', unchanged since then' if before else ''}.", *reason]
+    since = f", unchanged since {str(page.get('date', 'then'))[:10]}" if before else ""
+    return [f"Chosen: {asked.chosen}{since}.", *reason]
 
 
 def run_rank(options: Options) -> int:
@@ -117,11 +118,12 @@ def run_rank(options: Options) -> int:
     more = "; …" if len(ranking.salukvadze) > 5 else ""
     size = f"{counted(len(designs), 'design')}, {int(ranking.pareto.sum())} Pareto optimal"
     say(f"{path}: {size}; Salukvadze optimum: {best}{more}")
+    of = "as fixed" if layout.ranges else "of the Pareto set"
     for name, ideal, nadir in zip(layout.objectives, ranking.ideal, ranking.nadir, strict=True):
         way = "maximize" if name in layout.maximize else "minimize"
         unit = f" {units[name]}" if name in units else ""
         best, worst = (f"{number(end, 6)}{unit}" for end in (ideal, nadir))
-        say(f"  {way} {name}: best {best}, worst {worst} of the Pareto set")
+        say(f"  {way} {name}: best {best}, worst {worst} {of}")
     title = "The best compromises, the nearest to the ideal point first:"
     say_best(frame, title, ranking, units, out)
     return 0

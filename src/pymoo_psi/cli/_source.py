@@ -14,7 +14,7 @@ from pathlib import Path
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
-from pymoo_psi.pareto import RANKING_COLUMNS
+from pymoo_psi.pareto import RANKING_COLUMNS, listed
 from pymoo_psi.table import Formulation, TestTable, read_table
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -37,7 +37,7 @@ def formulation_of(options: Options) -> Formulation:
     """
     path = options.decision
     base = Formulation() if path is None else Formulation.read_json(path)
-    for key in ("units", "values", "state"):  # of the page, whose file may be untrusted
+    for key in ("values", "state"):  # of the page, whose file may be untrusted
         instance(f"page.{key} in {path}", base.page.get(key, {}), dict)
     computed = {}
     for entry in options.compute:
@@ -80,8 +80,9 @@ def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
     if asked.page:  # designs that the page's reader has left out by their texts
         from pymoo_psi.page import kept_designs  # other commands need no page
 
-        kept = kept_designs(table, asked)
-        said = f"{counted(int((~kept).sum()), 'design')} left out on the page, by text."
+        kept, state = kept_designs(table, asked), asked.page.get("state", {})
+        texts = "; ".join(f"{n} {listed(t)}" for n, t in state.get("categories", {}).items())
+        said = f"{counted(int((~kept).sum()), 'design')} left out, as the page kept {texts} only."
         table = replace(table.rows(kept), remarks=(*table.remarks, *[said] * (not kept.all())))
     return table
 

@@ -72,6 +72,8 @@ class DecisionPage:
             "maximize": [name for name in layout.objectives if name in layout.maximize],
             "limits": _json_limits(bounds_of(asked.limits, layout)),
             "normalize": asked.normalize,
+            "ranges": dict(layout.ranges),
+            "units": {n: layout.units[n] for n in layout.objectives if n in layout.units},
             "chosen": asked.chosen,
             "reason": asked.reason,
             "page": dict(asked.page),
@@ -223,8 +225,6 @@ def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_
         [False, True]
     """
     state, mask = formulation.page.get("state", {}), np.full(len(table), True)
-    if kept := state.get("kept"):
-        raise invalid("page.state.kept", "left out; set limits instead", kept)
     for name, texts in state.get("categories", {}).items():
         known_name("categories", name, [*table.layout.columns, *table.extra])
         mask &= np.isin(values_of(name, table).astype(str), texts)

@@ -49,10 +49,12 @@ function decode(payload) {
     boxes: null, // made when dominators are looked for
     last: null, // the front before
     whole: null,
+    fixed: null, // the points U and N of fixed ranges
   }
   // A user's column goes before a geometric one of the same name.
   for (const column of [...columns].reverse()) data.by.set(column.name, column)
   data.whole = ranked(data, new Uint8Array(data.total).fill(1))
+  data.fixed = fixedFrame(data)
   return data
 }
 
@@ -930,11 +932,25 @@ function csv(data, rows, ranking, state) {
   const lines = [...rows].map((i) => [text(data.labels[i]), ...cells.map((cell) => cell(i)),
     ranking.rank[i] < 0 ? "" : ranking.rank[i], rankText(data, ranking, i)].join(","))
   const chosen = state.chosen === null ? {} : {chosen: [state.chosen, state.reason]}
-  const head = JSON.stringify(named({...data.head, ...chosen})).replace(/"(?:[^"\\]|\\.)*"/g, (name) =>
+  const head = JSON.stringify(named({...data.head, ranges: rangesOf(data, state), ...chosen})).replace(/"(?:[^"\\]|\\.)*"/g, (name) =>
     name.replace(/[,;]/g, (mark) => (mark === "," ? "\\u002c" : "\\u003b")))
   // With the mark by which spreadsheets know UTF-8.
   return `\ufeff${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n\n# ${head}\n`
 }
+
+// Ranges in which distances are measured whatever the limits, by name, in increasing order: those
+// that the page was made with, or those of all designs.
+const isFixed = (ranges) => isObject(ranges) && Object.keys(ranges).length > 0
+function fixedFrame({objectives, opens_with: {ranges}, whole}) {
+  if (!isFixed(ranges)) return whole.frame
+  const [low, high] = [0, 1].map((end) => objectives.map(({name, maximize}) =>
+    maximize ? -ranges[name][1 - end] : ranges[name][end]))
+  return {ideal: low, nadir: high}
+}
+const rangesOf = (data, {fixed}) => !fixed ? {} : byName(data.objectives.map(({name, maximize}, j) => {
+  const ends = [data.fixed.ideal[j], data.fixed.nadir[j]].map((value) => (maximize ? -value : value))
+  return [name, maximize ? ends.reverse() : ends]
+}))
 
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);
 // what only the page knows stands under "page". Nothing is chosen that nobody has chosen.
@@ -945,13 +961,13 @@ function decision(data, state, ranking, date) {
   const valueOf = ({texts, values}) => texts ? texts[values[row]] : Number.isFinite(values[row]) ? values[row] : null
   return {
     ...data.opens_with,
+    ranges: rangesOf(data, state),
     limits,
     chosen,
     reason,
     page: {
       title: data.title,
       date,
-      units: byName(data.objectives.filter(({unit}) => unit).map(({name, unit}) => [name, unit])),
       values: row === undefined ? {} : byName(data.columns.filter(({role}) => role !== "geometric")
         .map((column) => [column.name, valueOf(column)])),
       left: ranking.count,
@@ -967,20 +983,21 @@ const initial = (data) => decided(data, data.opens_with)
 // The state that a decision file holds, or null if it is about something else.
 function opened(data, text) {
   const content = parsed(text)
-  const {objectives, maximize, normalize, page} = isObject(content) ? content : {}
+  const {objectives, maximize, normalize, units, ranges, page} = isObject(content) ? content : {}
   const own = data.opens_with
   const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
-  const unlike = data.objectives.find(({name, unit}) => unit && (entryOf(page?.units, name) ?? unit) !== unit)
+  const unlike = data.objectives.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
   const refused = !isObject(page) ? "it is no decision that a page has saved"
     : !same(objectives, own.objectives) || !same(maximize, own.maximize) ? "it has other objectives, or directions"
     : unlike ? `its unit of ${unlike.name} differs`
-    : normalize !== data.normalize ? "it measures distances differently (normalize)" : ""
+    : normalize !== data.normalize ? "it measures distances differently (normalize)"
+    : isFixed(ranges) && JSON.stringify(ranges) !== JSON.stringify(rangesOf(data, {fixed: true})) ? "it has other fixed ranges" : ""
   return refused ? {state: null, remarks: [`The file is not opened: ${refused}.`]} : decided(data, content)
 }
 
 // The state of a formulation, and what a reader must know of it.
-function decided(data, {limits, chosen, reason, page: {values, state: view}}) {
-  const {state, remarks} = checked(data, {...view, limits, chosen, reason})
+function decided(data, {limits, chosen, reason, ranges, page: {values, state: view}}) {
+  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), limits, chosen, reason})
   const row = data.rowOf.get(state.chosen)
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])

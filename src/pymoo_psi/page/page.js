@@ -117,7 +117,7 @@ const page = (() => {
     if (filter !== filtered) {
       filtered = filter
       left = Logic.left(data, state)
-      ranking = Logic.ranked(data, left.mask, state.fixed ? data.whole.frame : null)
+      ranking = Logic.ranked(data, left.mask, state.fixed ? data.fixed : null)
       relaxLater()
     }
     verdict = Logic.verdict(data, ranking, chosenRow())

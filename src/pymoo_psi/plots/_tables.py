@@ -229,7 +229,7 @@ def plot_ranking(
             looks.append(Line2D([], [], **group.look(name)))
         if row is not None and row not in ranking.salukvadze:
             look: dict[str, Any] = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
-            axes.plot(place, shares[row], "k--", label="proposed or chosen", zorder=7.0, **look)
+            axes.plot(place, shares[row], "k--", label="chosen", zorder=7.0, **look)
         axes.set(xlim=(-0.4, len(place) - 0.6), ylim=(-0.05, 1.05))
         ends = zip(names, best.tolist(), worst.tolist(), strict=True)
         labels = [f"{literal(n, 30)}\nbest {number(b)}\nworst {number(w)}" for n, b, w in ends]

@@ -26,7 +26,7 @@ from pymoo_psi.pareto import (
     sentence,
 )
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
-from pymoo_psi.table import Limits, TestTable, alike, constraint_costs, convergence
+from pymoo_psi.table import Limits, TestTable, alike, bounds_of, constraint_costs, convergence
 
 _REASONS = 12  # of failures that are listed one by one
 _LIMITS = 6  # that cost most
@@ -103,6 +103,11 @@ class Case:
         # They are about the optimum, which need not be what was chosen.
         what = "" if self.agrees else f" to {self.optimum}, the optimum"
         self.cautions = tuple(f"Attention{what}: {each}" for each in cautions(self.ranking))
+
+    def asked(self) -> list[str]:
+        """Return the limits as one writes them."""
+        bounds = bounds_of(self.limits, self.layout)
+        return [self._limit(name, *pair) for name, pair in bounds.items()]
 
     def instead(self) -> str:
         """Return what the design is chosen instead of, and how they differ."""

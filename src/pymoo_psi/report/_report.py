@@ -16,7 +16,7 @@ from matplotlib import rc_context
 from pymoo_psi import plots
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Received, counted, instance, invalid
-from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in
+from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
 from pymoo_psi.report._contents import Case, Columns
 from pymoo_psi.table import Limits, TestTable
 
@@ -80,6 +80,7 @@ class DecisionReport:
             case=self._case,
             counted=counted,
             measured_in=measured_in,
+            number=number,
             plots=plots,
         )
 

@@ -126,7 +126,7 @@ class Column(NamedTuple):
             ArgumentValueError: It cannot be read for certain, or holds no number.
         """
         if self.numbers is None:
-            remedy = "leave it out, or name the objectives by --objectives"
+            remedy = "name objectives that do, or save what a spreadsheet has not computed yet"
             raise UnfitError(
                 self.problem or f"its column {self.name!r} holds no number at all; {remedy}"
             )
@@ -362,7 +362,7 @@ def cells_of_rows(
     for name, count in Counter(name for name, _ in named).items():
         if count > 1:
             what = f"its header names the column {name!r} {count} times"
-            raise UnfitError(f"{what}; leave titles above the names out by --skip-rows")
+            raise UnfitError(f"{what}; rename all but one, or leave titles out by --skip-rows")
     return Cells(dict(named), ends[1:], separator, head)
 
 

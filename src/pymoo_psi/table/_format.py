@@ -38,7 +38,7 @@ MARK = "pymoo_psi_test_table"
 DESIGNS = "pymoo_psi_designs"
 MARKS = (MARK, DESIGNS)  # of a head: of tests, or of designs, whose columns are not all known
 _FORMAT = 4  # of the head
-_OPTIONAL = ("outputs", "maximize", "units", "label")  # in a head only if there are any
+_OPTIONAL = ("outputs", "maximize", "units", "label", "ranges")  # in a head only if there are any
 
 
 def head_of(table: Any) -> Head:
@@ -49,8 +49,8 @@ def head_of(table: Any) -> Head:
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
         tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
         ``eq_tolerance``; if there are any ``outputs``, ``maximize`` and ``extra``, lists of names,
-        ``units``, texts by name, and ``label``; ``chosen``, the name of a design and why; and
-        ``problem``.
+        ``units``, texts by name, ``label`` and ``ranges``; ``chosen``, the name of a design and
+        why; and ``problem``.
     """
     layout: Layout = table.layout
     # Of a table without tests the kinds are unknown: a later block may be of any kind.

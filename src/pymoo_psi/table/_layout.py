@@ -63,6 +63,8 @@ class Layout:
             ``F`` holds these objectives with the sign turned, as pymoo minimises; whatever is
             reached by their names is in the original direction.
         units: Units of columns by name, also of outputs that no test has brought yet.
+        ranges: The best and the worst value of every objective between which distances are
+            measured, as ``(lower, upper)``; those of the Pareto set unless given.
         label: Name of the column in ``extra`` that names the designs, or None.
 
     Example:
@@ -83,6 +85,7 @@ class Layout:
     maximize: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     label: str | None = None
+    ranges: Mapping[str, Sequence[float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check that the names are distinct, and directions, units, kinds and bounds fit."""
@@ -94,6 +97,9 @@ class Layout:
         if len(self.kinds) not in (0, n):
             raise invalid("kinds", f"{n} kinds, one for each variable", Received(len(self.kinds)))
         values["units"] = unit_texts(self.units)
+        values["ranges"] = {name: ends(name, pair) for name, pair in self.ranges.items()}
+        if self.ranges and {*self.ranges} != {*self.objectives}:
+            raise invalid("ranges", "of every objective, or of none", Received([*self.ranges]))
         values["eq_tolerance"] = finite_number("eq_tolerance", self.eq_tolerance)
         if values["eq_tolerance"] < 0:
             raise invalid("eq_tolerance", "0 or more", self.eq_tolerance)
@@ -212,6 +218,14 @@ class Layout:
             array([ 1., -1.])
         """
         return np.array([-1.0 if name in self.maximize else 1.0 for name in self.objectives])
+
+    def fixed_ends(self) -> dict[str, Array]:
+        """Return the points ``ideal`` and ``nadir`` of the ranges; empty if none are given."""
+        if not self.ranges:
+            return {}
+        pairs = np.array([self.ranges[name] for name in self.objectives], dtype=float).T
+        best, worst = np.sort(pairs * self.sign, axis=0) * self.sign
+        return {"ideal": best, "nadir": worst}
 
     def label_of(self, name: str) -> str:
         """Return the name of a column with its unit, and "(max)" if it is to be maximised.

@@ -289,7 +289,7 @@ class Convergence(Shown):
             >>> from pymoo_psi import VectorizedSphereChute, investigate
             >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
             >>> print(convergence(table, normalize=False).verdict())
-            The last doubling, from 512 to 1024 tests, still changed the decision by more than ...
+            The last doubling, from 512 to 1024 tests, still mattered: it brought ...
         """
         n = int(self.tests[-1])
         if len(self.tests) < 2 or not self.optimum[-2]:
@@ -312,13 +312,12 @@ class Convergence(Shown):
         nearer = max(0.0, before - now) / (before or 1.0)
         larger = 1 / volume - 1 if volume > 0 else np.inf
         still = max(nearer, larger - 2 * self.volume_error[-2]) > _WORTH
-        what = "still changed the decision by more than" if still else "changed the decision by"
         grown = f"by {percent(larger)}" if np.isfinite(larger) else "from nothing"
         moved = f", which moved by {percent(self.moved[-1])} of a range" if changes else ""
         return (
-            f"{last} {what} {'' if still else 'less than '}{percent(_WORTH)}: it brought the "
-            f"best design {percent(nearer)} nearer to the ideal point{moved}, and enlarged "
-            f"the hypervolume {grown}. {unknown}"
+            f"{last} {'still' if still else 'hardly'} mattered: it brought the best design "
+            f"{percent(nearer)} nearer to the ideal point{moved}, and enlarged the hypervolume "
+            f"{grown}. {unknown}"
         )
 
 

@@ -138,7 +138,10 @@ def read_table(
             table = found
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    return table if formulation is None else table.under(formulation)
+    try:
+        return table if formulation is None else table.under(formulation)
+    except ArgumentValueError as error:
+        raise ArgumentValueError(f"{path}: {error}" if path else str(error)) from None
 
 
 def designs_head(
@@ -158,14 +161,15 @@ def designs_head(
     """
     guessed = _guess(columns, numbers.__contains__)[0]
     units = {name: unit for name, unit in layout.units.items() if name in columns}
-    if guessed == layout.objectives and not (layout.maximize or units or chosen):
+    more = {"ranges": layout.ranges, "chosen": chosen}
+    if guessed == layout.objectives and not (layout.maximize or units or any(more.values())):
         return {}
     groups = {
         "objectives": layout.objectives,
         "maximized": layout.maximize,
         "variables": layout.variables,
     }
-    return {DESIGNS: 1, **groups, "units": units, **({"chosen": chosen} if chosen else {})}
+    return {DESIGNS: 1, **groups, "units": units, **{n: more[n] for n in more if more[n]}}
 
 
 # From sources to cells
@@ -295,7 +299,7 @@ def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
     except (TypeError, AttributeError):
         what = "what it says of its columns is damaged or of a later version"
         raise UnfitError(f"{what}; {_DAMAGED}") from None
-    return checked | {"units": units}
+    return checked | {"units": units, "ranges": head.get("ranges", {})}
 
 
 def _table(
@@ -348,7 +352,8 @@ def _table(
         maximize=[name for name in head["maximized"] if name in {*objectives, *outputs}],
         units={name: unit for name, unit in head["units"].items() if name in taken},
     )
-    layout = replace(layout, label=label)
+    ranges = head["ranges"] if {*head["objectives"]} == {*objectives} else {}
+    layout = replace(layout, label=label, ranges=ranges)
     X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
     return replace(table, remarks=tuple(remarks), chosen=head["chosen"])
@@ -432,8 +437,8 @@ def _is_label(name: str) -> bool:
 def _label(columns: Mapping[str, Column]) -> str | None:
     """Return the column that names the designs, as its name tells.
 
-    Where that only numbers rows, or none does, it is the first of the others, if it holds texts,
-    each another: so people write lists, under "Variante" as under "Model".
+    Where that only numbers rows, or none does, it is the first of the others, if it holds texts
+    that hardly repeat: so people write lists, under "Variante" as under "Model".
     """
     labels = sorted(filter(_is_label, columns), key=lambda n: _LABELS.index(n.strip().lower()))
     if labels and labels[0].strip().lower() in _NAMING:
@@ -441,7 +446,8 @@ def _label(columns: Mapping[str, Column]) -> str | None:
     name = next((name for name in columns if name not in labels), "")
     if name and columns[name].numbers is None and not columns[name].problem:
         cells = columns[name].cells
-        if len({c for c in cells if isinstance(c, str) and not is_blank(c)}) == len(cells):
+        distinct = {c for c in cells if isinstance(c, str) and not is_blank(c)}
+        if 4 * len(distinct) >= 3 * len(cells):
             return name
     return labels[0] if labels else None
 

@@ -433,7 +433,8 @@ class TestTable(Shown):
         # All of them are optimal: the search is not done twice.
         known = np.ones(len(rows), dtype=bool)
         labels = pd.Index(self.numbers[rows], name="test_point")
-        return ranking_of(self._objectives(rows, labels), known, normalize=normalize)
+        fixed = self.layout.fixed_ends()
+        return ranking_of(self._objectives(rows, labels), known, normalize=normalize, **fixed)
 
     def ranked(
         self, limits: Limits | None = None, *, normalize: bool = True
@@ -460,7 +461,8 @@ class TestTable(Shown):
         rows = rows[~self._repeated(rows)]
         names = self.names
         objectives = self._objectives(rows, [names[row] for row in rows])
-        return rows, ranking_of(objectives, self.pareto(limits)[rows], normalize=normalize)
+        known, fixed = self.pareto(limits)[rows], self.layout.fixed_ends()
+        return rows, ranking_of(objectives, known, normalize=normalize, **fixed)
 
     def _objectives(self, rows: NDArray[np.intp], labels: Any) -> Objectives:
         """Return the objectives of some rows, in the original direction; there must be one."""
