@@ -164,12 +164,9 @@ def designs_head(
     more = {"ranges": layout.ranges, "chosen": chosen}
     if guessed == layout.objectives and not (layout.maximize or units or any(more.values())):
         return {}
-    groups = {
-        "objectives": layout.objectives,
-        "maximized": layout.maximize,
-        "variables": layout.variables,
-    }
-    return {DESIGNS: 1, **groups, "units": units, **{n: more[n] for n in more if more[n]}}
+    names = {"objectives": layout.objectives, "maximized": layout.maximize}
+    names["variables"] = layout.variables
+    return {DESIGNS: 1, **names, "units": units, **{n: more[n] for n in more if more[n]}}
 
 
 # From sources to cells
