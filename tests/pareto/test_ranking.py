@@ -85,7 +85,7 @@ SAME = FRAME.set_axis(["a", "a"], axis=1)
         ([["a", "b"]], {}, TypeError, "F must be an array of real numbers, got dtype"),
         (np.ma.masked_equal([[1.0, 2.0], [2.0, 1.0]], 1.0), {}, ValueError, "F must be without masked"),
         (None, {}, TypeError, "None if it found no feasible design"),
-        (FRAME, {"maximize": ["mass"], "ideal": [1.0, 1.5]}, ValueError, "ideal must be no worse"),
+        (FRAME, {"maximize": ["mass"], "ideal": [1.0, 1.5]}, ValueError, "must be no worse than the best"),
         (FRAME, {"nadir": [3.0, 0.0]}, ValueError, "nadir must be no better than the ideal"),
         (FRAME, {"maximize": ["costs"]}, ValueError, "'costs'; did you mean 'cost'"),
         (SAME, {"maximize": ["a"]}, ValueError, "maximize must be names that only one column has"),

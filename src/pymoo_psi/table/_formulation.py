@@ -282,7 +282,8 @@ def formulated(
         kinds=tuple(layout.kinds[j] for j in kept) if layout.kinds else (),
         maximize=tuple(name for name in (*objectives, *outputs) if name in more),
         units={**layout.units, **formulation.units},
-        ranges=formulation.ranges or (layout.ranges if objectives == layout.objectives else {}),
+        ranges=formulation.ranges
+        or ({} if {*objectives} ^ {*layout.objectives} else layout.ranges),
     )
     limits = {}
     for name, (low, high) in bounds_of(formulation.limits, asked).items():
