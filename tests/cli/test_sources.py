@@ -195,6 +195,8 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
         code, _, err = sources("rank", *decision(**more))
         assert (code, err.count("\n")) == (2, 1)
         assert message in err
+    code, _, err = sources("rank", *decision(units={"deflection": "mm"}), "--units", "deflection=m")
+    assert (code, "--units must be mm, as decided" in err) == (2, True)
 
 
 def test_existing_designs_on_the_page(sources, tmp_path):

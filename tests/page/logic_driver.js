@@ -39,7 +39,7 @@ function answer({payload, states, rows, pins, texts, typed}) {
       const {state, remarks} = Logic.checked(data, given)
       const left = Logic.left(data, state)
       const {mask, count} = left
-      const ranking = Logic.ranked(data, mask, state.fixed ? data.whole.frame : null)
+      const ranking = Logic.ranked(data, mask, state.fixed ? data.fixed : null)
       const {front, rank, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
       const order = Logic.order(data, ranking, state)
       const written = JSON.stringify(Logic.decision(data, state, ranking, "2026-01-31"))

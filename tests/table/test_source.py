@@ -178,7 +178,12 @@ def test_a_file_is_read_right_or_refused(read, name):
         ("mass,f1,cost\n30,1.5,1.5\n3,2,2\n", ("mass", "f1", "cost"), "row"),
         ("row,Variante,a,b\n2,V2,2,1\n1,V1,1,4\n", ("a", "b"), "Variante"),
         ("Variante,a,b\nV1,2,1\nV1,1,4\n", ("a", "b"), "row"),  # names tell designs apart
-        ("Supplier,a,b\nA,1,4\nB,2,1\nB,3,0.5\nD,4,0.2\nE,5,0.1\n", ("a", "b"), "Supplier"),
+        (
+            "by,a,b\n" + "".join(f"{c},{k}.5,4\n" for k, c in enumerate("ABBCDEFGHI")),
+            ("a", "b"),
+            "by",
+        ),
+        ("material,a,b\niron,1,4\nwood,2,1\niron,3,0\ntin,4,0\n", ("a", "b"), "row"),
         ("material,a,b,id\niron,1,4,7\nwood,2,1,9\n", ("a", "b"), "id"),
         ("No.,Masse,NO\n7,1,4\n8,2,1\n", ("Masse", "NO"), "No."),
     ],

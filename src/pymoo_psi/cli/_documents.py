@@ -77,7 +77,7 @@ def run_report(options: Options) -> int:
         asked.limits,
         normalize=asked.normalize,
         design=chosen,
-        reason=asked.reason if chosen is not None else "",
+        reason=asked.reason if options.design in (None, asked.chosen) and chosen else "",
         title=options.title or str(asked.page.get("title") or path.stem),
         about=[about, *limited.remarks, *decided],
     )

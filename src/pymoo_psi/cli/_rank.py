@@ -67,16 +67,12 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
     """Return what there is to say of a decision, and what has changed since.
 
     Raises:
-        ArgumentValueError: The decision is about other directions or units.
+        ArgumentValueError: The decision is about other directions.
     """
     layout, page = table.layout, asked.page
     for name in layout.objectives if page else ():
-        was, unit = asked.units.get(name), layout.units.get(name)
-        other = name in layout.maximize and name not in asked.maximize
-        if other or (was and unit and was != unit):
-            what = "maximized" if other else f"in {unit}"
-            rule = "about the same directions and units as the designs"
-            raise invalid("--decision", rule, Received(f"{name} {what} in {path}"))
+        if name in layout.maximize and name not in asked.maximize:
+            raise invalid("--decision", "of one direction", Received(f"{name} maximized in {path}"))
     reason = [f"Reason: {asked.reason}"] if asked.reason else []
     if asked.chosen is None:
         return reason

@@ -75,6 +75,11 @@ def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
     )
     layout = table.layout
     if units := pairs_in("--units", options.units, "column=unit", layout.columns):
+        for name, unit in units.items():
+            if asked.units.get(name, unit) != unit:  # its limits would mean something else
+                raise invalid(
+                    "--units", f"{asked.units[name]}, as decided", Received(f"{name}={unit}")
+                )
         table = replace(table, layout=replace(layout, units={**layout.units, **units}))
     require_free_names(layout.columns)
     if asked.page:  # designs that the page's reader has left out by their texts

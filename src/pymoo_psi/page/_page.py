@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from html import escape
 from os import PathLike
 from pathlib import Path
@@ -67,19 +67,12 @@ class DecisionPage:
             (True, True)
         """
         asked, layout = self.formulation, self.table.layout
-        opens_with = {
+        # What a decision file repeats, so that the commands compute the same columns.
+        opens_with = {f.name: getattr(asked, f.name) for f in fields(asked)} | {
             "objectives": list(layout.objectives),
             "maximize": [name for name in layout.objectives if name in layout.maximize],
             "limits": _json_limits(bounds_of(asked.limits, layout)),
-            "normalize": asked.normalize,
             "ranges": dict(layout.ranges),
-            "units": {n: layout.units[n] for n in layout.objectives if n in layout.units},
-            "chosen": asked.chosen,
-            "reason": asked.reason,
-            "page": dict(asked.page),
-            # What a decision file repeats, so that the commands compute the same columns.
-            "computed": {n: how for n, how in asked.computed.items() if isinstance(how, str)},
-            "relaxed": list(asked.relaxed),
         }
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
         return html_of(self.title, content | {"origin": self.origin})

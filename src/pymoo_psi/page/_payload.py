@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Kind, TestTable
 
+Array = NDArray[np.float64]
+
 # Under these names ``rank --out`` writes them.
 _GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
 _DIGITS = 4  # that a written number resolves within the range of its column
@@ -87,15 +89,14 @@ def payload(
     }
 
 
-def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent"], int]:
+def notation_of(near: Array, known: Array) -> tuple[Literal["fixed", "exponent"], int]:
     """Return how numbers are written: fixed or with an exponent, and with how many decimals.
 
     Numbers of up to three decimals and seven digits are written as they are. Otherwise the decimals
-    tell designs apart: they follow the range, not the size, of the values. From 1e7 on,
-    or where more than 8 decimals would be needed, an exponent is shorter.
+    tell designs apart: they follow the range, not the size, of the values near the optimal ones.
+    From 1e7 on, or where more than 8 decimals would be needed, an exponent is shorter.
     """
-    known = values[np.isfinite(values)]
-    low, high = (known.min(), known.max()) if len(known) else (0.0, 0.0)
+    low, high = (near.min(), near.max()) if len(near) else (0.0, 0.0)
     # Beyond all floats, the range of an output is as good as the greatest one.
     size, span = max(abs(low), abs(high)), min(float(high) - float(low), np.finfo(float).max)
     for decimals in range(4):
@@ -110,7 +111,7 @@ def notation_of(values: NDArray[np.float64]) -> tuple[Literal["fixed", "exponent
     return "fixed", max(decimals, 0)
 
 
-def scale_of(values: NDArray[np.float64]) -> tuple[float, float, bool]:
+def scale_of(values: Array) -> tuple[float, float, bool]:
     """Return the range of ``(n,)`` values that axes show, outliers left out, and if it is log."""
     if len(values) == 0:
         return 0.0, 0.0, False
@@ -169,7 +170,9 @@ def _packed(every: NDArray[Any], optimal: NDArray[np.bool_], *, log: bool) -> di
     near = values[known & optimal & ~beyond]
     return {
         "values": _base64(every),
-        "notation": ("exponent", _DIGITS - 1) if decades else notation_of(near),
+        "notation": ("exponent", _DIGITS - 1)
+        if decades
+        else notation_of(near, every[np.isfinite(every)]),
         "range": [low, high],
         "log": crowded or (log and low > 0),
         "clipped": int(beyond.sum()),

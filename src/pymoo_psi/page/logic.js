@@ -962,6 +962,8 @@ function decision(data, state, ranking, date) {
   return {
     ...data.opens_with,
     ranges: rangesOf(data, state),
+    units: byName(data.columns.filter(({name, role, unit}) => unit && (role === "objective" || entryOf(limits, name)))
+      .map(({name, unit}) => [name, unit])),
     limits,
     chosen,
     reason,
@@ -986,12 +988,13 @@ function opened(data, text) {
   const {objectives, maximize, normalize, units, ranges, page} = isObject(content) ? content : {}
   const own = data.opens_with
   const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
-  const unlike = data.objectives.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
+  const unlike = data.columns.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
   const refused = !isObject(page) ? "it is no decision that a page has saved"
     : !same(objectives, own.objectives) || !same(maximize, own.maximize) ? "it has other objectives, or directions"
     : unlike ? `its unit of ${unlike.name} differs`
     : normalize !== data.normalize ? "it measures distances differently (normalize)"
-    : isFixed(ranges) && JSON.stringify(ranges) !== JSON.stringify(rangesOf(data, {fixed: true})) ? "it has other fixed ranges" : ""
+    : isFixed(ranges) && Object.entries(rangesOf(data, {fixed: true})).some(([name, ends]) =>
+      String(entryOf(ranges, name)) !== String(ends)) ? "it has other fixed ranges" : ""
   return refused ? {state: null, remarks: [`The file is not opened: ${refused}.`]} : decided(data, content)
 }
 

@@ -464,7 +464,7 @@ const page = (() => {
       renew(group.querySelector("summary b"), set ? `${set} set` : "")
     }
     const lines = limitable.flatMap((column) => limitTexts(column))
-    const ranges = state.fixed ? ["Ranked by the ranges of all designs, which limits do not move."] : []
+    const ranges = state.fixed ? ["Ranked by fixed ranges, which limits do not move."] : []
     renew($("record-limits"), ...[...(lines.length ? lines : ["None: all designs count."]), ...ranges].map((text) => make("li", {}, text)))
   }
 
@@ -889,7 +889,8 @@ const page = (() => {
     addEventListener("focusin", enter)
     addEventListener("keydown", (event) => {
       // What is being typed the browser undoes; after that it would go on in another field.
-      const isTyping = event.target.matches("textarea, input[type=text], input[type=search]") && event.target.value !== entered
+      const {target} = event
+      const isTyping = target.matches("textarea, input[type=text], input[type=search]") && target.value !== (target.id === "search" ? "" : entered)
       if (!(event.ctrlKey || event.metaKey) || isTyping) return
       const key = event.key.toLowerCase()
       if (key === "z" || key === "y") {

@@ -359,8 +359,8 @@ def ranking_of(
     U = best if ideal is None else objectives.turned("ideal", ideal)
     N = worst if nadir is None else objectives.turned("nadir", nadir)
     if (best < U).any():
-        rule = "no worse than the best value of every objective"
-        raise invalid("ideal, or the better end of fixed ranges,", rule, ideal)
+        rule = f"no worse than the best value of {objectives.names[int(np.argmax(best < U))]!r}"
+        raise invalid("ideal, or the better end of ranges,", rule, ideal, "leave it out")
     if (N < U).any():
         raise invalid("nadir", "no better than the ideal", nadir)
     with np.errstate(over="ignore"):

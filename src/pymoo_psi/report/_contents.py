@@ -193,11 +193,10 @@ class Case:
     def _choices(self, selectors: Mapping[str, Any] | None) -> dict[str, NDArray[np.intp]]:
         if selectors is None:
             other = "plain distances" if self.normalize else "distances in units of the ranges"
-            selectors = {
-                "knee": Knee(),
-                "chebyshev": CompromiseProgramming(np.inf, normalize=self.normalize),
-                other: SalukvadzeOptimum(normalize=not self.normalize),
-            }
+            chebyshev = CompromiseProgramming(np.inf, normalize=self.normalize)
+            selectors = {"knee": Knee(), "chebyshev": chebyshev}
+            if not self.layout.ranges:  # which only the ranking itself knows
+                selectors[other] = SalukvadzeOptimum(normalize=not self.normalize)
         optimum = {} if self.agrees else {"Salukvadze optimum": self.ranking.salukvadze}
         return optimum | (compare_selectors(self.ranking, selectors) if selectors else {})
 

@@ -97,8 +97,8 @@ class Formulation:
         units: Units of columns by name, those of the limits, too; a table that has a column in
             another unit is refused.
         normalize: Whether designs are ranked in units of the objectives' ranges.
-        ranges: The ranges ``(lower, upper)`` of all objectives, fixed whatever the limits; those of
-            the Pareto set unless given.
+        ranges: The ranges ``(lower, upper)`` of all objectives, fixed whatever the limits; empty:
+            those of the Pareto set; None: as the table has it.
         chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
         reason: Why it was chosen.
         page: What else the decision page showed; changes no decision.
@@ -128,7 +128,7 @@ class Formulation:
     computed: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     normalize: bool = True
-    ranges: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    ranges: Mapping[str, Sequence[float]] | None = None
     chosen: str | None = None
     reason: str = ""
     page: Mapping[str, Any] = field(default_factory=dict)
@@ -140,14 +140,15 @@ class Formulation:
             if twice := [name for name in names if names.count(name) > 1]:
                 raise invalid(group, "columns that are named once", twice[0])
             object.__setattr__(self, group, names)
-        for group in ("limits", "computed", "ranges", "page"):
+        for group in ("limits", "computed", "page"):
             entries = mapping_of(group, getattr(self, group), "columns to values")
             column_names(group, tuple(entries))
             object.__setattr__(self, group, dict(entries))
         limits = {name: _plain(name, limit) for name, limit in self.limits.items()}
         object.__setattr__(self, "limits", limits)
-        ranges = {name: [*ends(name, pair)] for name, pair in self.ranges.items()}
-        object.__setattr__(self, "ranges", ranges)
+        if self.ranges is not None:
+            given = mapping_of("ranges", self.ranges, "objectives to pairs (lower, upper)")
+            object.__setattr__(self, "ranges", {n: [*ends(n, pair)] for n, pair in given.items()})
         object.__setattr__(self, "units", unit_texts(self.units))
         for text in self.computed.values():
             Expression.of(text)
@@ -270,6 +271,7 @@ def formulated(
     former = (*layout.outputs, *layout.objectives, *layout.constraints, *formulation.computed)
     outputs = tuple(n for n in former if n not in (*objectives, *inequalities, *equalities))
     more = {*layout.maximize, *formulation.maximize}
+    own = {} if {*objectives} ^ {*layout.objectives} else layout.ranges
     asked = replace(
         layout,
         variables=tuple(layout.variables[j] for j in kept),
@@ -282,8 +284,7 @@ def formulated(
         kinds=tuple(layout.kinds[j] for j in kept) if layout.kinds else (),
         maximize=tuple(name for name in (*objectives, *outputs) if name in more),
         units={**layout.units, **formulation.units},
-        ranges=formulation.ranges
-        or ({} if {*objectives} ^ {*layout.objectives} else layout.ranges),
+        ranges=own if formulation.ranges is None else formulation.ranges,
     )
     limits = {}
     for name, (low, high) in bounds_of(formulation.limits, asked).items():

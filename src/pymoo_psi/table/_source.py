@@ -293,10 +293,11 @@ def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
             for key in ("objectives", "maximized", "variables", "chosen")
         }
         units = {in_a_line(name): str(unit) for name, unit in head.get("units", {}).items()}
+        ranges = {in_a_line(name): [*ends] for name, ends in head.get("ranges", {}).items()}
     except (TypeError, AttributeError):
         what = "what it says of its columns is damaged or of a later version"
         raise UnfitError(f"{what}; {_DAMAGED}") from None
-    return checked | {"units": units, "ranges": head.get("ranges", {})}
+    return checked | {"units": units, "ranges": ranges}
 
 
 def _table(
@@ -434,8 +435,8 @@ def _is_label(name: str) -> bool:
 def _label(columns: Mapping[str, Column]) -> str | None:
     """Return the column that names the designs, as its name tells.
 
-    Where that only numbers rows, or none does, it is the first of the others, if it holds texts
-    that hardly repeat: so people write lists, under "Variante" as under "Model".
+    Where that only numbers rows, or none does, it is the first of the others, if it holds texts,
+    nine of ten another: so people write lists, under "Variante" as under "Model".
     """
     labels = sorted(filter(_is_label, columns), key=lambda n: _LABELS.index(n.strip().lower()))
     if labels and labels[0].strip().lower() in _NAMING:
@@ -443,8 +444,8 @@ def _label(columns: Mapping[str, Column]) -> str | None:
     name = next((name for name in columns if name not in labels), "")
     if name and columns[name].numbers is None and not columns[name].problem:
         cells = columns[name].cells
-        distinct = {c for c in cells if isinstance(c, str) and not is_blank(c)}
-        if 4 * len(distinct) >= 3 * len(cells):
+        texts = [c for c in cells if isinstance(c, str) and not is_blank(c)]
+        if len(texts) == len(cells) and 10 * len({*texts}) >= 9 * len(texts):
             return name
     return labels[0] if labels else None
 
