@@ -373,14 +373,14 @@ class Engine:
 
         Args:
             tests: The tests; where neither a study nor repeats need all, those that are kept.
-            n: How many they were.
+            n: How many they were; of fewer tests the others were left out where they were tested.
             seconds: One number or ``(n,)``; None where they are stored already.
             called: Whether the model was called.
         """
         if seconds is not None:
             self.store.keep(tests, seconds)
         if n:
-            kept = kept_tests(self._keep, self._limits, tests)
+            kept = tests if len(tests) < n else kept_tests(self._keep, self._limits, tests)
             self._arrived.append((kept, np.full(n, called)))
         if self._repeats is not None:
             self._put_known(self._repeats.learn(tests))

@@ -398,7 +398,8 @@ def investigate(
             if keep == "pareto" and size > max(2 * least, _WORTH_FILTERING):
                 tables = [kept_tests(keep, run.limits, by_number(tables))]
                 size = least = len(tables[0])
-    found = kept_tests(keep, run.limits, by_number(tables))
+    # The blocks hold feasible tests only, but fronts of their own.
+    found = kept_tests("all" if keep == "feasible" else keep, run.limits, by_number(tables))
     # A limit on what no test gives is refused; of failed tests alone it is unknown what they give.
     if keep != "all" or (found.status != "failed").any():
         bounds_of(run.limits, found.layout)

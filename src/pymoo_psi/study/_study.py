@@ -583,6 +583,8 @@ class Share(NamedTuple):
 
     def numbers(self, first: int, last: int) -> NDArray[np.int64]:
         """Return the test points from ``first`` to ``last`` that it gets, increasing."""
+        if self.of == 1:
+            return np.arange(first, last + 1)
         rounds = np.arange((first - 1) // self.of, (last - 1) // self.of + 1)
         # Only the lowest 32 bits of the product count, so that its overflow does no harm.
         moved = (rounds * _GOLDEN % 2**32) * self.of // 2**32
