@@ -191,12 +191,15 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
     for more, message in (
         ({"units": {"mass": "t"}}, "kg"), ({"page": {"state": 3}}, "page.state in"),
         ({"ranges": {"mass": [0, 9]}}, "of every objective"),
+        ({"page": {"state": {"categories": {"mass": []}}}}, "the page kept mass none only"),
+        ({"page": {"state": {"categories": {"mass": 5}}}}, "list"),
+        ({"page": {"state": {"categories": [1]}}}, "columns to lists"),
     ):  # fmt: skip
         code, _, err = sources("rank", *decision(**more))
         assert (code, err.count("\n")) == (2, 1)
         assert message in err
     code, _, err = sources("rank", *decision(units={"deflection": "mm"}), "--units", "deflection=m")
-    assert (code, "--units must be mm, as decided" in err) == (2, True)
+    assert (code, "--units must be deflection=mm, as decided" in err) == (2, True)
 
 
 def test_existing_designs_on_the_page(sources, tmp_path):

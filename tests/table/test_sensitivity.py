@@ -158,7 +158,7 @@ def test_even_designs_of_unknown_origin_count(sampling):
         X = np.array(np.meshgrid(*[np.linspace(0, 1, 5)] * 3)).reshape(3, -1).T
     table = table_of(X, X[:, :2])
     assert even_part(table)[1] == (
-        "It is unknown how the designs were sampled; they lie evenly within their range.",
+        "It is unknown how designs were sampled; they lie evenly within their range.",
     )
     assert sensitivities(table).loc[("f1", "x1"), "first_order"] == pytest.approx(1, abs=0.01)
     # Sorted by an objective they are a sample still, but the first ones are none.

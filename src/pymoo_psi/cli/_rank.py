@@ -72,7 +72,8 @@ def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[s
     layout, page = table.layout, asked.page
     for name in layout.objectives if page else ():
         if name in layout.maximize and name not in asked.maximize:
-            raise invalid("--decision", "of one direction", Received(f"{name} maximized in {path}"))
+            rule = "about the same directions as the designs"
+            raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
     reason = [f"Reason: {asked.reason}"] if asked.reason else []
     if asked.chosen is None:
         return reason

@@ -14,7 +14,8 @@ from pathlib import Path
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
-from pymoo_psi.pareto import RANKING_COLUMNS, listed
+from pymoo_psi.errors import PsiError
+from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table import Formulation, TestTable, read_table
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
@@ -76,18 +77,19 @@ def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
     layout = table.layout
     if units := pairs_in("--units", options.units, "column=unit", layout.columns):
         for name, unit in units.items():
-            if asked.units.get(name, unit) != unit:  # its limits would mean something else
-                raise invalid(
-                    "--units", f"{asked.units[name]}, as decided", Received(f"{name}={unit}")
-                )
+            decided = asked.units.get(name, unit)
+            if decided != unit:  # its limits would mean something else
+                raise invalid("--units", f"{name}={decided}, as decided", f"{name}={unit}")
         table = replace(table, layout=replace(layout, units={**layout.units, **units}))
     require_free_names(layout.columns)
     if asked.page:  # designs that the page's reader has left out by their texts
         from pymoo_psi.page import kept_designs  # other commands need no page
 
-        kept, state = kept_designs(table, asked), asked.page.get("state", {})
-        texts = "; ".join(f"{n} {listed(t)}" for n, t in state.get("categories", {}).items())
+        kept, of = kept_designs(table, asked), asked.page.get("state", {}).get("categories", {})
+        texts = "; ".join(f"{name} {', '.join(map(str, of[name])) or 'none'}" for name in of)
         said = f"{counted(int((~kept).sum()), 'design')} left out, as the page kept {texts} only."
+        if not kept.any():
+            raise PsiError(f"{path}: no design is left: {said}")
         table = replace(table.rows(kept), remarks=(*table.remarks, *[said] * (not kept.all())))
     return table
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Received, counted, invalid, known_name
+from pymoo_psi._validation import Received, counted, instance, invalid, known_name, mapping
 from pymoo_psi.page._document import html_of
 from pymoo_psi.page._payload import payload, values_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
@@ -209,7 +209,8 @@ def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_
     Limits on numbers are the formulation's, see :meth:`TestTable.under`.
 
     Raises:
-        ArgumentValueError: There is no such column; or a former page kept designs by name.
+        ArgumentValueError: There is no such column.
+        ArgumentTypeError: What is kept of a column is no list of texts.
 
     Example:
         >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
@@ -218,8 +219,10 @@ def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_
         [False, True]
     """
     state, mask = formulation.page.get("state", {}), np.full(len(table), True)
-    for name, texts in state.get("categories", {}).items():
+    kept = mapping("page.state.categories", state.get("categories", {}), "columns to lists")
+    for name, texts in kept.items():
         known_name("categories", name, [*table.layout.columns, *table.extra])
+        instance(f"page.state.categories[{name!r}]", texts, list, "it holds the texts kept")
         mask &= np.isin(values_of(name, table).astype(str), texts)
     return mask
 

@@ -161,6 +161,7 @@ def _packed(every: NDArray[Any], optimal: NDArray[np.bool_], *, log: bool) -> di
     if every.dtype == object:
         texts, places = np.unique(every.astype(str), return_inverse=True)
         return {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
+    finite = every[np.isfinite(every)]
     values = every[: len(optimal)]  # without those of existing designs
     known = np.isfinite(values)
     low, high, crowded = scale_of(values[known & optimal])
@@ -170,9 +171,7 @@ def _packed(every: NDArray[Any], optimal: NDArray[np.bool_], *, log: bool) -> di
     near = values[known & optimal & ~beyond]
     return {
         "values": _base64(every),
-        "notation": ("exponent", _DIGITS - 1)
-        if decades
-        else notation_of(near, every[np.isfinite(every)]),
+        "notation": ("exponent", _DIGITS - 1) if decades else notation_of(near, finite),
         "range": [low, high],
         "log": crowded or (log and low > 0),
         "clipped": int(beyond.sum()),

@@ -106,8 +106,7 @@ class Case:
 
     def asked(self) -> list[str]:
         """Return the limits as one writes them."""
-        bounds = bounds_of(self.limits, self.layout)
-        return [self._limit(name, *pair) for name, pair in bounds.items()]
+        return [self._limit(n, *pair) for n, pair in bounds_of(self.limits, self.layout).items()]
 
     def instead(self) -> str:
         """Return what the design is chosen instead of, and how they differ."""

@@ -156,7 +156,7 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
         >>> from pymoo_psi import lp_tau
         >>> table, said = even_part(TestTable.of(range(1, 65), lp_tau(64, 2), lp_tau(64, 2)))
         >>> len(table), said
-        (64, ('It is unknown how the designs were sampled; they lie evenly within their range.',))
+        (64, ('It is unknown how designs were sampled; they lie evenly within their range.',))
     """
     rule, layout = "an even sample of one set of bounds", instance("table", table, TestTable).layout
     sampling = str((table.problem or {}).get("sampling") or "")
@@ -178,9 +178,7 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
         found = Received("tests of unknown sampling that crowd, or whose variables depend")
         raise invalid("the tests", rule, found)
     elif not sampling:
-        said.append(
-            "It is unknown how the designs were sampled; they lie evenly within their range."
-        )
+        said.append("It is unknown how designs were sampled; they lie evenly within their range.")
     # A requirement has rejected a design that is infeasible without objectives.
     lost = int(np.sum((table.status == "failed") | ~np.isfinite(table.F).all(axis=1)))
     if lost:

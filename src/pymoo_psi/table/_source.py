@@ -223,8 +223,7 @@ def _records(text: str) -> Any:
     except ValueError:
         rows = None
     if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
-        rule = 'it is JSON, but no list of designs such as [{"name": "A", "cost": 1.5}]'
-        raise UnfitError(rule)
+        raise UnfitError('it is JSON, but no list of designs such as [{"name": "A", "cost": 1.5}]')
     return pd.DataFrame(rows)
 
 
@@ -319,9 +318,7 @@ def _table(
         remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
     design = {name: _values(columns[name]) for name in named}
     if lacking := [name for name, values in design.items() if not values]:
-        remarks.append(
-            f"No variable, as some designs have no certain value of it: {', '.join(lacking)}."
-        )
+        remarks.append(f"No variable, as not all of its values are certain: {', '.join(lacking)}.")
     design = {name: values for name, values in design.items() if values}
     taken = {*objectives, *design}
     numeric = {name for name, c in columns.items() if c.numbers is not None and name not in labels}
