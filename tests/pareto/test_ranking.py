@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from pymoo_psi import PsiError, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import nondominated
+from pymoo_psi.pareto import nondominated, ranking_of
 
 generic = st.tuples(st.integers(2, 60), st.integers(2, 8), st.integers(0, 2**32 - 1)).map(
     lambda t: np.random.default_rng(t[2]).random(t[:2])
@@ -31,6 +31,16 @@ def test_a_sphere_is_not_ranked_by_rounding_noise():
     assert ranking.rank[[0, -1]].tolist() == [5, 5]
     assert (np.delete(ranking.rank, [0, 200, 400]) == 3).all()
     assert len(ranking.salukvadze) == 401  # every point is as near to U as any other
+
+
+def test_a_ranking_knows_which_rows_it_ranks():
+    F = [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]]
+    ranking = rank_of_efficiency(F)
+    assert ranking.rows.tolist() == [0, 1, 2]
+    every = np.ones(3, dtype=bool)
+    some = ranking_of(ranking.objectives, every, normalize=True, rows=np.array([2, 5, 7]))
+    assert some.rows.tolist() == [2, 5, 7]
+    assert some.rank.tolist() == ranking.rank.tolist()
 
 
 def test_given_ideal_and_nadir():

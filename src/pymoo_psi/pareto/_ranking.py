@@ -175,6 +175,8 @@ class EfficiencyRanking(Shown):
             up to rounding. They are the rows of rank 6, and there is usually one. Only if several
             rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, is M6
             empty and are they all listed here.
+        rows: ``(n,)`` the rows of the table or array that are ranked; 0, 1, … for an array, of
+            which all rows are.
 
     Example:
         The last row is dominated; of the others, the second is nearest to U = (0, 0).
@@ -190,6 +192,7 @@ class EfficiencyRanking(Shown):
     frame: UtopianFrame
     salukvadze: NDArray[np.intp]
     objectives: Objectives
+    rows: NDArray[np.intp]
 
     def __repr__(self) -> str:
         """Return how much is ranked and which design is the best."""
@@ -350,8 +353,18 @@ def ranking_of(
     normalize: bool,
     ideal: ArrayLike | None = None,
     nadir: ArrayLike | None = None,
+    rows: ArrayLike | None = None,
 ) -> EfficiencyRanking:
-    """Return :func:`rank_of_efficiency` of objectives whose Pareto-optimal rows are known."""
+    """Return :func:`rank_of_efficiency` of objectives whose Pareto-optimal rows are known.
+
+    Args:
+        objectives: What is ranked.
+        pareto: ``(n,)`` which of its designs are Pareto optimal.
+        normalize: As for :func:`rank_of_efficiency`.
+        ideal: As for :func:`rank_of_efficiency`.
+        nadir: As for :func:`rank_of_efficiency`.
+        rows: ``(n,)`` which rows of a table the designs are; 0 to n - 1 by default.
+    """
     normalize = boolean("normalize", normalize)
     F = objectives.minimized
     F[pareto] = front = settled(F[pareto])
@@ -380,7 +393,8 @@ def ranking_of(
     salukvadze = np.flatnonzero(pareto)[mu1 == 0]
     with np.errstate(over="ignore"):  # a dominated design may be infinitely far
         criteria = measured * units
-    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives)
+    ranked = np.asarray(np.arange(len(F)) if rows is None else rows, dtype=np.intp)
+    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives, ranked)
 
 
 def ranking_from(F: Any, normalize: bool, maximize: Collection[Any]) -> EfficiencyRanking:
