@@ -52,9 +52,9 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, capsys, monk
     [
         ("solve", "Missing argument 'PROBLEM'"),
         ("solve bnh --no-normalise", "--no-normalize"),
-        ("solve models.py", "of a class Beam in it say models:Beam"),
+        ("solve models.py", "for a class Beam in it write models:Beam"),
         ("solve no_such_module:thing", "No module named 'no_such_module'"),
-        ("solve chute --timeout 1", "evaluates one design at a time where --timeout is given"),
+        ("solve chute --timeout 1", "evaluates one design at a time if --timeout is given"),
         ("solve chute --study pyproject.toml", "pyproject.toml"),
         ("solve chute --limits f1<=2,5", "got 5; use <= or >=, plain numbers with a decimal point"),
         ("solve chute --objectives f1 --algorithm nsga3", "then pymoo-psi rank FILE.db --objectiv"),

@@ -1,10 +1,11 @@
 """The command ``pymoo-psi``: its commands with their options, and how it ends.
 
-Options that several commands take are lists here. What runs a command is imported when it is
-called, and with it NumPy, pymoo and the like: so ``--help`` answers at once.
+Options that several commands share are lists in this module. The function that runs a command is
+imported only when the command is called. This keeps NumPy, pymoo and pandas out of ``--help``,
+which answers at once.
 
-Exit codes: 0 success, 1 no feasible design or a program that fails its trial, 2 wrong usage or
-input (one line says what), 130 interrupted.
+Exit codes: 0 success; 1 no feasible design, or a program that fails its trial; 2 a usage or input
+error, reported in one line; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -25,25 +26,25 @@ import click
 
 from pymoo_psi.errors import PsiError
 
-_INTERRUPTED = 130  # 128 and the number of the signal, as shells have it
+_INTERRUPTED = 130  # 128 plus the number of the signal, the convention of shells
 
 
 class Options(SimpleNamespace):
-    """The values of a command's options and arguments, by name, None or empty if not given."""
+    """The values of a command's options and arguments by name; None or empty if not given."""
 
 
 Run = TypeVar("Run", bound=Callable[[Options], int])
 
 
 def path_in(text: str | Path) -> Path:
-    """Return what is typed as a path, ``~`` replaced, which shells leave in ``--out=~/x.csv``."""
-    if not os.fspath(text):  # as $FILE gives that is not set; to Path it is "."
+    """Return a typed path with ``~`` expanded, which shells do not do in ``--out=~/x.csv``."""
+    if not os.fspath(text):  # an unset $FILE; Path would take it for "."
         raise click.BadParameter("a file or folder must have a name, got ''")
     return Path(os.path.expanduser(text))
 
 
-def _option(name: str, metavar: str | None, text: str, **more: Any) -> click.Option:
-    return click.Option([f"--{name}"], metavar=metavar, help=text, **more)
+def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> click.Option:
+    return click.Option([f"--{name}"], metavar=metavar, help=text, **attributes)
 
 
 _names = partial(_option, multiple=True)
@@ -56,42 +57,43 @@ def _choice(name: str, options: str, text: str, default: str | None = None) -> c
     return _option(name, options, text, type=click.Choice(options.split("|")), default=default)
 
 
-# What is asked of a table: objectives, directions, limits, computed columns.
-_ASKED = [
-    _names("objectives", "A,B,…", "Columns with objectives [f1,f2,… or all numeric]."),
-    _names("maximize", "A,…", "Objectives of which more is better."),
-    _names("limits", '"A<=2.5,1<=X<=2"', "Limits on any columns of numbers; in quotation marks."),
-    _names("compute", '"NAME=A/B"', "One more column, computed from others."),
-    _file("decision", "FILE.json", "All this from a decision of the page or Formulation.to_json."),
-    _flag("no-normalize", text="Plain distances, not in units of the ranges."),
+# The formulation: objectives, directions, limits, computed columns.
+_FORMULATION = [
+    _names("objectives", "A,B,…", "Objective columns [f1,f2,… or all numeric columns]."),
+    _names("maximize", "A,…", "Objectives to maximize."),
+    _names("limits", '"A<=2.5,1<=X<=2"', "Limits on numeric columns, in quotation marks."),
+    _names("compute", '"NAME=A/B"', "Add a column computed from others."),
+    _file("decision", "FILE.json", "Read these from a decision (page, Formulation.to_json)."),
+    _flag("no-normalize", text="Measure distances in original units."),
 ]
-# How a source is opened: what its columns are, and how its numbers are written.
-_OPENING = [
-    _names("variables", "X,Y,…", "Columns with design variables [x1,x2,…]."),
+# How a source is read: the roles of its columns and the format of its numbers.
+_READING = [
+    _names("variables", "X,Y,…", "Design variable columns [x1,x2,…]."),
     _names("units", "A=KG,B=S", "Units of columns."),
-    _option("decimal", '"."|","', "Decimal mark of the file [found from its numbers]."),
-    _option("thousands", "MARK", "Mark between thousands [as for --decimal]."),
-    _option("encoding", "NAME", "Of a text, such as cp1252 [UTF-8]."),
-    _option("skip-rows", "1,3,…", "Lines to leave out: titles, units."),
+    _option("decimal", '"."|","', "Decimal mark [detected]."),
+    _option("thousands", "MARK", "Thousands separator [detected]."),
+    _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
+    _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units."),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
-    _flag("drop-incomplete", text="Leave out designs that lack an objective."),
-    *_ASKED,
+    _flag("drop-incomplete", text="Skip designs that lack an objective."),
+    *_FORMULATION,
 ]
 _FILE = click.Argument(["file"], type=path_in)
 _PROBLEM = click.Argument(["problem"])
-_JOBS = _option("jobs", "N", "Processes; -1: one per core.", type=int, default=1)
-_TITLE = _option("title", "TEXT", "Heading [the file's name].")
+_JOBS = _option("jobs", "N", "Number of processes; -1 uses all cores.", type=int, default=1)
+_TITLE = _option("title", "TEXT", "Title [the file's name].")
 
 
 class _Commands(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """Return the commands in the order of their use, not of the alphabet."""
+        """Return the commands in the order of use; click would sort them by name."""
         return list(self.commands)
 
 
 def _help(function: Callable[..., Any]) -> tuple[str, str]:
-    """Return what a docstring says, and its examples, which end the help as they are printed."""
-    text, heading, examples = (inspect.getdoc(function) or "").partition("Examples:")
+    """Return the text of a docstring and its examples; the mark before them keeps their lines."""
+    docstring = inspect.getdoc(function) or ""
+    text, heading, examples = docstring.partition("Examples:")
     return text, f"\b\n{heading}{examples}"
 
 
@@ -107,10 +109,10 @@ def app() -> None:
       pymoo-psi rank front.csv
       pymoo-psi page front.csv
 
-    Exit code: 0 success, 1 solve or report found no feasible design, 2 a mistake, reported in one
-    line, 130 interrupted. In a pipe or a file each row of a table is one line, however long, unless
-    COLUMNS says how wide lines may be. A result replaces an older file of its name, but never a
-    file that is read, nor a study.
+    Exit codes: 0 success; 1 no feasible design (solve, report), or a failed trial of a program; 2 a
+    usage or input error, reported in one line; 130 interrupted. In a pipe or a file, each row of a
+    table is one line, unless COLUMNS sets a width. A result replaces an older result of the same
+    name, but never an input file or a study.
     """
 
 
@@ -118,51 +120,58 @@ app.help, app.epilog = _help(app)
 
 
 def _command(*params: click.Parameter) -> Callable[[Run], Run]:
-    """Make a function a command of its name; its docstring is the help."""
+    """Register a function as a command under its name; its docstring is the help."""
 
-    def registered(function: Run) -> Run:
+    def register(function: Run) -> Run:
+        def callback(**values: Any) -> int:
+            return function(Options(**values))
+
         text, examples = _help(function)
         command = click.Command(
             function.__name__,
-            callback=lambda **given: function(Options(**given)),
+            callback=callback,
             params=[*params],
             help=text,
             epilog=examples,
         )
-        if _PROBLEM in params:  # options that the command does not know are the problem's
+        if _PROBLEM in params:  # options that the command does not have are the problem's arguments
             command.context_settings = {"ignore_unknown_options": True, "allow_extra_args": True}
         app.add_command(command)
         return function
 
-    return registered
+    return register
 
 
 @_command(
     _PROBLEM,
-    _choice("algorithm", "psi|surrogate|nsga3", "How to search.", "psi"),
-    _count("points", "N", "Designs to evaluate [4096, of surrogate 256, of a FILE.toml 128]."),
-    _choice("sampling", "lptau|sobol|halton|lhs", "Test points of psi and surrogate.", "lptau"),
-    _option("seed", "S", "Seed; psi by lptau needs none.", type=click.IntRange(0), default=1),
-    _names("box", '"X=1:2,Y=3"', "Narrower bounds of variables, or a fixed value."),
-    _names("log", "X,…", "Variables of logarithmic scale."),
+    _choice("algorithm", "psi|surrogate|nsga3", "Search method.", "psi"),
+    _count("points", "N", "Designs to evaluate [4096; surrogate 256; FILE.toml 128]."),
+    _choice(
+        "sampling", "lptau|sobol|halton|lhs", "Sequence of test points (psi, surrogate).", "lptau"
+    ),
+    _option(
+        "seed", "S", "Random seed; psi with lptau uses none.", type=click.IntRange(0), default=1
+    ),
+    _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
+    _names("log", "X,…", "Variables on a logarithmic scale."),
     _flag("fill", text="Count only points that meet the requirements."),
-    _option("timeout", "S", "Seconds a design may take; then it has failed.", type=float),
-    _file("study", "FILE.db", "Keep every test here; a run continues it."),
-    _option("share", "K/N", "Test the K-th of N parts; --study is their folder."),
-    _option("study-key", "K", "What else the study depends on: the model's version."),
-    _option("retry", "failed", "Test failed designs of the study once more."),
-    _file("out", "FILE", "Write the Pareto set here, .csv or .xlsx."),
-    _flag("new", text="Write an example of a FILE.toml, to be edited."),
-    _flag("try", text="Run the program of a FILE.toml once, and show all of it."),
-    *_ASKED,
+    _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
+    _file("study", "FILE.db", "Keep every test here; a later run continues it."),
+    _option("share", "K/N", "Test part K of N only; --study is a folder."),
+    _option("study-key", "K", "Version of the model; a study rejects a changed one."),
+    _option("retry", "failed", "Test failed designs of the study again."),
+    _file("out", "FILE", "Write the Pareto set here (.csv, .xlsx)."),
+    _flag("new", text="Write an example FILE.toml to edit."),
+    _flag("try", text="Run the program of a FILE.toml once and show every step."),
+    *_FORMULATION,
     _JOBS,
 )
 def solve(options: Options) -> int:
     """Find the Pareto set of a problem and rank it by efficiency.
 
-    PROBLEM is 'chute', a test problem of pymoo such as bnh, or your own as module:attribute,
-    beam:Beam for the class Beam in beam.py. Its arguments are options behind it: dtlz2 --n-obj 4.
-    Or another program, by a FILE.toml.
+    PROBLEM is 'chute', a test problem of pymoo such as bnh, your own problem as module:attribute
+    (beam:Beam for the class Beam in beam.py), or the FILE.toml of an external program. Arguments of
+    the problem are given as options: dtlz2 --n-obj 4.
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv
@@ -171,21 +180,21 @@ def solve(options: Options) -> int:
       pymoo-psi solve chute --mu 0.4 --model rolling --box "x1=0.2:0.8, x2=0.1"
       pymoo-psi solve --new bracket.toml
 
-    Of the chute x1 is the slope tan α, x2 the speed of the floor; f1 the time, f2 the energy
-    balance, f3 = x1, f4 = x2. Its arguments: --mu 0.2, --c 0.3193 (speed over √(gL)), --r 0.1 (over
-    L), --model full or rolling.
+    The variables of the chute are x1, the slope tan α, and x2, the speed of the floor. Its
+    objectives are f1, the time, f2, the energy balance, f3 = x1 and f4 = x2. Its arguments are --mu
+    0.2, --c 0.3193 (speed over √(gL)), --r 0.1 (over L), --model full or rolling.
     """
     from pymoo_psi.cli._solve import run_solve
 
     return run_solve(options)
 
 
-@_command(_FILE, _file("out", "FILE", "Write all designs here, .csv or .xlsx."), *_OPENING)
+@_command(_FILE, _file("out", "FILE", "Write all designs here (.csv, .xlsx)."), *_READING)
 def rank(options: Options) -> int:
     """Rank the designs of any Pareto set by efficiency.
 
-    FILE is a study, a folder of shares, or a table: CSV or .xlsx. In a list, a name with a comma
-    stands in quotation marks: --objectives '"time, s",mass'.
+    FILE is a study, a folder of shares, or a table (CSV or .xlsx). In a list, put a name that has a
+    comma in quotation marks: --objectives '"time, s",mass'.
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv
@@ -200,14 +209,14 @@ def rank(options: Options) -> int:
 @_command(
     _FILE,
     _TITLE,
-    _file("prototype", "FILE", "Existing designs to compare with."),
+    _file("prototype", "FILE", "Existing designs for comparison."),
     _file("out", "FILE.html", "Write the page here.", default="page.html"),
-    *_OPENING,
+    *_READING,
 )
 def page(options: Options) -> int:
-    """Make a page to decide on a Pareto set: one file, works offline.
+    """Make an interactive page for choosing a design, also offline.
 
-    FILE is a study, a folder of shares, or a table: CSV or .xlsx.
+    FILE is a study, a folder of shares, or a table (CSV or .xlsx).
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv
@@ -221,14 +230,14 @@ def page(options: Options) -> int:
 @_command(
     _FILE,
     _TITLE,
-    _option("design", "NAME", "Name of the design that is chosen [the decision's, or none]."),
+    _option("design", "NAME", "Name of the chosen design [that of the decision]."),
     _file("out", "FILE.html", "Write the report here.", default="report.html"),
-    *_OPENING,
+    *_READING,
 )
 def report(options: Options) -> int:
-    """Report on tests and the choice: one file to read and print.
+    """Report on the tests and the chosen design in one HTML file.
 
-    FILE is a study, a folder of shares, or a table: CSV or .xlsx.
+    FILE is a study, a folder of shares, or a table (CSV or .xlsx).
 
     Examples:
       pymoo-psi solve bnh --points 256 --study bnh.db
@@ -239,11 +248,11 @@ def report(options: Options) -> int:
     return run_report(options)
 
 
-@_command(_FILE, _file("out", "DIR", "Folder for tables (CSV) and pictures (PNG)."), *_OPENING)
+@_command(_FILE, _file("out", "DIR", "Folder for tables (CSV) and figures (PNG)."), *_READING)
 def analyze(options: Options) -> int:
-    """Say which variables matter, what is feasible, if tests suffice.
+    """Analyze sensitivities, feasibility and convergence of tests.
 
-    FILE is a study, a folder of shares, or a table: CSV or .xlsx.
+    FILE is a study, a folder of shares, or a table (CSV or .xlsx).
 
     Examples:
       pymoo-psi solve bnh --points 256 --study bnh.db
@@ -256,21 +265,22 @@ def analyze(options: Options) -> int:
 
 @_command(
     _PROBLEM,
-    _option("evaluations", "N,N,…", "How many [256,1024,4096, of surrogate 64,128,256]."),
-    _count("seeds", "N", "Runs of each that draws at random.", default=11),
+    _option("evaluations", "N,N,…", "Budgets [256,1024,4096; surrogate 64,128,256]."),
+    _count("seeds", "N", "Runs of each algorithm that uses random numbers.", default=11),
     _option(
         "algorithms",
         "A,B,…",
-        "Of psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, ….",
+        "Algorithms to compare: psi, psi-scrambled, surrogate, nsga3, psi+nsga3, nsga2, ….",
         default="psi,psi-scrambled,nsga3,psi+nsga3",
     ),
-    _file("out", "DIR", "Folder for tables, a figure and runs [comparison_ and the problem]."),
+    _file("out", "DIR", "Folder for tables, a figure and runs [comparison_NAME]."),
     _JOBS,
 )
 def compare(options: Options) -> int:
     """Compare PSI with NSGA-III and others at equal cost.
 
-    PROBLEM and its options are as of solve. A later call goes on from the runs in its folder.
+    PROBLEM and its arguments are those of solve. A later call continues from the finished runs in
+    the folder.
 
     Examples:
       pymoo-psi compare bnh --evaluations 64,128 --seeds 2
@@ -283,14 +293,14 @@ def compare(options: Options) -> int:
 
 @_command(
     click.Argument(["sources"], nargs=-1, required=True, metavar="[NAME=]SOURCE…"),
-    _file("out", "FILE", "Write .csv, .xlsx, or .db, a new study to continue.", required=True),
-    *_OPENING,
+    _file("out", "FILE", "File to write: .csv, .xlsx or .db (a new study).", required=True),
+    *_READING,
 )
 def export(options: Options) -> int:
-    """Write tests as one table for other programs, or as one study.
+    """Export tests from one or several sources as one table or study.
 
-    The sources are tests of one problem: studies, folders of shares, tables. With a name they are
-    experiments of other bounds or samplings.
+    Sources are studies, folders of shares and tables with tests of one problem. Name them if their
+    bounds or samplings differ; each is then an experiment under its name.
 
     Examples:
       pymoo-psi solve bnh --points 64 --study parts --share 1/2
@@ -307,12 +317,12 @@ def export(options: Options) -> int:
 @_command(
     _file("out", "DIR", "Folder for tables (CSV) and figures.", default="reproduction"),
     _count("points", "Q", "Test points per case.", default=4096),
-    _names("mu", "MU", "Friction coefficient, may be repeated [0.2, 0.4, 0.6].", type=float),
-    _choice("model", "full|rolling", "The motion [both]."),
+    _names("mu", "MU", "Friction coefficient; may be repeated [0.2, 0.4, 0.6].", type=float),
+    _choice("model", "full|rolling", "Model of the motion [both]."),
     _JOBS,
 )
 def reproduce(options: Options) -> int:
-    """Compute the tables of the chute's paper, and compare with them.
+    """Compute the tables of the paper on the chute and compare them.
 
     Examples:
       pymoo-psi reproduce
@@ -324,25 +334,28 @@ def reproduce(options: Options) -> int:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit code, and never a traceback for a user's mistake.
+    """Run the command and return its exit code; a user's mistake never gives a traceback.
 
     Args:
         arguments: The words after ``pymoo-psi``; those of the process by default.
     """
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # what a terminal cannot show becomes "?"
+        if isinstance(stream, TextIOWrapper):  # "?" replaces what a terminal cannot show
             stream.reconfigure(errors="replace")
-    words = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments is None:
+        arguments = sys.argv[1:]
+    # Without any words click reports a mistake, code 2; here they ask for help, code 0.
+    words = list(arguments) or ["--help"]
     try:
-        # No words are a mistake to click, code 2; here they ask for help, code 0. Not app.main(),
-        # which has ends of its own. The name is given for 'python -m pymoo_psi'.
         with warnings.catch_warnings():
             warnings.showwarning = _show_warning  # type: ignore[assignment]
-            with app.make_context("pymoo-psi", words or ["--help"]) as context:
+            # app.main() would handle errors in its own way. The name is for
+            # 'python -m pymoo_psi'.
+            with app.make_context("pymoo-psi", words) as context:
                 return int(app.invoke(context))
     except click.exceptions.Exit as end:  # --help, --version
         return end.exit_code
-    except PsiError as error:  # before OSError, which StudyAccessError is too
+    except PsiError as error:  # before OSError, as a StudyAccessError is both
         message = str(error)
     except click.ClickException as error:
         message = error.format_message()
@@ -350,9 +363,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = f"{error.filename or 'file'}: {error.strerror or error}"
     except MemoryError:
         message = "out of memory; reduce --points"
-    except KeyboardInterrupt as stop:
-        kept = stop.args[0] if stop.args else "no file is left half-written"
-        print_error(f"pymoo-psi: interrupted; {kept}")
+    except KeyboardInterrupt as interrupt:
+        remark = "no file is left half-written"
+        if interrupt.args:
+            remark = interrupt.args[0]
+        print_error(f"pymoo-psi: interrupted; {remark}")
         return _INTERRUPTED
     # A message of pymoo or of a user's model may have several lines; scripts count on one.
     print_error(f"pymoo-psi: error: {' '.join(message.split())}")
@@ -362,33 +377,37 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _show_warning(
     message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: object
 ) -> None:
-    """Show a warning of this package in one line; those of a user's model as Python does."""
-    if category is UserWarning:
-        print_error(f"pymoo-psi: warning: {message}")
-    else:
-        print_error(warnings.formatwarning(message, category, filename, lineno).rstrip())
+    """Print a warning of this package in one line; print one of a user's model as Python does."""
+    text = f"pymoo-psi: warning: {message}"
+    if category is not UserWarning:
+        text = warnings.formatwarning(message, category, filename, lineno).rstrip()
+    print_error(text)
 
 
 def printable(text: str) -> str:
-    """Return a text without the characters that steer a terminal: it may be untrusted input."""
+    """Return a text, which may be untrusted, with "?" for characters that control a terminal."""
     return re.sub(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", "?", text)
 
 
 def print_error(line: str) -> None:
-    """Print a line on standard error, or nothing where that cannot be written to."""
+    """Print a line on standard error, or nothing if that cannot be written to."""
     try:
         print(printable(line), file=sys.stderr, flush=True)
-    except OSError:  # then the code says it; Python would try again at its end, and exit with 120
+    except OSError:
+        # The exit code still reports the error. Python would try to write again when it ends, and
+        # exit with 120.
         sys.stderr = None
 
 
 def run() -> None:
     """Entry point of the console script."""
-    # A stream that the shell has closed is None, which nothing can be written to.
-    sys.stdout, sys.stderr = sys.stdout or StringIO(), sys.stderr or StringIO()
+    # A stream that the shell has closed is None, which has no write().
+    sys.stdout = sys.stdout or StringIO()
+    sys.stderr = sys.stderr or StringIO()
     code = main()
     try:
         sys.stdout.flush()
-    except OSError:  # or Python would complain, and change the code, when it ends
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except OSError:  # otherwise Python complains when it ends, and changes the exit code
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, sys.stdout.fileno())
     sys.exit(code)

@@ -14,97 +14,117 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.cli._source import counts_in
-from pymoo_psi.comparison import INDICATORS, compare, conclusions
+from pymoo_psi.comparison import INDICATORS, Comparison, compare, conclusions
 from pymoo_psi.paper import PAPER_MU, Case, reproduce
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
 
-# What the headings and the words of the tables mean.
+# Explains the headings and the words of the tables.
 _HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point (printed 1356 is 2571)
 f1: time; f2: energy balance; f3: height, the slope tan α; f4: speed of the plane; no units
 paper_f1 to paper_f4: as the paper prints them
 rolling: rolls from the start (Eq. 2.20); the published tables follow from it
 full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written"""
+_TITLES = {
+    "6_1": "Table 6.1: Salukvadze optima",
+    "6_2": "Table 6.2: designs of rank 5 with f4 below the optimum's",
+}
 
 
 def run_compare(options: Options) -> int:
-    """Compare, write all there is to a folder, and print the medians and the conclusions."""
+    """Compare algorithms, write all results to a folder, print the medians and the conclusions."""
     problem = load_problem(options.problem)
     name = problem_name(problem)
     rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
     job_count("--jobs", options.jobs)
     out = options.out or Path("comparison_" + re.sub(r"\W+", "_", name))
     folder = results_folder(out)
+    algorithms = [algorithm.strip() for algorithm in options.algorithms.split(",")]
     try:
         result = compare(
             problem,
             n_evaluations=counts_in("--evaluations", options.evaluations, rule) or None,
             seeds=options.seeds,
-            algorithms=list(dict.fromkeys(map(str.strip, options.algorithms.split(",")))),
+            algorithms=list(dict.fromkeys(algorithms)),
             folder=folder / "runs",
             n_jobs=options.jobs,
         )
     except KeyboardInterrupt:
         remedy = f"finished runs are kept in {out}; the same command continues"
         raise KeyboardInterrupt(remedy) from None
-    summary = result.summary()  # written before anything is printed, which may fail
-    tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
-    write_frame(result.to_frame(), folder / "runs.csv")
-    write_frame(summary, folder / "summary.csv")
-    write_frame(pd.concat(tests, ignore_index=True), folder / "tests.csv")
-    save_figures([("indicators", plot_indicators(result))], folder, 200, ".png")
-    heads = {"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
+    _write_comparison(result, folder)  # before anything is printed, which may fail
     columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
-    medians = summary[columns].rename(columns=heads).round(4)
-    medians["seconds"] = [f"{seconds:.4f}" for seconds in medians["seconds"]]
-    print_frame(medians, f"{name}: medians over the runs")
+    medians = result.summary()[columns].round(4)
+    medians["seconds"] = medians["seconds"].map("{:.4f}".format)
+    headings = {"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
+    print_frame(medians.rename(columns=headings), f"{name}: medians over the runs")
     for sentence in conclusions(result):
         say(sentence)
     say(f"Tables, the figure and the runs written to {out}")
     return 0
 
 
+def _write_comparison(result: Comparison, folder: Path) -> None:
+    tests = [result.tests(name).assign(indicator=name) for name in INDICATORS]
+    write_frame(result.to_frame(), folder / "runs.csv")
+    write_frame(result.summary(), folder / "summary.csv")
+    write_frame(pd.concat(tests, ignore_index=True), folder / "tests.csv")
+    save_figures([("indicators", plot_indicators(result))], folder, 200, ".png")
+
+
 def run_reproduce(options: Options) -> int:
-    """Compute the tables, print them with the paper's rows, and write them."""
-    out, points, jobs = options.out, options.points, options.jobs
-    job_count("--jobs", jobs)
-    models = MODELS if options.model is None else (options.model,)
-    mu = tuple(options.mu or PAPER_MU)
-    folder, places = results_folder(out), []
-    # A set of figures for each model, beside the cases.
-    shares = iter(np.linspace(0, 1, len(models) * (len(mu) + 1) + 1)[1:].tolist())
+    """Compute the tables, write them and the figures, and print the tables."""
+    out = options.out
+    job_count("--jobs", options.jobs)
+    mu = tuple(options.mu) or PAPER_MU
+    models = MODELS
+    if options.model is not None:
+        models = (options.model,)
+    folder = results_folder(out)
+    places = []
+    # Each model has its cases and then a set of figures.
+    n_steps = len(models) * (len(mu) + 1)
+    shares = iter(np.linspace(0, 1, n_steps + 1)[1:].tolist())
     with progress_bar(True) as show:
 
         def advance(case: Case) -> None:
             show(next(shares), f"mu = {case.mu}, {case.model} model")
 
-        result = reproduce(points, mu=mu, models=models, n_jobs=jobs, on_case=advance)
+        result = reproduce(
+            options.points,
+            mu=mu,
+            models=models,
+            n_jobs=options.jobs,
+            on_case=advance,
+        )
 
-        def draw(model: str) -> str:
-            # The full model's are the results; those of the other one only check print.
-            place = out / "rolling" if model == "rolling" else out
+        def draw(model: str) -> Path:
+            # The figures of the full model are the results; the others only check the paper's.
+            place: Path = out
+            if model == "rolling":
+                place = out / "rolling"
             figures = paper_figures(result, model=model)
             save_figures(figures, results_folder(place), 200, ".png")
-            return str(place)
+            return place
 
         # Figures take most of the time, so that a second process is worth its start.
-        drawn = in_parallel(draw, models, min(jobs, len(models)) if jobs > 0 else jobs)
-        for _, place in drawn:
-            places.append(place)
+        jobs = options.jobs
+        if jobs > 0:
+            jobs = min(jobs, len(models))
+        for _, place in in_parallel(draw, models, jobs):
+            places.append(str(place))
             show(next(shares), f"figures in {place}")
-    tables = {
-        "Table 6.1: Salukvadze optima": result.table_6_1(),
-        "Table 6.2: designs of rank 5 with f4 below the optimum's": result.table_6_2(),
-    }
-    for title, table in tables.items():
-        write_frame(table, folder / f"table_{title[6]}_{title[8]}.csv")
+    tables = {"6_1": result.table_6_1(), "6_2": result.table_6_2()}
+    for number, table in tables.items():
+        write_frame(table, folder / f"table_{number}.csv")
 
-    say(f"{counted(points, 'LPτ test point')} for each of {counted(len(result.cases), 'case')}.")
-    for title, table in tables.items():
-        # The rolling model first, which the paper's tables follow from.
+    points = counted(options.points, "LPτ test point")
+    say(f"{points} for each of {counted(len(result.cases), 'case')}.")
+    for number, table in tables.items():
+        # The rolling model first, from which the paper's tables follow.
         ordered = table.sort_values(["model", "mu"], ascending=[False, True], kind="stable")
-        print_frame(ordered.round(4), title)
+        print_frame(ordered.round(4), _TITLES[number])
     for line in _HEADINGS.splitlines():
         say(line)
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")

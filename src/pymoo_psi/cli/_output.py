@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import Any
 from zipfile import ZipFile, is_zipfile
 
 import pandas as pd
@@ -21,25 +22,28 @@ from pymoo_psi.cli._app import printable
 from pymoo_psi.pareto import number, wrapped
 from pymoo_psi.table import Layout, designs_head
 
-_HEAD = 65_536  # bytes at an end of a file, in which its names of columns are
-# How CSV and HTML of ours are known: a ranking by its columns, all else by a mark.
+_HEAD = 65_536  # bytes read at each end of a file; its column names are within them
+# What identifies CSV and HTML that pymoo-psi has written: the columns of a ranking, or a mark.
 _OURS = re.compile(rb'mu3"?,"?rank"?[,\r\n]|pymoo_psi_|name="generator" content="pymoo-psi')
 
 
 def width() -> int | None:
-    """Return how many columns a terminal has, or COLUMNS says; None of a pipe or a file."""
-    narrow = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit()
-    return shutil.get_terminal_size().columns if narrow else None
+    """Return the number of columns of the terminal or in COLUMNS; None for a pipe or a file."""
+    if sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit():
+        return shutil.get_terminal_size().columns
+    return None
 
 
 def say(line: str) -> None:
-    """Print a line, wrapped where there is a width."""
+    """Print a line, wrapped if there is a width."""
     columns = width()
-    _print(line if columns is None else wrapped([line], columns))
+    if columns is not None:
+        line = wrapped([line], columns)
+    _print(line)
 
 
 def _print(text: str) -> None:
-    try:  # flushed, or errors of the stream would show when Python ends
+    try:  # flushed, as errors of the stream would otherwise appear only when Python ends
         print(printable(text), flush=True)
     except BrokenPipeError:
         pass
@@ -48,50 +52,54 @@ def _print(text: str) -> None:
 
 
 def print_frame(frame: pd.DataFrame, title: str) -> None:
-    """Print a frame with numbers in 6 digits, missing ones blank.
+    """Print a frame with numbers in 6 digits and blanks for missing values.
 
-    A table that is wider than the terminal is continued below, its first column repeated.
+    The columns of a table that is wider than the terminal continue below, with the first column
+    repeated.
     """
-    say(title if len(frame) else f"{title.rstrip(':')}: none")
-    if not len(frame):
+    if frame.empty:
+        say(f"{title.rstrip(':')}: none")
         return
+    say(title)
     first = frame.columns[0]
-    shown = frame.set_index(first).rename_axis(index=None, columns=first)
+    indexed = frame.set_index(first).rename_axis(index=None, columns=first)
     with pd.option_context("display.unicode.east_asian_width", True):
-        _print(
-            shown.to_string(
-                float_format=lambda value: number(value, 6), na_rep="", line_width=width()
-            )
+        text = indexed.to_string(
+            float_format=lambda value: number(value, 6),
+            na_rep="",
+            line_width=width(),
         )
+    _print(text)
 
 
 def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | None) -> Path | None:
-    """Refuse a file that cannot be written, or must stay, before the work is done.
+    """Refuse an output file that cannot or must not be written, before the work is done.
 
     Args:
-        path: The file to write, which may be there if it is ours; None for none.
-        suffixes: Those of the formats that can be written.
+        path: The file to write, if any. An existing file must be a result of pymoo-psi.
+        suffixes: Suffixes of the formats that can be written.
         inputs: Files that are read.
 
     Returns:
         The absolute path, which stays right if a model changes the working directory.
 
     Raises:
-        ArgumentValueError: The file has another suffix, is one of the inputs, or of others.
-        OSError: Its folder is not there, or nothing can be written to it.
+        ArgumentValueError: The file has another suffix, is an input, or is no result of pymoo-psi.
+        OSError: Its folder does not exist or cannot be written to.
     """
     if path is None:
         return None
-    # Resolved, as a link to the input is the input.
-    if any(given is not None and path.resolve() == given.resolve() for given in inputs):
-        raise invalid("--out", "another file than the one that is read", str(path))
+    for source in inputs:
+        # Resolved, as a link to an input is the input.
+        if source is not None and source.resolve() == path.resolve():
+            raise invalid("--out", "another file than the one that is read", str(path))
     if path.suffix.lower() not in suffixes:
         raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
-    # An older study is refused when it is to be written.
+    # An existing study is refused when it is written.
     if path.suffix.lower() != ".db" and path.exists() and not _is_ours(path):
         rule = "a new file, or one that pymoo-psi has written"
         raise invalid("--out", rule, str(path), "choose another name, or remove the file first")
@@ -99,7 +107,7 @@ def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | N
 
 
 def _is_ours(path: Path) -> bool:
-    """Return whether we have written a file, or it is empty: a later result may take its place."""
+    """Return whether a file is empty or a result of pymoo-psi, which a new one may replace."""
     if is_zipfile(path):
         with ZipFile(path) as workbook, suppress(KeyError):
             return b">pymoo-psi<" in workbook.read("docProps/core.xml")
@@ -111,11 +119,11 @@ def _is_ours(path: Path) -> bool:
 
 
 def results_folder(out: Path) -> Path:
-    """Make a folder for results, and return its absolute path.
+    """Make a folder for results and return its absolute path.
 
     Raises:
-        ArgumentValueError: It is a file.
-        OSError: Nothing can be written there.
+        ArgumentValueError: The path is a file.
+        OSError: The folder cannot be written to.
     """
     if out.exists() and not out.is_dir():
         raise invalid("--out", "a folder", Received(f"the file {out}"))
@@ -123,26 +131,33 @@ def results_folder(out: Path) -> Path:
     return _writable(out.absolute(), out)
 
 
-def _writable(folder: Path, shown: Path) -> Path:
-    """Return a folder; refuse one that cannot be written to, by an error about what is shown."""
+def _writable(folder: Path, path: Path) -> Path:
+    """Return a folder in which files can be made, or raise an error about ``path``."""
     try:
-        with TemporaryFile(dir=folder):  # rights alone do not tell of file systems
-            pass
-    except OSError as error:  # it names the trial's file, which tells the user nothing
-        remedy = "" if folder.exists() else f"; make the folder {folder} first"
-        raise OSError(error.errno, f"{error.strerror}{remedy}", str(shown)) from None
-    return folder
+        with TemporaryFile(dir=folder):  # access rights do not tell of read-only file systems
+            return folder
+    except OSError as error:  # it names the temporary file, which the user has never seen
+        message = error.strerror
+        if not folder.exists():
+            message = f"{message}; make the folder {folder} first"
+        raise OSError(error.errno, message, str(path)) from None
 
 
 def write_frame(
     frame: pd.DataFrame, path: Path, layout: Layout | None = None, chosen: tuple[str, ...] = ()
 ) -> None:
-    """Write a frame as CSV or .xlsx, whole or not at all, missing cells blank and no formula in it.
+    """Write a frame as CSV or .xlsx, whole or not at all, with blanks for missing values.
 
-    With the layout of designs, it says what these are, unless the names of the columns do, and
-    which is chosen and why.
+    Args:
+        frame: The rows. Texts are never written as formulas.
+        path: The file.
+        layout: The roles of the columns, if the rows are designs. They are written with the rows,
+            unless the names of the columns tell them.
+        chosen: Name of the chosen design and the reason, or nothing.
     """
-    numbers = [*frame.select_dtypes(["number", "bool"])]
-    head = {} if layout is None else designs_head(layout, [*frame], numbers, chosen)
-    blank = frame.astype(object).where(frame.notna(), None)  # of whole numbers, too
-    write_table(path, {str(name): column for name, column in blank.items()}, head)
+    head: dict[str, Any] = {}
+    if layout is not None:
+        numeric = [*frame.select_dtypes(["number", "bool"])]
+        head = designs_head(layout, [*frame], numeric, chosen)
+    blanked = frame.astype(object).where(frame.notna(), None)  # integer columns, too
+    write_table(path, {str(name): column for name, column in blanked.items()}, head)

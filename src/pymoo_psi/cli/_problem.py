@@ -1,4 +1,4 @@
-"""From the word after ``solve`` to a problem: a test problem, a class, a program's TOML file."""
+"""From the argument PROBLEM to a problem: a test problem, a class, or a program's TOML file."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import importlib
 import inspect
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -35,7 +35,8 @@ from pymoo_psi.problems import (
     problem_name,
 )
 
-_WRAPPED = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
+_REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
+_TRIALS = 1000  # designs that are tried against the requirements
 
 
 def load_problem(
@@ -46,76 +47,75 @@ def load_problem(
     box: Sequence[str] = (),
     log: Sequence[str] = (),
 ) -> Problem:
-    """Return the problem that a word names, ready to be evaluated by ``jobs`` processes.
+    """Return the problem of a name, ready to be evaluated by ``jobs`` processes.
 
-    Options that the running command does not know are arguments of the problem.
+    Options that the running command does not have are arguments of the problem.
 
     Args:
         name: ``chute``, a name known to ``pymoo.problems.get_problem``, the file of a program, or
-            ``module:attribute`` where the attribute is a problem, or a class or function that gives
-            one. The working directory is searched for the module first.
+            ``module:attribute`` where the attribute is a problem, or a class or function that
+            returns one. The working directory is searched for the module first.
         jobs: Processes for a problem that evaluates one design at a time; others use one.
-        timeout: Seconds that a design of such a problem may take, if there is a limit.
-        box: The part of its bounds that is meant, as it is typed; the whole unless given.
-        log: Variables of logarithmic scale; those that the problem names unless given.
+        timeout: Seconds allowed for a design of such a problem, if limited.
+        box: Entries of ``--box``, which narrow the bounds.
+        log: Variables on a logarithmic scale; by default those that the problem names.
 
     Raises:
-        PsiError: There is no such problem, or it cannot be made, or not be given a time limit.
+        PsiError: There is no such problem, it cannot be constructed, or it cannot have a time
+            limit.
     """
     jobs = job_count("--jobs", jobs)
     if timeout is not None:
         positive_number("--timeout", timeout)
+    source = _source(name)
+    if timeout is not None and name.endswith(".toml"):
+        # The program's own limit, so that its folder is kept and named in the reason.
+        source.program = replace(source.program, timeout=timeout)
+        timeout = None
+    problem = _construct(name, source)
+    _check(name, problem, log)
+    _set_runner(problem, jobs, timeout)
+    if not box:
+        return problem
+    return Restricted(problem, _box_in(box, problem))
+
+
+def _source(name: str) -> Any:
+    """Return the class, function or problem of a name."""
     if name == "chute":
-        kind: Any = VectorizedSphereChute
-    elif name.endswith(".toml"):
-        kind = ProgramProblem.from_toml(Path(name).expanduser())
-        if timeout is not None:  # so its folder is kept, and named in the reason
-            kind.program, timeout = replace(kind.program, timeout=timeout), None
-    else:
-        kind = _attribute(name) if ":" in name else _test_problem(name)
-    problem = _made(name, kind)
-    if problem.n_var < 1:  # pymoo's -1 of a problem that names none
-        raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
-    try:
-        if log:
-            problem.log = names_in(log)
-        problem_layout(problem, design_space(problem))
-    except (ArgumentValueError, ArgumentTypeError) as error:
-        raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
-    if problem.elementwise and (jobs != 1 or timeout is not None):
-        # A model may end its process, and must not end this one.
-        problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
-    elif timeout is not None:
-        shown = Received(f"{problem_name(problem)}, which takes many at once")
-        rule = "a problem that evaluates one design at a time where --timeout is given"
-        raise invalid("PROBLEM", rule, shown)
-    return Restricted(problem, _box_in(box, problem)) if box else problem
+        return VectorizedSphereChute
+    if name.endswith(".toml"):
+        return ProgramProblem.from_toml(Path(name).expanduser())
+    if ":" in name:
+        return _attribute(name)
+    return _test_problem(name)
 
 
 def _test_problem(name: str) -> type[Problem]:
     """Return the class of a test problem of pymoo."""
     from pymoo.problems import get_problem, many, multi, single
 
-    # pymoo's names are mostly those of the classes; its own list of them cannot be read.
-    classes = {
-        found.__name__.lower(): found
-        for module in (single, multi, many)
-        for found in vars(module).values()
-        if isinstance(found, type) and issubclass(found, Problem)
-    }
+    # The names that get_problem knows are mostly those of the classes; it does not list them.
+    classes: dict[str, type[Problem]] = {}
+    for module in (single, multi, many):
+        for value in vars(module).values():
+            if isinstance(value, type) and issubclass(value, Problem):
+                classes[value.__name__.lower()] = value
     try:
         return classes.get(name.lower()) or type(get_problem(name))
     except Exception as error:  # pymoo raises bare exceptions of many kinds here
-        near = difflib.get_close_matches(name.lower(), ["chute", *classes], n=1)
-        remedy = f"did you mean {near[0]!r}?" if near else f"pymoo says: {error}"
+        remedy = f"pymoo says: {error}"
+        similar = difflib.get_close_matches(name.lower(), ["chute", *classes], n=1)
+        if similar:
+            remedy = f"did you mean {similar[0]!r}?"
         if name.endswith(".py"):
-            remedy = f"of a class Beam in it say {name.removesuffix('.py')}:Beam"
+            remedy = f"for a class Beam in it write {name.removesuffix('.py')}:Beam"
         forms = "'chute', a pymoo test problem such as 'zdt1', module:attribute, or a FILE.toml"
         raise invalid("PROBLEM", forms, name, remedy) from error
 
 
 def _attribute(name: str) -> Any:
-    """Return what ``module:attribute`` names."""
+    """Return the value of ``module:attribute``."""
     module, _, attribute = name.partition(":")
     if "" not in sys.path:  # an installed command has its own folder there, not the user's
         sys.path.insert(0, "")
@@ -123,106 +123,167 @@ def _attribute(name: str) -> Any:
         value: Any = importlib.import_module(module)
         for part in attribute.split("."):
             value = getattr(value, part)
-    except PsiError:  # its message stands for itself
+        return value
+    except PsiError:  # its message is complete
         raise
-    # Whatever the user's module does: its sys.exit() would end this command with a code of its own.
+    # A user's module may do anything; its sys.exit() would end this command with another code.
     except (Exception, SystemExit) as error:
-        reason = f"{type(error).__name__}: {error}"
+        remedy = f"{type(error).__name__}: {error}"
         if "/" in module or module.endswith(".py"):  # a file, which is no module's name
             path = Path(module)
-            reason = f"say {path.stem}:{attribute} in the folder {path.parent}"
-        raise invalid("PROBLEM", "a module:attribute that gives a problem", name, reason) from error
-    return value
+            remedy = f"write {path.stem}:{attribute} in the folder {path.parent}"
+        rule = "a module:attribute that gives a problem"
+        raise invalid("PROBLEM", rule, name, remedy) from error
 
 
-def _made(name: str, kind: Any) -> Problem:
-    """Return the problem that a class or function makes with options, or the problem itself.
+def _construct(name: str, source: Any) -> Problem:
+    """Return the problem that a class or function returns, or the problem itself.
 
     Args:
-        name: What was typed for it.
-        kind: The class, function or problem.
+        name: The argument PROBLEM.
+        source: The class, function or problem.
     """
-    context, known = click.get_current_context(), _arguments(kind)
-    # The command's own options are here for their names, one of which may be meant.
-    own = [each for each in context.command.params if isinstance(each, click.Option)]
-    more = [click.Option([f"--{word.replace('_', '-')}", word]) for word in known]
+    names: list[str] = []
+    if callable(source) and not isinstance(source, Problem):
+        names = _argument_names(source)
+    arguments = _arguments(name, names)
+    problem = source
     try:
-        parsed = click.Command(name, params=[*own, *more]).make_context(name, context.args)
-    except click.UsageError as error:
-        taken = ", ".join(each.opts[0] for each in more) or "none"
-        message = error.format_message().rstrip(".")
-        raise PsiError(f"{message}; arguments of {name}: {taken}") from None
-    values = {word: _value_in(parsed.params[word]) for word in known if parsed.params[word]}
-    try:
-        problem = kind if isinstance(kind, Problem) else kind(**values)
+        if not isinstance(source, Problem):
+            problem = source(**arguments)
         if isinstance(problem, Problem):
-            problem_name(problem)  # the user's too, and needed in messages later on
+            problem_name(problem)  # which messages need; it may be a method of the user's
     except PsiError:
         raise
     except (Exception, SystemExit) as error:
-        reason = f"{type(error).__name__}: {error}"
-        reason += f"; its arguments: {', '.join(known)}" if known else f"; {_WRAPPED}"
-        raise invalid("PROBLEM", "one that can be made", name, reason) from error
+        remedy = _REMEDY
+        if names:
+            remedy = f"its arguments: {', '.join(names)}"
+        reason = f"{type(error).__name__}: {error}; {remedy}"
+        raise invalid("PROBLEM", "one that can be constructed", name, reason) from error
     if not isinstance(problem, Problem):
-        received = f"got {problem!r:.80}; {_WRAPPED}"
+        received = f"got {problem!r:.80}; {_REMEDY}"
         raise ArgumentTypeError(f"PROBLEM {name} must give a pymoo Problem, {received}")
     return problem
 
 
-def _value_in(text: str) -> Any:
-    """Return what a text is in Python, such as a number or a list, or the text itself."""
+def _argument_names(source: Callable[..., Any]) -> list[str]:
+    """Return the names of the arguments of a class or function, including those it passes on."""
+    if inspect.isbuiltin(source):
+        return []
+    functions: list[Callable[..., Any]] = [source]
+    if isinstance(source, type):
+        # A class passes its **kwargs on to its base. The arguments of pymoo's base classes are no
+        # options of users.
+        functions = []
+        for base in source.__mro__:
+            if "__init__" in vars(base) and base.__module__ != Problem.__module__:
+                functions.append(vars(base)["__init__"])
+    names: dict[str, None] = {}  # in order, without repeats
+    for function in functions:
+        parameters = inspect.signature(function).parameters.values()
+        for parameter in parameters:
+            if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
+                names[parameter.name] = None
+        if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
+            break
+    names.pop("self", None)
+    return list(names)
+
+
+def _arguments(problem: str, names: Sequence[str]) -> dict[str, Any]:
+    """Return the arguments of a problem by name from the options that the command does not have."""
+    context = click.get_current_context()
+    # With the command's own options click can suggest one of them for a misspelt name.
+    options = [param for param in context.command.params if isinstance(param, click.Option)]
+    added = [click.Option([f"--{name.replace('_', '-')}", name]) for name in names]
+    command = click.Command(problem, params=[*options, *added])
+    try:
+        texts = command.make_context(problem, context.args).params
+    except click.UsageError as error:
+        message = error.format_message().rstrip(".")
+        listed = ", ".join(option.opts[0] for option in added) or "none"
+        raise PsiError(f"{message}; arguments of {problem}: {listed}") from None
+    arguments = {}
+    for name in names:
+        if texts[name]:
+            arguments[name] = _literal(texts[name])
+    return arguments
+
+
+def _literal(text: str) -> Any:
+    """Return the Python value of a text, such as a number or a list, or the text itself."""
     try:
         return ast.literal_eval(text.strip())
     except (ValueError, SyntaxError):
         return text
 
 
-def _arguments(kind: Any) -> list[str]:
-    """Return the names of the arguments of a class or function, also those it passes on."""
-    if isinstance(kind, Problem) or not callable(kind) or inspect.isbuiltin(kind):
-        return []
-    # What a class takes as **kwargs goes to its base, up to pymoo's, whose are no user's options.
-    calls = [kind]
-    if isinstance(kind, type):
-        bases = [each for each in kind.__mro__ if each.__module__ != Problem.__module__]
-        calls = [vars(each)["__init__"] for each in bases if "__init__" in vars(each)]
-    names: list[str] = []
-    for call in calls:
-        parameters = inspect.signature(call).parameters.values()
-        names += [p.name for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
-        if not any(p.kind is p.VAR_KEYWORD for p in parameters):
-            break
-    return [name for name in dict.fromkeys(names) if name != "self"]
+def _check(name: str, problem: Problem, log: Sequence[str]) -> None:
+    """Set the logarithmic variables of a problem and refuse a problem that cannot be searched."""
+    if problem.n_var < 1:  # pymoo's -1 if a problem gives none
+        raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
+    try:
+        if log:
+            problem.log = names_in(log)
+        problem_layout(problem, design_space(problem))
+    except (ArgumentValueError, ArgumentTypeError) as error:
+        raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
+
+
+def _set_runner(problem: Problem, jobs: int, timeout: float | None) -> None:
+    """Make a problem evaluate its designs in ``jobs`` processes, within the time limit."""
+    if not problem.elementwise and timeout is not None:
+        received = Received(f"{problem_name(problem)}, which takes many at once")
+        rule = "a problem that evaluates one design at a time if --timeout is given"
+        raise invalid("PROBLEM", rule, received)
+    if problem.elementwise and (jobs != 1 or timeout is not None):
+        # In other processes, as a model may end its own.
+        problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
 
 
 def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
-    """Return a part of the bounds as :class:`~pymoo_psi.Restricted` takes it.
+    """Return narrowed bounds as :class:`~pymoo_psi.Restricted` takes them.
 
-    Each entry is ``name=lower:upper``, of which either may be missing, ``name=value``, or for a
-    choice ``name=option|option``.
+    Each entry is ``name=lower:upper``, where one of the two may be missing, ``name=value``, or for
+    a choice ``name=option|option``.
     """
-    variables = {v.title: v for v in design_space(problem).variables}
+    variables = {variable.title: variable for variable in design_space(problem).variables}
     form = "variable=lower:upper or variable=value"
     box: dict[str, Any] = {}
     for name, text in pairs_in("--box", entries, form, variables).items():
         kind = variables[name].kind
         if kind is Kind.CHOICE:
-            words = {str(option): option for option in variables[name].options}
-            box[name] = [words.get(word, word) for word in text.split("|")]
+            options = {str(option): option for option in variables[name].options}
+            box[name] = [options.get(word, word) for word in text.split("|")]
         elif kind is Kind.BINARY:
-            box[name] = _value_in(text)
+            box[name] = _literal(text)
         else:
-            ends = [number_in("--box", e, form) if e.strip() else None for e in text.split(":")]
-            box[name] = tuple(ends) if len(ends) > 1 else ends[0]
+            box[name] = _interval_in(text, form)
     return box
 
 
+def _interval_in(text: str, form: str) -> Any:
+    """Return a number, or for ``lower:upper`` two, with None for a missing one."""
+    if ":" not in text:
+        return number_in("--box", text, form)
+    ends: list[float | None] = []
+    for end in text.split(":"):
+        if end.strip():
+            ends.append(number_in("--box", end, form))
+        else:
+            ends.append(None)
+    return tuple(ends)
+
+
 def write_example(name: str) -> int:
-    """Write the commented example of a program's file, unless there is a file already."""
+    """Write the commented example of a program's file, unless the file exists."""
     path = Path(name).expanduser()
-    if path.suffix != ".toml" or path.exists():
-        remedy = "it is not overwritten" if path.exists() else "give it the suffix .toml"
-        raise invalid("--new", "used with a new file, such as bracket.toml", name, remedy)
+    rule = "used with a new file, such as bracket.toml"
+    if path.exists():
+        raise invalid("--new", rule, name, "it is not overwritten")
+    if path.suffix != ".toml":
+        raise invalid("--new", rule, name, "give it the suffix .toml")
     text = files("pymoo_psi.problems").joinpath("program.toml").read_text(encoding="utf-8")
     path.write_text(text.replace("bracket", path.stem), encoding="utf-8")
     say(f"{path} written. Edit it; then: pymoo-psi solve {shlex.quote(name)} --try")
@@ -230,38 +291,65 @@ def write_example(name: str) -> int:
 
 
 def try_program(name: str, problem: Any, points: int) -> int:
-    """Run a program once, in the middle of the bounds, and show all of it.
+    """Run a program once, for a design in the middle of the bounds, and print every step.
+
+    Args:
+        name: The argument PROBLEM, a TOML file.
+        problem: The problem of the program.
+        points: Number of designs that the suggested next command has.
 
     Returns:
         0, or 1 if something is wrong.
     """
     if not isinstance(getattr(problem, "wrapped", problem), ProgramProblem):
         raise invalid("--try", "used with the FILE.toml of a program", problem_name(problem))
-    space = design_space(problem)
-    units = np.random.default_rng(0).random((1000, len(space.searched)))
-    units[0] = 0.5
-    designs = space.matrix(units)
-    met = (Required(problem).amounts(designs) <= 0).all(axis=1)
-    if not met.any():
-        raise PsiError("[requirements]: none of 1000 designs meets them; widen bounds or rules")
-    row = int(met.argmax())
-    where = "The middle of the bounds" if row == 0 else "A design that meets the requirements"
-    design = dict(zip(problem.variables, designs[row].tolist(), strict=True))
-    labels = {n: f"{n} [{unit}]" for n, unit in problem.units.items()}
-    say(f"{where}: {', '.join(f'{labels.get(n, n)} = {v}' for n, v in design.items())}")
+    labels = {column: f"{column} [{unit}]" for column, unit in problem.units.items()}
+    design = _trial_design(problem, labels)
     run = problem.run(design, keep=True)
     say(f"Command: {shlex.join(run.words)}")
     say(f"Folder: {run.folder}")
-    for file, written in run.written.items():
-        filled = [f"{k} is {'no variable' if k == text else text}" for k, text in written.items()]
-        say(f"In {file}: {', '.join(filled) or 'no placeholder'}")
-    outputs = problem.outputs.items()
-    rows = [(labels.get(n, n), run.outputs.get(n, ""), o.file or o.expression) for n, o in outputs]
+    for file, texts in run.written.items():
+        say(f"In {file}: {_placeholders(texts)}")
+    rows = []
+    for output, place in problem.outputs.items():
+        value = run.outputs.get(output, "")
+        rows.append((labels.get(output, output), value, place.file or place.expression))
     print_frame(pd.DataFrame(rows, columns=["output", "value", "from"]), "Outputs:")
     say(f"Took {run.seconds:.1f} s.")
     if run.flaw:
         say(f"Wrong: {run.flaw}")
         return 1
-    more = f"--points {points} --study {shlex.quote(f'{Path(name).stem}.db')}"
-    say(f"Nothing is wrong; next: pymoo-psi solve {shlex.quote(name)} {more}")
+    study = shlex.quote(f"{Path(name).stem}.db")
+    command = f"pymoo-psi solve {shlex.quote(name)} --points {points} --study {study}"
+    say(f"Nothing is wrong; next: {command}")
     return 0
+
+
+def _trial_design(problem: Any, labels: Mapping[str, str]) -> dict[str, Any]:
+    """Return the middle of the bounds, or a random design that meets the requirements; print it."""
+    space = design_space(problem)
+    units = np.random.default_rng(0).random((_TRIALS, len(space.searched)))
+    units[0] = 0.5
+    designs = space.matrix(units)
+    allowed = (Required(problem).amounts(designs) <= 0).all(axis=1)
+    if not allowed.any():
+        trials = f"none of {_TRIALS} designs meets them"
+        raise PsiError(f"[requirements]: {trials}; widen bounds or relax rules")
+    row = int(allowed.argmax())
+    title = "The middle of the bounds"
+    if row > 0:
+        title = "A design that meets the requirements"
+    design = dict(zip(problem.variables, designs[row].tolist(), strict=True))
+    values = [f"{labels.get(name, name)} = {value}" for name, value in design.items()]
+    say(f"{title}: {', '.join(values)}")
+    return design
+
+
+def _placeholders(texts: Mapping[str, str]) -> str:
+    """Return what replaces the placeholders of an input file."""
+    replaced = []
+    for placeholder, text in texts.items():
+        if text == placeholder:
+            text = "no variable"
+        replaced.append(f"{placeholder} is {text}")
+    return ", ".join(replaced) or "no placeholder"
