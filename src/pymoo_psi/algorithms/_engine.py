@@ -35,7 +35,6 @@ from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import JoblibRunner, Result, Values, Waiting, active_workers, in_parallel
 from pymoo_psi.problems import (
     DesignSpace,
-    Required,
     columns_of_values,
     design_space,
     evaluate_designs,
@@ -45,6 +44,7 @@ from pymoo_psi.problems import (
     stream_designs,
     streams,
     untolerant,
+    without_requirements,
 )
 from pymoo_psi.study import LAST
 from pymoo_psi.table import (
@@ -123,7 +123,7 @@ class Engine:
         method: str = "",
     ) -> None:
         self.problem = required(untolerant(problem), options.requirements)
-        self.model = self.problem.wrapped if isinstance(self.problem, Required) else self.problem
+        self.model = without_requirements(self.problem)
         names = mapping("names", options.names or {}, "names such as f1 to your own")
         default = {own: name for name, own in names.items()}
         log = options.log if options.log is None else [default.get(n, n) for n in options.log]
@@ -282,7 +282,7 @@ class Engine:
                 stored = self.store.recall(numbers)
             self._put(stored, len(stored), None, called=False)
             rows = rows[~np.isin(numbers, stored.numbers)]
-        if isinstance(self.problem, Required) and len(rows):
+        if self.problem is not self.model and len(rows):
             unmet = (self.amounts(self.points.at(rows).matrix(self.space)) > 0).any(axis=1)
             self.problem.n_not_run += int(unmet.sum())
             self._put_known([(row, {"failure": ""}) for row in rows[unmet].tolist()])
@@ -294,7 +294,7 @@ class Engine:
 
     def _points_to_fill(self, n_points: int, options: RunOptions) -> int:
         """Return how many points it takes until so many meet the requirements."""
-        if not isinstance(self.problem, Required):
+        if self.problem is self.model:
             return n_points
         n_dim = len(self.space.searched)
         if not options.sampling_in(n_dim).extendable or options.share:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import count, islice
 from typing import Any
 
@@ -16,14 +17,16 @@ from pymoo_psi.algorithms._run import Points, run_options, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Values
 from pymoo_psi.problems import (
-    FailureTolerant,
     WrappedProblem,
     columns_of_values,
+    known_expressions,
     leave_failed_out,
     problem_name,
     require_problem,
     required,
     seed_ties,
+    tolerance_outside,
+    tolerates_failures,
 )
 from pymoo_psi.table import TestTable, design_keys, design_matrix
 
@@ -97,7 +100,8 @@ class Recorded(WrappedProblem):
         if run.study is None:
             raise wrong_type("study", "the name of a file", None)
         require_problem(problem)
-        self._tolerant = problem if isinstance(problem, FailureTolerant) else None
+        problem = tolerance_outside(problem)
+        self._tolerant = problem if tolerates_failures(problem) else None
         problem = self._tolerant or required(problem)
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         self._model = problem.wrapped if self._tolerant else problem
@@ -109,6 +113,11 @@ class Recorded(WrappedProblem):
         self._answers = _Answers()
         self._read()
         self.n_evaluated = 0
+
+    @property
+    def known_expressions(self) -> Mapping[str, Any]:
+        """Those of the wrapped problem: the columns are the same."""
+        return known_expressions(self.wrapped)
 
     @property
     def table(self) -> TestTable:
@@ -163,7 +172,7 @@ class Recorded(WrappedProblem):
                 remedy = "evaluate the problem within for gradients and other values"
                 raise invalid("return_values_of", rule, name, remedy)
         if self._tolerant is not None:
-            return self._tolerant.tolerated(X, out, return_values_of)
+            return dict(self._tolerant.tolerated(X, out, return_values_of))
         for x, reason in zip(X, out.pop("failure"), strict=True):
             if reason:
                 raise EvaluationError(x, reason)

@@ -19,10 +19,9 @@ from pymoo_psi._validation import boolean, integer
 from pymoo_psi.algorithms._engine import by_number
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded, propose
 from pymoo_psi.algorithms._psi import PSI
-from pymoo_psi.algorithms._recorded import Recorded
 from pymoo_psi.algorithms._run import Points
 from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
-from pymoo_psi.problems import ProgramProblem, Required
+from pymoo_psi.problems import known_expressions
 from pymoo_psi.study import LAST
 from pymoo_psi.table import Limits, TestTable, bounds_of, lacking
 
@@ -216,14 +215,12 @@ class SurrogatePSI(PSI):
                 j = names.index(name)
                 low[j], high[j] = space.searched[j].between(least, greatest)
         goal = Goal(n_obj, bounds, low, high, self._required, partial(encoded, space))
-        while isinstance(problem, (Recorded, Required)):
-            problem = problem.wrapped
-        outputs = problem.outputs if isinstance(problem, ProgramProblem) else {}
+        expressions = known_expressions(problem)
         # Expressions are not learned, but the outputs of the program that they are made of.
-        used = {name for output in outputs.values() for name in output.names}
+        used = {name for output in expressions.values() for name in output.names}
         if not used:
             return goal, further
-        made = [n for n in used if n in layout.outputs and not outputs[n].expression]
+        made = [n for n in used if n in layout.outputs and n not in expressions]
         places = {n: known + len(further) + j for j, n in enumerate(sorted(made))}
         places |= {n: j for j, n in enumerate(problem.objectives)}
 

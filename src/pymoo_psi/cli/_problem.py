@@ -31,6 +31,7 @@ from pymoo_psi.problems import (
     Restricted,
     VectorizedSphereChute,
     design_space,
+    layers,
     problem_layout,
     problem_name,
 )
@@ -301,7 +302,7 @@ def try_program(name: str, problem: Any, points: int) -> int:
     Returns:
         0, or 1 if something is wrong.
     """
-    if not isinstance(getattr(problem, "wrapped", problem), ProgramProblem):
+    if not isinstance(layers(problem)[-1], ProgramProblem):
         raise invalid("--try", "used with the FILE.toml of a program", problem_name(problem))
     labels = {column: f"{column} [{unit}]" for column, unit in problem.units.items()}
     design = _trial_design(problem, labels)

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, collection, invalid, known_name, mapping, wrong_type
-from pymoo_psi.problems._pymoo import own_parameters, problem_name
+from pymoo_psi.problems._pymoo import problem_name
+from pymoo_psi.problems._wrapped import layers
 
 if TYPE_CHECKING:
     from pymoo_psi.table import Layout
@@ -20,6 +24,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _CLASSES = {Real: Kind.REAL, Integer: Kind.INTEGER, Binary: Kind.BINARY, Choice: Kind.CHOICE}
+_LONGEST = 1000  # characters of a constant of a model that a study shows
 _TYPES = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
 
 
@@ -309,6 +314,38 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
         "equality constraints": int(problem.n_eq_constr),
         "parameters": own_parameters(problem),
     }
+
+
+def own_parameters(problem: Any) -> dict[str, Any]:
+    """Return what ``fingerprint()`` of a problem returns, or numbers and texts it was made with.
+
+    These are the arguments of its classes that it keeps as attributes of the same name, or with an
+    underscore before it, but for default values and what pymoo's ``Problem`` takes. A text that is
+    a path says where, not what.
+    """
+    if callable(own := getattr(problem, "fingerprint", None)):
+        return dict(own())
+    problem = layers(problem)[-1]
+    classes = [c for c in reversed(type(problem).__mro__) if issubclass(c, Problem)]
+    parameters = {n: p for c in classes for n, p in inspect.signature(c).parameters.items()}
+    found = {}
+    for name in [n for n in parameters if n not in inspect.signature(Problem).parameters]:
+        default = parameters[name].default
+        value = getattr(problem, name, getattr(problem, f"_{name}", default))
+        value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+        if _is_plain(value) and value != default:
+            text = repr(value)
+            long = len(text) > _LONGEST
+            found[name] = hashlib.sha256(text.encode()).hexdigest()[:16] if long else value
+    return found
+
+
+def _is_plain(value: Any) -> bool:
+    if isinstance(value, (list, tuple)):
+        return all(map(_is_plain, value))
+    return isinstance(value, (bool, int, float)) or (
+        isinstance(value, str) and not {"/", "\\"} & {*value}
+    )
 
 
 def _variables(problem: Any) -> Iterator[Variable]:

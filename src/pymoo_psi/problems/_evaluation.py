@@ -27,8 +27,11 @@ from pymoo_psi.parallel import (
     same_folder,
 )
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._requirements import Required
-from pymoo_psi.problems._transformed import Transformed
+from pymoo_psi.problems._wrapped import (
+    WrappedProblem,
+    changes_designs_only,
+    uses_wrapped_values,
+)
 
 # A call for many designs that raises says nothing of any of them. They are evaluated again in
 # parts of this size, and those of a part that raises, one by one: 64 designs so take at most 128
@@ -60,14 +63,12 @@ def evaluate_designs(
     Raises:
         EvaluationError: A design failed and ``stop`` is true.
     """
-    if isinstance(problem, (Required, Transformed)):
+    if uses_wrapped_values(problem):
 
         def within(designs: Any) -> dict[str, Any]:
             return evaluate_designs(problem.wrapped, designs, *args, stop=stop, **kwargs)
 
-        if isinstance(problem, Transformed):
-            return within(problem.original(X))
-        values = problem.spread(X, within)
+        values: dict[str, Any] = problem.values_from(X, within)
         reasons = values.get("failure", [None] * len(X))
         return values | {"failure": np.array([reason or "" for reason in reasons], dtype=object)}
     model = _Model(problem, args, kwargs, stop)
@@ -89,7 +90,7 @@ def streams(problem: Any) -> bool:
     Others are evaluated in batches: by a vectorised model, a runner that is not ours, or where a
     callback of the problem expects batches.
     """
-    while isinstance(problem, Transformed):
+    while changes_designs_only(problem):
         problem = problem.wrapped
     runner = type(problem.elementwise_runner)
     return bool(
@@ -138,9 +139,9 @@ class _Model:
     """What a runner runs: pymoo's function, with checked values or the reason for none."""
 
     def __init__(self, problem: Any, args: Any, kwargs: Any, stop: bool) -> None:
-        self.transformed: list[Transformed] = []
-        while isinstance(problem, Transformed):
-            self.transformed.append(problem)
+        self.wrappers: list[WrappedProblem] = []
+        while changes_designs_only(problem):
+            self.wrappers.append(problem)
             problem = problem.wrapped
         self.problem, self.args, self.kwargs, self.stop = problem, args, kwargs, stop
         self.sizes = _sizes(problem)
@@ -150,8 +151,8 @@ class _Model:
         """Return the values of one design, as arrays of their own."""
         try:
             design = x
-            for outer in self.transformed:
-                design = outer.original(design)
+            for wrapper in self.wrappers:
+                design = wrapper.designs_within(design)
             raw = self.function(copy.copy(design))
             row = {n: _floats(x, n, raw.get(n), (size,)) for n, size in self.sizes.items()}
             if flaw := _flaw(row):

@@ -15,9 +15,14 @@ from pymoo_psi._validation import known_name
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
-from pymoo_psi.problems._pymoo import WrappedProblem, require_problem, seed_ties
+from pymoo_psi.problems._pymoo import require_problem, seed_ties
 from pymoo_psi.problems._requirements import required
-from pymoo_psi.problems._transformed import Restricted
+from pymoo_psi.problems._wrapped import (
+    WrappedProblem,
+    layers,
+    tolerates_failures,
+    uses_wrapped_values,
+)
 
 Mask = NDArray[np.bool_]
 
@@ -74,6 +79,8 @@ class FailureTolerant(WrappedProblem):
         >>> [failure.design for failure in problem.failures]
         [array([-0.25])]
     """
+
+    tolerates_failures = True
 
     def __init__(self, problem: Any, *, failed_as: str = "constraint") -> None:
         require_problem(problem)
@@ -149,12 +156,27 @@ def _set_optimum(algorithm: Any, **kwargs: Any) -> None:
 
 
 def untolerant(problem: Any) -> Any:
-    """Return the problem within a ``FailureTolerant``, also within a part of one.
+    """Return a problem without the ``FailureTolerant`` around it or within its wrappers.
 
     PSI records failures itself, in its table: there no constraint is to be added for them.
     """
-    if isinstance(problem, FailureTolerant):
+    if tolerates_failures(problem):
         return problem.wrapped
-    if isinstance(problem, Restricted) and isinstance(problem.wrapped, FailureTolerant):
-        return Restricted(problem.wrapped.wrapped, problem.box)
-    return problem
+    if not uses_wrapped_values(problem):  # Robust counts the scenarios that fail
+        return problem
+    inner = untolerant(problem.wrapped)
+    if inner is problem.wrapped:
+        return problem
+    return problem.around(inner)
+
+
+def tolerance_outside(problem: Any) -> Any:
+    """Return a problem with the ``FailureTolerant`` within its wrappers moved around them.
+
+    Failures are noted in the same list as before.
+    """
+    plain = untolerant(problem)
+    if plain is problem or tolerates_failures(problem):
+        return problem
+    tolerant = next(filter(tolerates_failures, layers(problem)))
+    return tolerant.around(required(plain))

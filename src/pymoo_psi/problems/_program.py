@@ -470,6 +470,11 @@ class ProgramProblem(NamedProblem):
         if wrong:
             raise RunError("; ".join(wrong))
 
+    @property
+    def known_expressions(self) -> dict[str, Output]:
+        """The outputs that are computed by expressions, by name."""
+        return {name: output for name, output in self.outputs.items() if output.expression}
+
     def computed(self, columns: Mapping[str, Any]) -> dict[int, Any]:
         """Return the objectives and constraints that are expressions, by their place among all.
 

@@ -1,9 +1,8 @@
-"""What pymoo leaves open: problems around others, unchecked arguments, unseeded ties, reprs."""
+"""What pymoo leaves open: unchecked arguments, unseeded ties, names that are methods."""
 
 from __future__ import annotations
 
 import difflib
-import hashlib
 import inspect
 from collections.abc import Callable, Collection, Mapping
 from functools import partial
@@ -21,7 +20,6 @@ OF_A_MODEL = (
     *("n_var", "n_obj", "n_ieq_constr", "n_eq_constr", "xl", "xu"),
     *("vtype", "vars", "elementwise"),
 )
-_LONGEST = 1000  # characters of a constant of a model that a study shows
 
 
 def require_known_keywords(
@@ -82,39 +80,6 @@ def problem_name(problem: Any) -> str:
     return str((name() if callable(name) else name) or type(problem).__name__)
 
 
-def own_parameters(problem: Any) -> dict[str, Any]:
-    """Return what ``fingerprint()`` of a problem returns, or numbers and texts it was made with.
-
-    These are the arguments of its classes that it keeps as attributes of the same name, or with an
-    underscore before it, but for default values and what pymoo's ``Problem`` takes. A text that is
-    a path says where, not what.
-    """
-    if callable(own := getattr(problem, "fingerprint", None)):
-        return dict(own())
-    while isinstance(problem, WrappedProblem):
-        problem = problem.wrapped
-    classes = [c for c in reversed(type(problem).__mro__) if issubclass(c, Problem)]
-    parameters = {n: p for c in classes for n, p in inspect.signature(c).parameters.items()}
-    found = {}
-    for name in [n for n in parameters if n not in inspect.signature(Problem).parameters]:
-        default = parameters[name].default
-        value = getattr(problem, name, getattr(problem, f"_{name}", default))
-        value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-        if _is_plain(value) and value != default:
-            text = repr(value)
-            long = len(text) > _LONGEST
-            found[name] = hashlib.sha256(text.encode()).hexdigest()[:16] if long else value
-    return found
-
-
-def _is_plain(value: Any) -> bool:
-    if isinstance(value, (list, tuple)):
-        return all(map(_is_plain, value))
-    return isinstance(value, (bool, int, float)) or (
-        isinstance(value, str) and not {"/", "\\"} & {*value}
-    )
-
-
 def seed_ties(algorithm: Any) -> None:
     """Let the tournament of pymoo's NSGA-III or U-NSGA-III follow the algorithm's seed alone.
 
@@ -163,64 +128,3 @@ def _with_seeded_ties(
     ties = (first == second) & (first > 0)
     winners[ties, 0] = pairs[ties, 0]
     return winners
-
-
-class WrappedProblem(Problem):
-    """A problem around another one: its sizes, variables, bounds, runner, name and attributes.
-
-    Args:
-        problem: The other problem.
-        **changed: Arguments of pymoo's ``Problem`` in which the two differ.
-
-    Attributes:
-        wrapped: The other problem.
-    """
-
-    _same_front = True
-
-    def __init__(self, problem: Any, **changed: Any) -> None:
-        self.wrapped = problem
-        # without replace_nan_values_by: pymoo would look for NaN in the reasons of failures, too
-        same = [*("n_obj", "n_ieq_constr", "n_eq_constr"), *("elementwise", "elementwise_runner")]
-        named = getattr(problem, "vars", None)
-        same += ["vars"] if named else ["n_var", "xl", "xu", "vtype"]
-        own = {name: getattr(problem, name) for name in [*same, "requires_kwargs"]}
-        super().__init__(**{**own, **changed})
-        self.data = problem.data  # pymoo's further arguments, or what the model has called so
-
-    def __getattr__(self, name: str) -> Any:
-        """Give what only the wrapped problem has, to repairs and operators that ask for it."""
-        # While it is unpickled there is no wrapped problem yet, and the search would not end.
-        if name.startswith("_") or "wrapped" not in self.__dict__:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-        return getattr(self.wrapped, name)
-
-    @property
-    def elementwise_runner(self) -> Any:
-        """What runs the evaluations: the wrapped problem's, also where it is changed here."""
-        return self.wrapped.elementwise_runner
-
-    @elementwise_runner.setter
-    def elementwise_runner(self, runner: Any) -> None:
-        self.wrapped.elementwise_runner = runner
-
-    def name(self) -> str:
-        """Return the name of the wrapped problem.
-
-        Example:
-            >>> from pymoo_psi import FailureTolerant, SphereChute
-            >>> FailureTolerant(SphereChute()).name()
-            'SphereChute'
-        """
-        return problem_name(self.wrapped)
-
-    def formatted(self, X: Any, out: dict[str, Any], names: Any) -> dict[str, Any]:
-        """Return values of designs as pymoo's ``do`` returns them."""
-        out = dict.fromkeys(names) | out
-        return dict(self._format_dict(out, len(X), names))
-
-    def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
-        return self.wrapped._calc_pareto_front(*args, **kwargs) if self._same_front else None
-
-    def _calc_pareto_set(self, *args: Any, **kwargs: Any) -> Any:
-        return self.wrapped._calc_pareto_set(*args, **kwargs) if self._same_front else None

@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, collection, invalid, known_name, wrong_type
 from pymoo_psi.problems._design_space import design_space, given_names
-from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
+from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._wrapped import (
+    Evaluate,
+    WrappedProblem,
+    checks_requirements,
+    known_expressions,
+)
 
 Array = NDArray[np.float64]
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
@@ -134,7 +140,8 @@ class Required(WrappedProblem):
         (array([[ inf,  inf], [0.5 , 0.29...]]), array([[0.3], [0. ]]))
     """
 
-    _same_front = False
+    same_front = False
+    checks_requirements = True
 
     def __init__(self, problem: Any, requirements: Any = None) -> None:
         require_problem(problem)
@@ -162,7 +169,7 @@ class Required(WrappedProblem):
         none = np.zeros((len(matrix), 0))
         return np.column_stack([none, *(each.violation(columns) for each in self.required)])
 
-    def spread(self, X: Any, evaluate: Callable[[Any], Mapping[str, Any]]) -> dict[str, Any]:
+    def values_from(self, X: Any, evaluate: Evaluate) -> dict[str, Any]:
         """Return the values of all designs; those that meet the requirements are evaluated.
 
         Args:
@@ -185,17 +192,26 @@ class Required(WrappedProblem):
                 column[row] = value
         return out
 
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
-        """Evaluate designs; pymoo calls this from ``evaluate``."""
-        out = self.spread(X, lambda met: self.wrapped.do(met, ["F", "G", "H"], *args, **kwargs))
-        return self.formatted(X, out, return_values_of)
+    def around(self, problem: Any) -> Required:
+        """Return the same requirements around another problem, which has other constraints."""
+        return Required(problem, self.given)
+
+    @property
+    def known_expressions(self) -> Mapping[str, Any]:
+        """Those of the wrapped problem: the columns are the same."""
+        return known_expressions(self.wrapped)
 
 
 def required(problem: Any, requirements: Any = None) -> Any:
     """Return a problem with its requirements, or those given, as :class:`Required`."""
-    if isinstance(problem, Required):
+    if checks_requirements(problem):
         if requirements is None or requirements == problem.given:
             return problem
         problem = problem.wrapped
     given = requirements if requirements is not None else getattr(problem, "requirements", None)
     return Required(problem, given) if given else problem
+
+
+def without_requirements(problem: Any) -> Any:
+    """Return the problem within a wrapper that checks requirements, or else the problem itself."""
+    return problem.wrapped if checks_requirements(problem) else problem

@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import finite_number, integer, invalid, known_name, mapping, wrong_type
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import design_space, given_names
+from pymoo_psi.problems._design_space import design_space, given_names, own_parameters
 from pymoo_psi.problems._evaluation import evaluate_designs
-from pymoo_psi.problems._pymoo import WrappedProblem, own_parameters, problem_name, require_problem
+from pymoo_psi.problems._pymoo import problem_name, require_problem
+from pymoo_psi.problems._wrapped import WrappedProblem
 from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
@@ -107,7 +109,8 @@ class Robust(WrappedProblem):
         array([[2.312, 0.031, 0.26 , 0.516]])
     """
 
-    _same_front = False
+    same_front = False
+    do = Problem.do  # of scenarios, not of the wrapped problem's values
 
     def __init__(
         self,

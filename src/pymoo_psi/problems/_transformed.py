@@ -13,7 +13,8 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, boolean, finite_number, invalid, known_name, real_array
 from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
-from pymoo_psi.problems._pymoo import WrappedProblem, require_problem
+from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._wrapped import WrappedProblem
 
 
 class Transformed(WrappedProblem):
@@ -24,7 +25,7 @@ class Transformed(WrappedProblem):
         space: The variables here; each has its place in the space of the problem within.
     """
 
-    _same_front = False
+    same_front = False
 
     def __init__(self, problem: Any, space: DesignSpace) -> None:
         self.space, self._within, free = space, design_space(problem), space.free
@@ -43,16 +44,14 @@ class Transformed(WrappedProblem):
         designs = self._within.designs(self._values_within(matrix))
         return designs[0] if one else designs
 
+    designs_within = original
+
     def _values_within(self, matrix: NDArray[Any]) -> NDArray[Any]:
         return matrix
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, or one, as pymoo's ``evaluate``, by that of the problem within."""
         return self.wrapped.evaluate(self.original(X), *args, **kwargs)
-
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Any:
-        """Evaluate designs; pymoo calls this from ``evaluate``."""
-        return self.wrapped.do(self.original(X), return_values_of, *args, **kwargs)
 
 
 class LogScaled(Transformed):

@@ -18,7 +18,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Received, boolean, invalid
 from pymoo_psi.pareto import rank_of_efficiency
-from pymoo_psi.problems import FailureTolerant, Robust, design_space
+from pymoo_psi.problems import Robust, design_space, layers, tolerates_failures
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -170,7 +170,8 @@ def robustness(
     matrix, ranked = robust.space.to_matrix(designs), []
     F, feasible, reasons = robust.in_scenarios(matrix)
     for k, problem in enumerate(robust.problems):
-        if all(reasons[k]) and not isinstance(problem, FailureTolerant):  # likely a mistake
+        tolerant = any(map(tolerates_failures, layers(problem)))
+        if all(reasons[k]) and not tolerant:  # likely a mistake
             remedy = "if designs may fail, make FailureTolerant(problem)"
             raise invalid("make_problem", "of problems that evaluate X", reasons[k, 0], remedy)
         for variable, column in zip(design_space(problem).variables, matrix.T, strict=True):

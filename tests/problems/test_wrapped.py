@@ -1,0 +1,191 @@
+"""Wrappers of problems: one that the package does not know passes through all of it."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+from scipy.stats import uniform
+
+import pymoo_psi
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    JoblibRunner,
+    LogScaled,
+    Recorded,
+    Required,
+    Restricted,
+    Robust,
+    SurrogatePSI,
+    investigate,
+    nsga3,
+    robustness,
+)
+from pymoo_psi.problems import WrappedProblem, layers
+
+
+class Mirrored(WrappedProblem):
+    """The second variable counted downwards: other designs for the wrapped problem."""
+
+    def designs_within(self, X):
+        return X * [1.0, -1.0] + [0.0, 1.0]
+
+
+class Priced(WrappedProblem):
+    """The objectives at a price: other values of the same designs."""
+
+    def __init__(self, problem, price):
+        self.price = price
+        super().__init__(problem)
+
+    def values_from(self, X, evaluate):
+        out = evaluate(self.designs_within(X))
+        return out | {"F": out["F"] * self.price}
+
+    def fingerprint(self):
+        return {"price": self.price}
+
+
+class Model(ElementwiseProblem):
+    """Fails at a small x1; mirrored and with a price where it is asked to be."""
+
+    def __init__(self, mirrored=False, price=1.0, load=1.0, **kwargs):
+        self.mirrored, self.price, self.load = mirrored, price, load
+        super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0, **kwargs)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        if x[0] < 0.2:
+            raise ArithmeticError("no convergence")
+        a, b = x * [1.0, -1.0] + [0.0, 1.0] if self.mirrored else x
+        out["F"] = np.array([a + b**2, self.load / (0.1 + a + b)]) * self.price
+        out["G"] = [a - b - 0.7]
+
+
+# A problem that is wrapped, and the same one written by hand.
+PAIRS = {
+    "designs": lambda **load: (Mirrored(Model(**load)), Model(mirrored=True, **load)),
+    "values": lambda **load: (Priced(Model(**load), 3.0), Model(price=3.0, **load)),
+    "both": lambda **load: (
+        Priced(Mirrored(Model(**load)), 3.0),
+        Model(mirrored=True, price=3.0, **load),
+    ),
+}
+BOX = {"x2": (0.1, 0.8)}
+RULE = ["x1 + x2 >= 0.5"]
+AROUND = {
+    "alone": lambda p: p,
+    "Restricted": lambda p: Restricted(p, BOX),
+    "LogScaled": lambda p: LogScaled(Restricted(p, {"x1": (0.1, 1.0)}), ["x1"]),
+    "Required": lambda p: Required(p, RULE),
+    "FailureTolerant": FailureTolerant,
+    "Robust": lambda p: Robust(p, tolerances={"x1": 0.05}, n_scenarios=7),
+    "several": lambda p: Required(Restricted(FailureTolerant(p), BOX), RULE),
+}
+pairs = pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS)
+around = pytest.mark.parametrize("wrap", AROUND.values(), ids=AROUND)
+
+
+def same(table, expected):
+    for name in ("numbers", "X", "F", "G", "status"):
+        np.testing.assert_array_equal(getattr(table, name), getattr(expected, name))
+    assert table.layout.columns == expected.layout.columns
+    assert table.reasons == expected.reasons
+
+
+@pairs
+@around
+def test_investigations_of_a_new_wrapper_are_those_of_the_problem_written_by_hand(pair, wrap):
+    wrapped, written = map(wrap, pair())
+    expected = investigate(written, 48)
+    same(investigate(wrapped, 48), expected)
+    same(minimize(wrapped, PSI(48, block_size=10)).algorithm.table, expected)
+
+
+@pairs
+def test_a_wrapper_may_be_around_the_packages_own(pair):
+    """What PSI records as failed is recorded through a new wrapper, too."""
+    for wrap in (FailureTolerant, lambda p: Restricted(FailureTolerant(p), {}), Required):
+        wrapped, written = pair()
+        *new, model = layers(wrapped)
+        problem = wrap(model)
+        for layer in reversed(new):
+            problem = layer.around(problem)
+        table = investigate(problem, 48)
+        same(table, investigate(written, 48))
+        assert (table.status == "failed").any()
+
+
+@pairs
+def test_surrogates(pair, tmp_path):
+    tables = []
+    for name, problem in zip(("wrapped", "written"), pair(), strict=True):
+        run = SurrogatePSI(28, n_points=20, study=tmp_path / f"{name}.db")
+        tables.append(minimize(problem, run, seed=1).algorithm.table)
+    np.testing.assert_array_equal(tables[0].X, tables[1].X)
+    same(*tables)
+
+
+@pairs
+@pytest.mark.parametrize("inside", [False, True], ids=["around", "inside"])
+def test_recorded_and_tolerant(pair, inside, tmp_path):
+    wrapped, written = pair()
+    if inside:
+        *new, model = layers(wrapped)
+        wrapped = FailureTolerant(model)
+        for layer in reversed(new):
+            wrapped = layer.around(wrapped)
+    else:
+        wrapped = FailureTolerant(wrapped)
+    algorithm, budget = NSGA2(pop_size=12), ("n_gen", 3)
+    expected = minimize(FailureTolerant(written), algorithm, budget, seed=1)
+    for again in (False, True):
+        recorded = Recorded(wrapped, study=tmp_path / "run.db")
+        result = minimize(recorded, algorithm, budget, seed=1)
+        np.testing.assert_array_equal(result.F, expected.F)
+        np.testing.assert_array_equal(result.pop.get("G"), expected.pop.get("G"))
+        assert recorded.n_evaluated == (0 if again else 36)
+        assert (recorded.table.status == "failed").any()
+    assert recorded.failures
+
+
+@pairs
+def test_nsga3_and_workers(pair):
+    wrapped, written = map(FailureTolerant, pair())
+    wrapped.elementwise_runner = JoblibRunner(2, in_process=False)
+    results = [nsga3(problem, 40, seed=1) for problem in (wrapped, written)]
+    np.testing.assert_array_equal(results[0].F, results[1].F)
+
+
+@pairs
+@pytest.mark.parametrize("tolerant", [lambda p: p, FailureTolerant], ids=["plain", "tolerant"])
+def test_robustness(pair, tolerant):
+    designs, load = [[0.3, 0.1], [0.5, 0.5], [0.9, 0.3]], {"load": uniform(1, 2)}
+    found = [
+        robustness(lambda load, k=k: tolerant(pair(load=load)[k]), designs, uncertainty=load)
+        for k in (0, 1)
+    ]
+    assert found[0].to_frame().equals(found[1].to_frame())
+
+
+def test_a_study_tells_wrappers_with_other_arguments_apart(tmp_path):
+    study = tmp_path / "run.db"
+    investigate(Priced(Model(), 3.0), 4, study=study)
+    with pytest.raises(pymoo_psi.PsiError, match="price"):
+        investigate(Priced(Model(), 4.0), 4, study=study)
+
+
+def test_no_place_of_the_package_asks_for_the_class_of_a_wrapper():
+    """But for the files of these classes, in which a wrapper may ask for itself."""
+    names = {"FailureTolerant", "LogScaled", "ObservedProblem", "Recorded"}
+    names |= {"Required", "Restricted", "Robust", "Transformed"}
+    for path in Path(pymoo_psi.__file__).parent.rglob("*.py"):
+        tree = ast.parse(path.read_text("utf-8"))
+        own = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance":
+                asked = {n.id for n in ast.walk(node.args[1]) if isinstance(n, ast.Name)}
+                assert not asked & names - own, f"{path}:{node.lineno}"
