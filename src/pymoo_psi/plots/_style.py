@@ -1,7 +1,7 @@
-"""The look of every figure: sizes, colours, axes, legends, names; and figures as files.
+"""The style of all figures (size, colours, axes, legends, names), and figures as files.
 
-Each colour goes with a marker or a line style of its own, so that a grey print says the same; the
-darker a rank, the higher. A figure has panel letters and no title: what it shows is its caption.
+Each colour comes with its own marker or line style, so that a grey print shows the same. Higher
+ranks are darker. A figure has panel letters and no title; its caption says what it shows.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from pymoo_psi._output import whole_file
 Array = NDArray[np.float64]
 
 # The colours are those of Okabe and Ito, which colour-blind readers can tell apart. The lengths of
-# the three have no common factor: a look comes again after their product only.
+# the three have no common factor, so that a style is repeated only after their product.
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
-HUGE = 1e300  # from here on the length of an axis may overflow; such values are penalties
+_HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
 _WIDTH = 180.0  # of a figure in mm, over both columns of a journal
-_SCREEN = 96  # dots per inch, as browsers count them
-# A few values, this share of all, are outside of an axis if the others would take less than a
-# fifth of it, and they are farther than four times the middle half from it.
-_FEW, _FLAT, _FAR = 0.05, 1 / 5, 4.0
+_SCREEN = 96  # dots per inch of browsers
+_REACH = 4.0  # outliers are farther from the middle half of the values, in units of its length
+_OUTLIERS = 0.05  # at most this share of the values may be outliers
+_FLAT = 1 / 5  # outliers are left out if the other values would take less of the axis than this
 _STYLE: Any = {
     "figure.facecolor": "white",
     "axes.facecolor": "white",
@@ -65,124 +65,177 @@ class Drawing(Figure):
     A notebook shows it without pyplot, which would register it as a window.
 
     Attributes:
-        caption: What is shown, in plain text.
+        caption: Description of the figure in plain text.
     """
 
     caption = ""
 
-    def describe(self, *sentences: str) -> None:
-        """Set the caption; the first is a title, which may be empty."""
-        title, *rest = sentences
-        self.caption = " ".join(filter(None, [f"{title}." if title else "", *rest]))
+    def describe(self, title: str, *sentences: str) -> None:
+        """Set the caption. An empty title or sentence is left out."""
+        parts = list(sentences)
+        if title:
+            parts.insert(0, f"{title}.")
+        self.caption = " ".join(filter(None, parts))
 
     def _repr_png_(self) -> tuple[bytes, dict[str, int]]:
         picture = BytesIO()
         self.savefig(picture, format="png", dpi=2 * _SCREEN)
-        width, height = (round(_SCREEN * inches) for inches in self.get_size_inches())
-        return picture.getvalue(), {"width": width, "height": height}
+        width, height = self.get_size_inches()
+        size = {"width": round(_SCREEN * width), "height": round(_SCREEN * height)}
+        return picture.getvalue(), size
 
 
 @contextmanager
 def new_figure(height: float) -> Iterator[Drawing]:
-    """Give a figure of a height in mm to draw on, under the settings of this module.
+    """Yield an empty figure of a height in mm, under the settings of this module.
 
-    Several axes, unless too many for an alphabet, have letters in the end.
+    On leaving, its axes get letters.
     """
     # Figure and not pyplot.figure, which would keep it in a list of open windows.
     with rc_context(_STYLE):
         figure = Drawing(figsize=(_WIDTH / 25.4, height / 25.4), layout="constrained")
         yield figure
-        axes = [ax for ax in figure.axes if ax.axison or ax.name == "3d"]
-        axes = [ax for ax in axes if ax.get_label() != "<colorbar>"]
-        for letter, ax in zip(ascii_lowercase, axes if 1 < len(axes) <= 26 else (), strict=False):
-            ax.set_title(f"({letter}) {ax.get_title('left')}".strip(), loc="left", fontsize=7.5)
+        _add_letters(figure)
+
+
+def _add_letters(figure: Figure) -> None:
+    """Write a letter above each of several axes; none if there are more than letters."""
+    lettered = []
+    for ax in figure.axes:
+        visible = ax.axison or ax.name == "3d"
+        if visible and ax.get_label() != "<colorbar>":
+            lettered.append(ax)
+    if not 1 < len(lettered) <= len(ascii_lowercase):
+        return
+    for letter, ax in zip(ascii_lowercase, lettered, strict=False):
+        title = f"({letter}) {ax.get_title('left')}"
+        ax.set_title(title.strip(), loc="left", fontsize=7.5)
 
 
 @contextmanager
 def panels(
-    n: int, wide: int, *, head: float = 28.0, height: float = 0.0
+    n: int,
+    n_columns: int,
+    *,
+    head: float = 28.0,
+    height: float | None = None,
 ) -> Iterator[tuple[Drawing, list[Any]]]:
-    """Give a figure with n axes of a height in mm, ``wide`` in a row, and ``head`` for a legend."""
-    high = -(-n // wide)
-    with new_figure(head + high * (height or row_height(wide))) as figure:
-        axes = figure.subplots(high, wide, squeeze=False).ravel().tolist()
+    """Yield a figure and its ``n`` axes, filled row by row.
+
+    Args:
+        n: Number of axes.
+        n_columns: Number of axes in a row.
+        head: Height in mm for legend and captions of axes.
+        height: Height of a row in mm, see :func:`row_height` by default.
+    """
+    if height is None:
+        height = row_height(n_columns)
+    n_rows = -(-n // n_columns)  # rounded up
+    with new_figure(head + n_rows * height) as figure:
+        axes = figure.subplots(n_rows, n_columns, squeeze=False).ravel().tolist()
         for ax in axes[n:]:
             ax.remove()
         yield figure, axes[:n]
 
 
-def row_height(wide: int) -> float:
-    """Return the height in mm of axes of which ``wide`` are beside each other, the fewer higher."""
-    return {1: 60.0, 2: 46.0, 3: 40.0}.get(wide, 33.0)
+def row_height(n_columns: int) -> float:
+    """Return the height in mm of axes in rows of ``n_columns``: fewer are higher."""
+    heights = {1: 60.0, 2: 46.0, 3: 40.0}
+    return heights.get(n_columns, 33.0)
 
 
 def curves() -> Iterator[dict[str, Any]]:
-    """Give colour, line style and marker of the first curve on common axes, the second, …."""
-    for colour, line, marker in zip(cycle(_COLOURS), cycle(_LINES), cycle(_MARKERS), strict=False):
+    """Yield colour, line style and marker of the first curve on common axes, the second, …."""
+    styles = zip(cycle(_COLOURS), cycle(_LINES), cycle(_MARKERS), strict=False)
+    for colour, line, marker in styles:
         yield {"color": colour, "linestyle": line, "marker": marker}
 
 
-def legend_of(figure: Figure, axes: Iterable[Axes], *more: Any, **layout: Any) -> None:
-    """Put a legend of what axes name, each label once, below them; small dots are enlarged."""
-    pairs = [ax.get_legend_handles_labels() for ax in axes]
-    entries = {label: handle for pair in pairs for handle, label in zip(*pair, strict=True)}
-    entries |= {handle.get_label(): handle for handle in more}
+def legend_of(figure: Figure, axes: Iterable[Axes], *handles: Any, **layout: Any) -> None:
+    """Add one legend below the axes, in which each label occurs once and small dots are larger.
+
+    Args:
+        figure: The figure.
+        axes: Axes whose labelled lines and patches the legend explains.
+        *handles: Further entries.
+        **layout: Options of ``figure.legend``.
+    """
+    entries: dict[Any, Any] = {}
+    for ax in axes:
+        drawn, labels = ax.get_legend_handles_labels()
+        entries.update(zip(labels, drawn, strict=True))
+    for handle in handles:
+        entries[handle.get_label()] = handle
     layout = {"ncols": 3, "fontsize": 7} | layout
-    handles, labels = [*entries.values()], [*entries]
-    legend = figure.legend(handles, labels, loc="outside lower center", **layout)
+    legend = figure.legend(
+        list(entries.values()),
+        list(entries),
+        loc="outside lower center",
+        **layout,
+    )
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D) and 0 < handle.get_markersize() < 5:
             handle.set_markersize(5)
 
 
 def literal(name: object, most: int = 40) -> str:
-    """Return a name on one line, as it is written: a ``$`` in it begins no formula.
+    """Return a name on one line as it is written; a ``$`` in it begins no formula.
 
-    Of a name longer than ``most`` the middle is left out, as names that begin alike often end
-    with a number.
+    A name longer than ``most`` loses its middle, as names that begin alike often end with a number.
 
     Example:
         >>> print(literal("a very long name of mesh 17", 16))
         a very l…mesh 17
     """
-    text = " ".join((f"{name:.6g}" if isinstance(name, float) else str(name)).split())
+    text = str(name)
+    if isinstance(name, float):
+        text = f"{name:.6g}"
+    text = " ".join(text.split())
     if len(text) > most:
-        end = (most - 1) // 2
-        text = f"{text[: most - 1 - end]}…{text[len(text) - end :]}"
+        n_last = (most - 1) // 2
+        n_first = most - 1 - n_last
+        text = f"{text[:n_first]}…{text[len(text) - n_last :]}"
     return text.replace("$", r"\$")
 
 
 def view(values: ArrayLike, *further: float) -> tuple[float, float]:
-    """Return the ends of an axis that shows the values, and numbers, unless beyond ``HUGE``.
+    """Return the ends of an axis that shows values.
 
-    Of the values a few that are far from all others are outside of it, see :func:`core`.
+    Args:
+        values: Values, whose outliers the axis does not show, see :func:`core`.
+        *further: Single values, which it shows. Values of ``1e300`` and more are ignored.
     """
-    known = np.append(core(np.asarray(values, float).ravel()), further)
-    known = known[np.abs(known) < HUGE]
-    if len(known) == 0:
+    shown = np.append(core(np.asarray(values, float).ravel()), further)
+    shown = shown[np.abs(shown) < _HUGE]
+    if len(shown) == 0:
         return 0.0, 1.0
-    low, high = float(known.min()), float(known.max())
+    low, high = float(shown.min()), float(shown.max())
     pad = 0.05 * (high - low)  # as matplotlib's own margins
-    if not high - low > 1e-9 * max(abs(low), abs(high)):  # one value but for rounding
+    # One value but for rounding has a margin of its size.
+    if not high - low > 1e-9 * max(abs(low), abs(high)):
         pad = 0.05 * abs(low) or 0.5
     return low - pad, high + pad
 
 
 def core(values: Array) -> Array:
-    """Return values without the few that would flatten the others on a common axis.
+    """Return ``(n,)`` values without the few outliers that would flatten the others on an axis.
 
     Example:
         >>> float(core(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1000.0])).max())
         6.0
     """
-    known = values[np.abs(values) < HUGE]
-    if len(known) < 5:
-        return known
-    low, high = np.quantile(known, [0.25, 0.75])
-    reach = _FAR * (high - low)
-    inside = (known >= low - reach) & (known <= high + reach)
-    few = len(known) - inside.sum() <= max(1, _FEW * len(known))
-    return known[inside] if few and 0 < np.ptp(known[inside]) < _FLAT * np.ptp(known) else known
+    values = values[np.abs(values) < _HUGE]
+    if len(values) < 5:
+        return values
+    low, high = np.quantile(values, [0.25, 0.75])
+    reach = _REACH * (high - low)
+    near: Array = values[(values >= low - reach) & (values <= high + reach)]
+    if len(values) - len(near) > max(1, _OUTLIERS * len(values)):
+        return values
+    # Nothing is gained where the axis would not become much shorter.
+    if not 0 < np.ptp(near) < _FLAT * np.ptp(values):
+        return values
+    return near
 
 
 def save_figures(
@@ -191,10 +244,21 @@ def save_figures(
     dpi: int = 150,
     suffix: str = ".png",
 ) -> tuple[Path, ...]:
-    """Write figures by name as they are made; no file changes before the last one is ready.
+    """Write figures to files; no file changes before the last figure is drawn.
 
-    The caption of a figure is a text beside it, such as ``one.txt``. The suffix is that of a format
-    of matplotlib, such as ``.png`` or ``.pdf``.
+    The caption of a figure is written to a text file beside it, such as ``one.txt``.
+
+    Args:
+        figures: Pairs of a file name without suffix and a figure.
+        directory: Existing folder of the files.
+        dpi: Resolution in dots per inch.
+        suffix: Suffix of a format of matplotlib, such as ``.png`` or ``.pdf``.
+
+    Returns:
+        The files of the figures.
+
+    Raises:
+        OSError: A file cannot be written.
 
     Example:
         >>> import tempfile
@@ -202,14 +266,19 @@ def save_figures(
         ...     [path.name for path in save_figures([("one", Figure())], folder, 20, ".png")]
         ['one.png']
     """
-    ready = {}
+    paths = []
+    contents = {}
     for name, figure in figures:
-        drawn = BytesIO()
-        figure.savefig(drawn, format=suffix[1:], dpi=dpi)
-        ready[Path(directory, f"{name}{suffix}")] = drawn.getvalue()
-        if caption := getattr(figure, "caption", ""):
-            ready[Path(directory, f"{name}.txt")] = f"{fill(caption, 100)}\n".encode()
-    for path, picture in ready.items():
-        with whole_file(path) as written:
-            written.write_bytes(picture)
-    return tuple(path for path in ready if path.suffix == suffix)
+        picture = BytesIO()
+        figure.savefig(picture, format=suffix[1:], dpi=dpi)
+        path = Path(directory, f"{name}{suffix}")
+        paths.append(path)
+        contents[path] = picture.getvalue()
+        caption = getattr(figure, "caption", "")
+        if caption:
+            lines = fill(caption, 100)
+            contents[Path(directory, f"{name}.txt")] = f"{lines}\n".encode()
+    for path, content in contents.items():
+        with whole_file(path) as temporary:
+            temporary.write_bytes(content)
+    return tuple(paths)
