@@ -172,6 +172,13 @@ def test_outliers_set_no_scale(values, ends, log):
     assert heat["log"] is log
 
 
+@pytest.mark.parametrize("of_optimal", [np.nan, 0.0])
+def test_decimals_are_those_of_other_designs_where_the_optimal_have_none(of_optimal):
+    frame = pd.DataFrame({"a": [0, 1, 2], "b": [1, 0, 2], "heat": [of_optimal] * 2 + [1 / 3]})
+    sent = payload_of(decision_page(frame, ["a", "b"]))
+    assert sent["columns"][2]["notation"] == ["fixed", 4]
+
+
 def test_saving_replaces_whole_files_only(tmp_path):
     with pytest.raises(FileNotFoundError):
         page_of_beams().save(tmp_path / "absent" / "page.html")

@@ -1,4 +1,4 @@
-"""The page as one HTML document: template, data, style and scripts, sealed by a policy."""
+"""The page as one HTML document: template, data, style, scripts and a security policy."""
 
 from __future__ import annotations
 
@@ -19,39 +19,44 @@ def html_of(title: str, payload: Mapping[str, Any]) -> str:
 
     Args:
         title: Heading of the page.
-        payload: What ``logic.js`` decodes: JSON without NaN.
+        payload: Data that ``logic.js`` decodes; plain values without NaN.
     """
-    scripts = {name: _asset(f"{name}.js") for name in ("logic", "charts", "page")}
+    logic = _asset("logic.js")
+    charts = _asset("charts.js")
+    page = _asset("page.js")
     style = _asset("page.css")
+    data = json.dumps(payload, allow_nan=False, separators=(",", ":"))
     parts = {
         "title": escape(title),
+        "policy": _policy(logic, charts, page, style=style),
         "style": style,
         # Within a script element only "<" can end it or open a comment.
-        "payload": json.dumps(payload, allow_nan=False, separators=(",", ":")).replace(
-            "<", "\\u003c"
-        ),
-        "policy": _policy(list(scripts.values()), style),
-        **scripts,
+        "payload": data.replace("<", "\\u003c"),
+        "logic": logic,
+        "charts": charts,
+        "page": page,
     }
-    # One pass: a text of the user's that looks like a place is not filled in.
+    # In one pass, so that a text of the user that looks like a place is not filled in.
     return _PLACE.sub(lambda place: parts[place.group(1)], _asset("page.html"))
 
 
-def _policy(scripts: list[str], style: str) -> str:
-    """Return the policy that forbids every request, and every script and style but these.
+def _policy(*scripts: str, style: str) -> str:
+    """Return a policy that forbids all requests, and all scripts and styles except these.
 
     ``require-trusted-types-for`` makes the browser refuse every text that a script would turn
-    into markup: names and labels of the user's reach the page as text or not at all.
+    into markup: the user's names and labels reach the page as text or not at all.
     """
-    allowed = " ".join(_digest(script) for script in scripts)
+    digests = " ".join(map(_digest, scripts))
     return (
-        f"default-src 'none'; script-src {allowed}; style-src {_digest(style)}; "
+        f"default-src 'none'; script-src {digests}; style-src {_digest(style)}; "
         "base-uri 'none'; form-action 'none'; require-trusted-types-for 'script'"
     )
 
 
 def _digest(text: str) -> str:
-    return f"'sha256-{b64encode(sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
+    """Return the hash of a script or style, as a policy names it."""
+    digest = sha256(text.encode("utf-8")).digest()
+    return f"'sha256-{b64encode(digest).decode('ascii')}'"
 
 
 def _asset(name: str) -> str:

@@ -1,10 +1,14 @@
-"""The data of the page: columns, their scales and digits, as JSON can hold them."""
+"""The data of the page: columns, their scales and digits, as JSON can hold them.
+
+Numbers are little-endian float64 in base64, which keeps every digit in a third of a text's length.
+"""
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,178 +17,304 @@ from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Kind, TestTable
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 
-# Under these names ``rank --out`` writes them.
+# Names of columns that depend on the limits; ``rank --out`` writes the same.
 _GEOMETRIC = {"mu1": "μ1 (to U)", "mu2": "μ2 (to line UN)", "mu3": "μ3 (along UN)"}
 _DIGITS = 4  # that a written number resolves within the range of its column
-# Of the distance between the quartiles: what lies farther beyond them is an outlier, a penalty
-# perhaps. Of an exponential distribution that is one value in a thousand, of a normal one none.
+# Values farther beyond the quartiles, in units of the distance between them, are outliers, perhaps
+# penalties. These are one in a thousand of an exponential distribution, and none of a normal one.
 _FENCE = 5.0
-_DECADES = 2.0  # that a logarithmic scale spans at least: on a straight one a tenth is all below
+_DECADES = 2.0  # a logarithmic scale spans at least these
+_LARGEST = np.finfo(float).max
 
 
 def payload(
     title: str,
     table: TestTable,
-    former: TestTable | None,
+    prototype: TestTable | None,
     opens_with: Mapping[str, Any],
-    said: Sequence[str],
+    cautions: Sequence[str],
 ) -> dict[str, Any]:
-    """Return what the script of the page works with, see ``decode`` in ``logic.js``.
-
-    Numbers are little-endian float64 in base64: every digit, and a third of the length of a text.
+    """Return the data that the script of the page reads, see ``decode`` in ``logic.js``.
 
     Args:
         title: Heading of the page.
         table: Feasible designs, one or more.
-        former: Existing designs to compare with; None if there are none.
+        prototype: Existing designs to compare with; None if there are none.
         opens_with: The decision that the page opens with, as a formulation in JSON.
-        said: Reasons not to rely on the optimum of all designs.
+        cautions: Reasons not to rely on the optimum of all designs.
     """
-    layout = table.layout
-    optimal = nondominated(table.F)
     names = table.names
     labels = _labels(table)
-    if former is not None:
-        taken = set(names)
-        names += [f"{name} (existing)" if name in taken else name for name in former.names]
-        labels += _labels(former)
-    roles = {
-        "objective": layout.objectives,
-        "variable": layout.variables,
-        "output": (*layout.outputs, *(name for name in table.extra if name != layout.label)),
-    }
-    columns = [(role, name) for role, names in roles.items() for name in names]
-    return {
+    tables = [table]
+    if prototype is not None:
+        names += _names_apart(prototype.names, table.names)
+        labels += _labels(prototype)
+        tables.append(prototype)
+    optimal = nondominated(table.F)
+    columns = _columns(tables, optimal)
+    about = {
         "title": title,
-        "file": "_".join("".join(c if c.isalnum() else " " for c in title).split())[:60] or "page",
-        "label": layout.label or "test_point",
+        "file": _file_name(title),
+        "normalize": opens_with["normalize"],
+        "opens_with": opens_with,
+        "remarks": table.remarks,
+        "cautions": cautions,
+        "sentences": SENTENCES,
+    }
+    designs = {
+        "label": table.layout.label or "test_point",
         "labels": labels,
         "names": names,
         "n": len(table),
-        "normalize": opens_with["normalize"],
-        "columns": [
-            *(
-                # The field is free of the user's characters.
-                {"field": f"c{j}", "name": name, "unit": layout.units.get(name, ""), "role": role}
-                | {"maximize": name in layout.maximize, "texts": None}
-                | _packed(values_of(name, table, former), optimal, log=layout.is_log(name))
-                for j, (role, name) in enumerate(columns)
-            ),
-            *(_geometric(field, name) for field, name in _GEOMETRIC.items()),
-        ],
+        "columns": columns,
         "optimal": _base64(optimal.view(np.uint8)),
-        "head": {
-            "pymoo_psi_designs": 1,
-            "objectives": layout.objectives,
-            "maximized": layout.maximize,
-            "variables": layout.variables,
-            "outputs": layout.outputs,
-            "units": {name: layout.units[name] for _, name in columns if layout.units.get(name)},
-        },
-        "opens_with": dict(opens_with),
-        "remarks": list(table.remarks),
-        "cautions": list(said),
-        "sentences": SENTENCES,
+        "head": _csv_head(table),
+    }
+    return about | designs
+
+
+def _file_name(title: str) -> str:
+    """Return a title as a file name of letters, digits and underscores."""
+    words = re.findall(r"[^\W_]+", title)
+    return "_".join(words)[:60] or "page"
+
+
+def _labels(table: TestTable) -> list[Any]:
+    """Return the labels of designs: whole numbers or texts."""
+    label = table.layout.label
+    if label is None:
+        return list(table.numbers.tolist())
+    labels: list[Any] = []
+    for cell in table.extra[label].tolist():
+        if type(cell) is int:
+            labels.append(cell)
+        else:
+            labels.append(str(cell))
+    return labels
+
+
+def _names_apart(names: Sequence[str], others: Sequence[str]) -> list[str]:
+    """Return names of existing designs, marked where another design has the same name."""
+    apart = []
+    for name in names:
+        if name in others:
+            name = f"{name} (existing)"
+        apart.append(name)
+    return apart
+
+
+def _csv_head(table: TestTable) -> dict[str, Any]:
+    """Return the description of columns in a CSV that the page exports."""
+    layout = table.layout
+    units = {}
+    for _, name in _roles(table):
+        unit = layout.units.get(name)
+        if unit:
+            units[name] = unit
+    return {
+        "pymoo_psi_designs": 1,
+        "objectives": layout.objectives,
+        "maximized": layout.maximize,
+        "variables": layout.variables,
+        "outputs": layout.outputs,
+        "units": units,
     }
 
 
-def notation_of(near: Array, known: Array) -> tuple[Literal["fixed", "exponent"], int]:
-    """Return how numbers are written: fixed or with an exponent, and with how many decimals.
+# Columns
+
+
+def _roles(table: TestTable) -> list[tuple[str, str]]:
+    """Return role and name of each column, in the order of the page."""
+    layout = table.layout
+    roles = [("objective", name) for name in layout.objectives]
+    roles += [("variable", name) for name in layout.variables]
+    roles += [("output", name) for name in layout.outputs]
+    roles += [("output", name) for name in table.extra if name != layout.label]
+    return roles
+
+
+def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[dict[str, Any]]:
+    """Return the columns of the page: those of the tables, then the geometric criteria.
+
+    Args:
+        tables: The designs, then existing designs if there are any.
+        optimal: ``(n,)`` which of the designs are Pareto optimal without limits.
+    """
+    layout = tables[0].layout
+    columns: list[dict[str, Any]] = []
+    for j, (role, name) in enumerate(_roles(tables[0])):
+        column = {
+            "field": f"c{j}",  # free of the user's characters
+            "name": name,
+            "unit": layout.units.get(name, ""),
+            "role": role,
+            "maximize": name in layout.maximize,
+        }
+        values = values_of(name, *tables)
+        if values.dtype == object:
+            column |= _packed_texts(values)
+        else:
+            column |= _packed_numbers(values, optimal, log=layout.is_log(name))
+        columns.append(column)
+    for field, name in _GEOMETRIC.items():
+        columns.append(_geometric(field, name))
+    return columns
+
+
+def _geometric(field: str, name: str) -> dict[str, Any]:
+    """Return a column whose values depend on the limits; the script computes them."""
+    return {
+        "field": field,
+        "name": name,
+        "unit": "",
+        "role": "geometric",
+        "maximize": False,
+        "texts": None,
+        "values": None,
+        "notation": ["fixed", 4],
+        "range": [0, 1],
+        "log": False,
+    }
+
+
+def values_of(name: str, *tables: TestTable) -> NDArray[Any]:
+    """Return the ``(n,)`` numbers or texts of a column, of one table after another.
+
+    Where a table lacks the column they are NaN or empty. The first table says which they are.
+    """
+    cells: list[Any] = []
+    for table in tables:
+        if name in table.extra:
+            cells += table.extra[name].tolist()
+        elif name in table.layout.columns:
+            cells += table.column(name).tolist()
+        else:
+            cells += [None] * len(table)
+    if _holds_texts(name, tables[0]):
+        return np.array([_text(cell) for cell in cells], dtype=object)
+    return np.array(cells, dtype=np.float64)  # None becomes NaN
+
+
+def _holds_texts(name: str, table: TestTable) -> bool:
+    kinds = dict(zip(table.layout.variables, table.kinds, strict=True))
+    return name in table.extra or kinds.get(name) is Kind.CHOICE
+
+
+def _text(cell: Any) -> str:
+    if cell is None or cell != cell:  # NaN differs from itself
+        return ""
+    return str(cell)
+
+
+def _packed_texts(cells: NDArray[Any]) -> dict[str, Any]:
+    """Return ``(n,)`` texts as the payload has them: the different ones, and the place of each."""
+    texts, places = np.unique(cells.astype(str), return_inverse=True)
+    return {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
+
+
+def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> dict[str, Any]:
+    """Return the numbers of a column as the payload has them, with their scale and digits.
+
+    Args:
+        values: ``(n + k,)`` numbers of the designs, then those of existing designs.
+        optimal: ``(n,)`` which designs are Pareto optimal.
+        log: Whether the column is a logarithmic variable.
+    """
+    of_optimal = values[: len(optimal)][optimal]
+    of_optimal = of_optimal[np.isfinite(of_optimal)]
+    low, high, crowded = scale_of(of_optimal)
+    near = of_optimal[(of_optimal >= low) & (of_optimal <= high)]
+    notation = notation_of(near, values[np.isfinite(values)])
+    if log and high > 10**_DECADES * low:  # digits in each decade
+        notation = ("exponent", _DIGITS - 1)
+    n_outliers = len(of_optimal) - len(near)
+    return {
+        "texts": None,
+        "values": _base64(values),
+        "notation": notation,
+        "range": [low, high],
+        "log": crowded or (log and low > 0),
+        "clipped": n_outliers,
+    }
+
+
+def notation_of(near: Array, finite: Array) -> Notation:
+    """Return how numbers are written, fixed or with an exponent, and the number of decimals.
 
     Numbers of up to three decimals and seven digits are written as they are. Otherwise the decimals
     tell designs apart: they follow the range, not the size, of the values near the optimal ones.
     From 1e7 on, or where more than 8 decimals would be needed, an exponent is shorter.
+
+    Args:
+        near: ``(k,)`` values of Pareto-optimal designs without outliers.
+        finite: ``(n,)`` all finite values of the column.
     """
-    low, high = (near.min(), near.max()) if len(near) else (0.0, 0.0)
-    # Beyond all floats, the range of an output is as good as the greatest one.
-    size, span = max(abs(low), abs(high)), min(float(high) - float(low), np.finfo(float).max)
+    low, high = _ends(near)
+    size = max(abs(low), abs(high))
+    # The range of an output may be beyond all floats; the greatest one is as good.
+    span = min(high - low, _LARGEST)
     for decimals in range(4):
-        if size < 10.0 ** (7 - decimals) and (known == np.round(known, decimals)).all():
+        short = size < 10.0 ** (7 - decimals)
+        if short and (finite == np.round(finite, decimals)).all():
             return "fixed", decimals
+    if size == 0:  # only values of other designs have decimals
+        return notation_of(finite, finite)
     # A constant has no range; its own size then says how many decimals are of use.
-    decimals = _DIGITS - 1 - int(np.floor(np.log10(span if span > 0 else size)))
-    if size >= 1e7 or decimals > 8:
+    decimals = _DIGITS - 1 - int(np.floor(np.log10(span or size)))
+    if size < 1e7 and decimals <= 8:
+        return "fixed", max(decimals, 0)
+    common = 0
+    if span > 0:
         # Leading digits that all values have in common come on top of those that differ.
-        common = 0 if span <= 0 else int(np.floor(np.log10(size) - np.log10(span)))
-        return "exponent", min(_DIGITS - 1 + max(common, 0), 12)
-    return "fixed", max(decimals, 0)
+        common = int(np.floor(np.log10(size) - np.log10(span)))
+    return "exponent", min(_DIGITS - 1 + max(common, 0), 12)
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    """Return the least and the greatest value as Python's floats, which overflow silently."""
+    if len(values) == 0:
+        return 0.0, 0.0
+    return float(values.min()), float(values.max())
 
 
 def scale_of(values: Array) -> tuple[float, float, bool]:
-    """Return the range of ``(n,)`` values that axes show, outliers left out, and if it is log."""
+    """Return the ends of an axis without outliers, and whether it should be logarithmic.
+
+    Args:
+        values: ``(n,)`` finite values.
+    """
     if len(values) == 0:
         return 0.0, 0.0, False
-    # Values over decades, by their sizes: of 1, 10, …, 1e6 none is an outlier.
-    decades = values.min() > 0 and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25)
-    measured, kept = np.log(values) if decades else values, values
-    # Wider parts where more than half of the values are equal, and tell of no distance.
+    low, high = _ends(_without_outliers(values))
+    if low <= 0 or high < 10**_DECADES * low:
+        return low, high, False
+    # A straight scale would press most of the values into its first tenth.
+    inside = values[(values >= low) & (values <= high)]
+    crowded = float(np.median(inside)) - low < 0.1 * (high - low)
+    return low, high, crowded
+
+
+def _without_outliers(values: Array) -> Array:
+    """Return the ``(n,)`` values without those that are far beyond the quartiles."""
+    measured: Array = values
+    # Values over decades are measured by their logarithms: of 1, 10, …, 1e6 none is an outlier.
+    if values.min() > 0 and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25):
+        measured = np.log(values)
+    # Where more than half of the values are equal, the quartiles are, too; wider parts follow.
     for share in (0.25, 0.1, 0.02):
-        # Python's floats, as these overflow without a warning: then all are inside.
-        first, last = map(float, np.quantile(measured, [share, 1 - share]))
+        # Python's floats, which overflow silently: then no value is an outlier.
+        first, last = np.quantile(measured, [share, 1 - share]).tolist()
         if last > first:
             reach = _FENCE * (last - first)
-            kept = values[(measured >= first - reach) & (measured <= last + reach)]
-            break
-    low, high = float(kept.min()), float(kept.max())
-    # Logarithmic where a straight scale would press most of the values into its first tenth.
-    crowded = float(np.median(kept)) - low < 0.1 * (high - low)
-    return low, high, low > 0 and high >= 10**_DECADES * low and crowded
-
-
-def values_of(name: str, table: TestTable, former: TestTable | None = None) -> NDArray[Any]:
-    """Return ``(n,)`` numbers or texts, those of existing designs last, NaN or empty if none."""
-    layout = table.layout
-    cells: list[Any] = []
-    for one in (table, former) if former is not None else (table,):
-        if name in one.extra:
-            cells += one.extra[name].tolist()
-        elif name in one.layout.columns:
-            cells += one.column(name).tolist()
-        else:
-            cells += [None] * len(one)
-    kinds = dict(zip(layout.variables, table.kinds, strict=True))
-    if name in table.extra or kinds.get(name) is Kind.CHOICE:
-        return np.array(["" if c is None or c != c else str(c) for c in cells], dtype=object)
-    return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64)
-
-
-def _labels(table: TestTable) -> list[Any]:
-    label = table.layout.label
-    if label is None:
-        return [*table.numbers.tolist()]
-    return [cell if type(cell) is int else str(cell) for cell in table.extra[label].tolist()]
-
-
-def _packed(every: NDArray[Any], optimal: NDArray[np.bool_], *, log: bool) -> dict[str, Any]:
-    """Return the values of a column as the payload has them, those of existing designs last."""
-    if every.dtype == object:
-        texts, places = np.unique(every.astype(str), return_inverse=True)
-        return {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
-    finite = every[np.isfinite(every)]
-    values = every[: len(optimal)]  # without those of existing designs
-    known = np.isfinite(values)
-    low, high, crowded = scale_of(values[known & optimal])
-    # what is spread over decades has its digits in each of them
-    decades = log and high > 10**_DECADES * low
-    beyond = known & optimal & ((values < low) | (values > high))
-    near = values[known & optimal & ~beyond]
-    return {
-        "values": _base64(every),
-        "notation": ("exponent", _DIGITS - 1) if decades else notation_of(near, finite),
-        "range": [low, high],
-        "log": crowded or (log and low > 0),
-        "clipped": int(beyond.sum()),
-    }
-
-
-def _geometric(field: str, name: str) -> dict[str, Any]:
-    """Return a column whose values depend on the limits: the script computes them."""
-    packed = {"field": field, "name": name, "unit": "", "role": "geometric", "maximize": False}
-    more = {"texts": None, "values": None, "notation": ["fixed", 4], "range": [0, 1], "log": False}
-    return packed | more
+            inside = (measured >= first - reach) & (measured <= last + reach)
+            return np.asarray(values[inside])
+    return values
 
 
 def _base64(values: NDArray[Any]) -> str:
-    little = values.astype(values.dtype.newbyteorder("<"), copy=False)
-    return b64encode(little.tobytes()).decode("ascii")
+    little_endian = values.astype(values.dtype.newbyteorder("<"), copy=False)
+    return b64encode(little_endian.tobytes()).decode("ascii")
