@@ -12,7 +12,16 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, JoblibRunner, PsiError, Recorded, SurrogatePSI, TestTable, investigate
+from pymoo_psi import (
+    PSI,
+    Formulation,
+    JoblibRunner,
+    PsiError,
+    Recorded,
+    SurrogatePSI,
+    TestTable,
+    investigate,
+)
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
@@ -74,12 +83,44 @@ def test_limits_lead_the_proposals_and_change_no_test():
     assert table.feasible().sum() > table.feasible({"f1": 20}).sum()
 
 
+@pytest.mark.parametrize("limit", [(None, 20.0), (60.0, None), (5.0, 30.0)])
+def test_a_limit_on_a_maximised_objective_is_that_on_its_negative(limit):
+    """Maximised under its name, f1 is -F; the designs are those for the same limit on F."""
+    bnh, (low, high) = get_problem("bnh"), limit
+    turned = tuple(None if end is None else -end for end in (high, low))
+    plain = run(bnh, 32, limits={"f1": limit}).table
+    maximised = run(bnh, 32, maximize=["f1"], limits={"f1": turned}).table
+    np.testing.assert_array_equal(maximised.X, plain.X)
+    np.testing.assert_array_equal(maximised.column("f1"), -plain.column("f1"))
+    inside = (plain.F[20:, 0] >= (low or -np.inf)) & (plain.F[20:, 0] <= (high or np.inf))
+    assert inside.mean() > 0.7
+
+
 def test_limits_may_be_on_variables_and_outputs():
     limits = {"n": (4, 6), "a": (None, 0.5), "weight": (3, 5)}
     made = run(Mixed(), 44, limits=limits).table.rows(np.arange(20, 44)).to_frame()
     assert made["n"].between(4, 6).all()
     assert made["a"].between(-1, 0.5).all()
     assert made["weight"].between(3, 5).mean() > 0.8
+
+
+def test_designs_without_a_value_that_has_a_limit_are_not_promising():
+    """The best objectives are where the model gives no heat, and there the limit is not kept."""
+
+    class Silent(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = [(x[1] - 0.3) ** 2 - x[0], (x[1] - 0.6) ** 2 - x[0]]
+            if x[0] <= 0.5:
+                out["heat"] = 1 + x[0]
+
+    table = run(Silent(), 44, limits={"heat": 1.4}).table
+    known = np.isfinite(table.column("heat"))
+    assert known[:20].mean() < 0.6
+    assert known[20:].mean() > 0.8
+    assert table.under(Formulation(limits={"heat": 1.4})).feasible()[20:].mean() > 0.6
 
 
 def test_where_everything_fails_designs_are_spread_and_tests_go_on():

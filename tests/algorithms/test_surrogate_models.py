@@ -1,0 +1,74 @@
+"""The Gaussian processes of the surrogates against linear algebra written out.
+
+No proposal shows a deviation clearly enough, so that these tests look at the processes themselves.
+"""
+
+import numpy as np
+import pytest
+
+from pymoo_psi.algorithms._surrogate_models import GaussianProcess
+
+N, D = 12, 3
+LENGTHS = np.log([0.4, 0.9, 2.0])
+SHARES = np.log([1e-3, 0.7, 0.3])  # of noise, linear and quadratic trends
+
+
+def covariance(a, b):
+    """Of the values at two designs: Matérn's kernel, ν = 5/2, and Legendre's polynomials."""
+    r = np.sqrt(5 * (((a - b) / np.exp(LENGTHS)) ** 2).sum())
+    linear, quadratic = np.exp(SHARES[1:])
+    u, v = 2 * a - 1, 2 * b - 1
+    trends = linear * 3 * u @ v + quadratic * 5 / 4 * (3 * u**2 - 1) @ (3 * v**2 - 1)
+    return (1 + r + r**2 / 3) * np.exp(-r) + trends / D
+
+
+def covariances(A, B):
+    return np.array([[covariance(a, b) for b in B] for a in A])
+
+
+@pytest.fixture(scope="module")
+def tests():
+    random = np.random.default_rng(1)
+    Z = random.random((N, D))
+    t = np.sin(3 * Z[:, 0]) + Z[:, 1] * Z[:, 2]
+    return Z, (t - t.mean()) / t.std()
+
+
+@pytest.fixture(scope="module")
+def process(tests):
+    return GaussianProcess(*tests, np.append(LENGTHS, SHARES))
+
+
+def test_mean_and_deviation_are_those_of_the_conditional_normal_distribution(tests, process):
+    Z, t = tests
+    at = np.random.default_rng(2).random((40, D)) * 1.5 - 0.25  # beyond the cube, too
+    K, k = covariances(Z, Z) + np.exp(SHARES[0]) * np.eye(N), covariances(at, Z)
+    inverse = np.linalg.inv(K)
+    mean = inverse.sum(axis=0) @ t / inverse.sum()
+    variance = (t - mean) @ inverse @ (t - mean) / N
+    np.testing.assert_allclose(process(at), mean + k @ inverse @ (t - mean), rtol=1e-9)
+    prior = np.array([covariance(z, z) for z in at])
+    expected = variance * (prior - np.einsum("ij,jk,ik->i", k, inverse, k))
+    np.testing.assert_allclose(process.deviation(at) ** 2, expected, rtol=1e-6)
+
+
+def test_the_farther_a_design_is_from_all_tests_the_less_is_known_of_it(process, tests):
+    """Trends are known least far out; in the middle of the tests their uncertainty is small."""
+    centre = tests[0].mean(axis=0)
+    steps = centre + np.linspace(0, 20, 9)[:, None] * np.ones(D)
+    assert (np.diff(process.deviation(steps)) > 0).all()
+    assert (process.deviation(tests[0]) < 0.05).all()
+
+
+def test_what_is_left_out_is_predicted_from_the_others(tests, process):
+    """Each value from all others, with the mean and the variance of all (equation 5.12)."""
+    Z, t = tests
+    means, variances = process.left_out(t)
+    K = covariances(Z, Z) + np.exp(SHARES[0]) * np.eye(N)
+    for i in range(N):
+        others = np.delete(np.arange(N), i)
+        weights = np.linalg.solve(K[np.ix_(others, others)], K[others, i])
+        expected = process.mean + weights @ (t[others] - process.mean)
+        assert means[i] == pytest.approx(expected)
+        left = process.variance * (K[i, i] - weights @ K[others, i])
+        assert variances[i] == pytest.approx(left)
