@@ -9,9 +9,11 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import (
     PSI,
+    Formulation,
     PsiError,
     QMCSampling,
     SphereChute,
+    TestTable,
     VectorizedSphereChute,
     investigate,
     lp_tau,
@@ -145,6 +147,54 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_p
         told.evaluator.eval(Heated(), block)
         told.tell(infills=block)
     assert told.result().opt.get("test_point").tolist() == result.opt.get("test_point").tolist()
+
+
+class Sometimes(Problem):
+    """A model that gives a further output of every fourth design only."""
+
+    def __init__(self, gives=True):
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+        self.gives = gives
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        x, y = X.T
+        out["F"] = np.column_stack([x + y, (x - 1) ** 2 - y])
+        if self.gives and (x >= 0.75).any():
+            out["heat"] = np.where(x >= 0.75, y, np.nan)
+
+
+@pytest.mark.parametrize("block_size", [1, 3, 64])
+@pytest.mark.parametrize("keep", ["feasible", "pareto"])
+def test_tests_without_an_output_that_has_a_limit_are_infeasible(keep, block_size):
+    """However the tests are cut into blocks, of which whole ones may lack the output."""
+    limits, whole = {"heat": 0.5}, investigate(Sometimes(), 64)
+    expected = (whole.X[:, 0] >= 0.75) & (whole.X[:, 1] <= 0.5)
+    asked = whole.under(Formulation(limits=limits))
+    np.testing.assert_array_equal(asked.feasible(), expected)
+    kept = investigate(Sometimes(), 64, limits=limits, keep=keep, block_size=block_size)
+    rows = expected if keep == "feasible" else asked.pareto()
+    assert kept.equals(whole.rows(rows))
+
+
+@pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
+def test_a_limit_on_an_output_that_no_test_has_is_refused_at_the_end(keep, tmp_path):
+    """Only then is it known that no test has it; what was computed is in the study."""
+    problem, limits, study = Sometimes(gives=False), {"heat": 0.5}, tmp_path / "s.db"
+    with pytest.raises(PsiError, match="a limit must be one of .*'heat'"):
+        investigate(problem, 32, limits=limits, keep=keep, study=study)
+    assert TestTable.read_study(study).equals(investigate(problem, 32))
+
+
+def test_a_run_with_a_limit_on_an_output_that_no_test_has_finds_nothing_before_it_is_refused():
+    algorithm = PSI(32, limits={"heat": 0.5}, block_size=8)
+    algorithm.setup(Sometimes(gives=False))
+    for _ in range(3):
+        algorithm.next()
+        assert len(algorithm.opt) == 1  # the least infeasible one, as nothing is feasible
+        assert np.isinf(algorithm.pop.get("CV")).all()
+    algorithm.next()
+    with pytest.raises(PsiError, match="a limit must be one of .*'heat'"):
+        algorithm.result()
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])

@@ -129,6 +129,44 @@ def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
         assert run.table.equals(plain)
 
 
+class TakingLong(JoblibRunner):
+    """A runner of many workers, the results of which arrive together after long computing.
+
+    Args:
+        seconds: What each result is said to have taken.
+        seen: Called with the number of results that have been taken, after each of them.
+    """
+
+    def __init__(self, seconds, seen):
+        super().__init__(1)
+        self.seconds, self.seen = seconds, seen
+
+    def stream(self, f, waiting):
+        n = 0
+        while waiting:
+            index, design = waiting.popleft()
+            yield index, f(design), self.seconds
+            n += 1
+            self.seen(n)
+
+
+@pytest.mark.parametrize("seconds", [0.01, 7.0, 30.0])
+def test_results_of_long_computing_do_not_wait_for_others_to_be_stored(tmp_path, seconds):
+    """At most 20 seconds of computing may be lost, though less than a second has passed.
+
+    Nor is there a commit for each result, which would take longer than to compute quick ones.
+    """
+    path, stored = tmp_path / "s.db", []
+    runner = TakingLong(seconds, lambda n: stored.append(len(TestTable.read_study(path))))
+    began = time.monotonic()
+    investigate(Sum(elementwise_runner=runner), 64, study=path)
+    passed = time.monotonic() - began
+    lost = np.arange(1, 65) - stored
+    assert (lost * seconds < 20).all()
+    assert len({*stored}) <= 64 * max(seconds, 20 / 64) / 20 + passed + 1
+    assert len(TestTable.read_study(path)) == 64
+
+
 ENDED = """
 import os, sys, time
 import numpy as np
@@ -259,6 +297,30 @@ def test_no_design_is_computed_twice(tmp_path, by, study):
         problem = Few()
         assert go(problem, 200, retry="failed").equals(table)
         assert len(problem.calls) == 2, "the two that failed, once each"
+
+
+class Rarely(ElementwiseProblem):
+    """12 designs, of which three give a further output."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=[3, 2], vtype=int)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x[0] - x[1], x[1]]
+        if x[0] == 3:
+            out["heat"] = 10.0 + x[1]
+
+
+@pytest.mark.parametrize("block_size", [1, 4, 64])
+@pytest.mark.parametrize("study", [False, True])
+def test_a_repeated_design_has_the_outputs_of_its_first_test(tmp_path, block_size, study):
+    """Also in a block none of whose designs gives an output that others give."""
+    path = tmp_path / "s.db" if study else None
+    table = investigate(Rarely(), 20, study=path, block_size=block_size)
+    table = investigate(Rarely(), 64, study=path, block_size=block_size) if study else table
+    x, y = table.X.T
+    np.testing.assert_array_equal(table.column("heat"), np.where(x == 3, 10.0 + y, np.nan))
+    assert table.repeats.sum() == len(table) - len(set(map(tuple, table.X.tolist()))) > 0
 
 
 @pytest.mark.parametrize("elementwise", [True, False])
