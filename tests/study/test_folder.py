@@ -75,6 +75,17 @@ def test_a_point_of_two_files_counts_once_if_they_agree(tmp_path):
         read_folder(tmp_path)
 
 
+def test_an_output_that_a_share_lacks_is_unknown_for_its_points(tmp_path):
+    whole = shares(tmp_path, 3, 12, [1, 2])
+    numbers, share = Share(3, 3).numbers(1, 12), Study(tmp_path / Share(3, 3).file)
+    share.begin(HEAD, Share(3, 3))
+    heat = np.where(np.isin(whole["test_point"], numbers), whole["x"], np.nan)
+    share.append(rows(whole | {"heat": heat}, numbers - 1))
+    # another file holds some of these points without the output: they are the same tests
+    begun(tmp_path / "z.db").append(rows(whole, numbers[:2] - 1))
+    assert bits(read_folder(tmp_path)[1]) == bits(whole | {"heat": heat})
+
+
 def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_read(tmp_path):
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()

@@ -239,6 +239,11 @@ def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
     study.append(with_heat)
     assert study.append(block(1, 3)) == 0
     assert study.append(block(1, 3) | {"noise": np.zeros(3)}) == 0
+    # nor does a value that only one of both knows make another test
+    assert study.append(with_heat | {"heat": np.array([1.0, np.nan, 3.0])}) == 0
+    study.append(block(4, 2) | {"heat": np.array([np.nan, 5.0])})
+    assert study.append(block(4, 2) | {"heat": np.array([4.0, 5.0])}) == 0
+    with_heat = block(1, 5) | {"heat": np.array([1.0, 2.0, 3.0, np.nan, 5.0])}
     assert bits(read(study.path)[1]) == bits(with_heat | {})
     with pytest.raises(ArgumentValueError, match="other values for test point 2"):
-        study.append(with_heat | {"heat": np.array([1.0, 2.5, 3.0])})
+        study.append(with_heat | {"heat": np.array([1.0, 2.5, 3.0, 4.0, 5.0])})
