@@ -179,6 +179,23 @@ def test_decimals_are_those_of_other_designs_where_the_optimal_have_none(of_opti
     assert sent["columns"][2]["notation"] == ["fixed", 4]
 
 
+def test_axes_range_over_the_optimal_designs():
+    """Dominated designs, however many, set neither range nor scale nor digits."""
+    front, behind = np.linspace(1, 2, 31), np.linspace(2.1, 7, 40)
+    optimal = pd.DataFrame({"a": front, "b": front[::-1], "heat": np.sqrt(front)})
+    dominated = pd.DataFrame({"a": behind, "b": behind, "heat": 1000 * np.sqrt(behind)})
+    asked = Formulation(["a", "b"])
+    alone = payload_of(decision_page(optimal, asked))["columns"]
+    both = payload_of(decision_page(pd.concat([dominated, optimal]), asked))
+    assert column_of(both, "optimal").tolist() == [0] * 40 + [1] * 31
+    for one, other, ends in zip(
+        both["columns"], alone, [[1, 2], [1, 2], [1, 2**0.5]], strict=False
+    ):
+        assert one["range"] == ends
+        for fact in ("range", "log", "clipped", "notation"):
+            assert one[fact] == other[fact]
+
+
 def test_saving_replaces_whole_files_only(tmp_path):
     with pytest.raises(FileNotFoundError):
         page_of_beams().save(tmp_path / "absent" / "page.html")

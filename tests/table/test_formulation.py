@@ -285,6 +285,28 @@ def test_a_limit_that_rejects_nothing_is_a_remark():
     assert not table.under(Formulation(limits={"heat": 1e300})).remarks
 
 
+def test_ranges_are_fixed_kept_or_given_up(tmp_path):
+    """None keeps those of the table, empty ones are those of the Pareto set."""
+    table, fixed = beam_tests(), {"mass": [0, 10], "gain": [-5, 5]}
+    own = table.ranking().criteria
+    path = tmp_path / "asked.json"
+    for ranges in (fixed, {}, None):
+        Formulation(ranges=ranges).to_json(path)
+        assert Formulation.read_json(path).ranges == ranges
+    wide = table.under(Formulation(ranges=fixed))
+    # fixed ranges are (lower, upper) in the original direction: of gain the ideal is 5
+    F = np.column_stack([table.column("mass"), table.column("gain")])[table.pareto()]
+    mu1 = np.hypot(F[:, 0] / 10, (5 - F[:, 1]) / 10)
+    np.testing.assert_allclose(wide.ranking().criteria[:, 0], mu1)
+    assert wide.under(Formulation()).equals(wide)
+    assert wide.under(Formulation(limits={"width": 1})).ranking().ideal.tolist() == [0, 5]
+    assert wide.under(Formulation(ranges={})).equals(table)
+    np.testing.assert_array_equal(wide.under(Formulation(ranges={})).ranking().criteria, own)
+    # fixed for other objectives, they say nothing
+    heat = Formulation(objectives=["mass", "heat"])
+    assert wide.under(heat).equals(table.under(heat))
+
+
 def test_units_of_a_decision_are_those_of_its_limits(tmp_path):
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [90.0]])
     asked = Formulation(units={"f1": "%", "x1": "mm"}, limits={"f1": 80})
