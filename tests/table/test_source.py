@@ -82,6 +82,11 @@ FILES = {
     "decimals and thousands in a column": ("a;b\n2,5;1\n1.250;2\n", {}, {"a": [2.5, 1250], "b": [1, 2]}),
     "thousands beside decimal commas": ("cost;mass\n2,5;1.250\n3,5;980\n", {}, r"row 1 \(line 2\) holds '1\.250' in the column 'mass', either 1250 or 1\.25; settle it by --thousands '\.' or --decimal '\.'"),
     "the same with the decimal mark": ("cost;mass\n2,5;1.250\n3,5;980\n", {"decimal": ","}, {"cost": [2.5, 3.5], "mass": [1250, 980]}),
+    "the same with commas between cells": ('cost,mass\n"2,5",1.250\n"3,5",2.980\n', {}, "'1.250' in the column 'mass', either 1250 or 1.25; settle it"),
+    "decimal commas, one in front of three digits": ("cost;mass\n2,5;1,250\n3,5;980\n", {}, {"cost": [2.5, 3.5], "mass": [1.25, 980]}),
+    "columns of both notations": ("a;b;c\n2,5;1.5;1.250\n3,5;2.5;2.980\n", {}, "'1.250' in the column 'c', either 1250 or 1.25; settle it"),
+    "labels with a point": ("id;a;b\n1.2;1.250;3\n1.3;2.980;4\n", {}, "'1.250' in the column 'a', either 1250 or 1.25; settle it"),
+    "labels with a comma": ('id,a,b\n"1,2",1.250,3\n"1,3",2.980,4\n', {}, {"a": [1.25, 2.98], "b": [3, 4]}),
     "three decimals or thousands, commas": ("a,b\n1.250,3\n980,4\n", {}, "'1.250' .* settle it by"),
     "three decimals as programs print them": ("a,b\n1.250,3\n0.980,4\n2.500,5\n", {}, {"a": [1.25, 0.98, 2.5], "b": [3, 4, 5]}),
     "three decimals, none below one": ("a,b\n1.250,3\n2.980,4\n", {}, {"a": [1.25, 2.98], "b": [3, 4]}),
@@ -359,6 +364,92 @@ def test_a_pipe_is_read_to_its_end(tmp_path):
     table = read_table(pipe)
     writer.join()
     assert len(table) == 300
+
+
+# Rows that summarise others
+
+SUMMARIES = {
+    "Total": np.sum, "Mittelwert": np.mean, "median": np.median, "Std": np.std,
+    "min.": np.min, "Maximum": np.max,
+}  # fmt: skip
+
+
+def named_rows(rows):
+    """The text of a file of rows, each with its name."""
+    lines = [",".join([name, *map(str, values)]) for name, values in rows]
+    columns = ",".join(f"c{j}" for j in range(len(rows[0][1])))
+    return "\n".join([f"model,{columns}", *lines, ""])
+
+
+def designs_to_summarise(seed, n, m):
+    """Designs of which none is the best in two objectives, so that extremes are of no design."""
+    F = np.random.default_rng(seed).uniform(10, 100, (n, m)).round(2)
+    F[:m][np.eye(m, dtype=bool)] = 5.0
+    F[:m][np.eye(m, k=1, dtype=bool)] = 120.0
+    F[0, 0], F[m - 1, 0] = 5.0, 120.0
+    return F
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(4, 12),
+    m=st.integers(2, 4),
+    name=st.sampled_from([*SUMMARIES]),
+    place=st.integers(0, 12),
+)
+def test_a_row_is_a_summary_by_its_name_and_its_numbers(path, seed, n, m, name, place):
+    F = designs_to_summarise(seed, n, m)
+    numbers = SUMMARIES[name](F, axis=0)
+    if name in ("Total", "Mittelwert", "Std"):  # as people round
+        numbers = [float(f"{number:.4g}") for number in numbers]
+    designs = [(f"No{i}", row) for i, row in enumerate(F.tolist())]
+    place = min(place, n)
+
+    def read(name, numbers, **options):
+        path.write_text(named_rows([*designs[:place], (name, [*numbers]), *designs[place:]]))
+        return read_table(path, **options)
+
+    with pytest.raises(PsiError, match=rf"'{name}' and summarises .* --skip-rows {place + 2}"):
+        read(name, numbers)
+    other = [1.07 * number for number in numbers]
+    for named, values in (("Z9", numbers), (name, other)):
+        rows = np.insert(F, place, values, axis=0)
+        np.testing.assert_array_equal(read(named, values).F, rows)
+    np.testing.assert_array_equal(read(name, numbers, skip_rows=[place + 2]).F, F)
+
+
+@pytest.mark.parametrize("above", [False, True])
+def test_sums_of_groups_are_found_above_and_below_them(read, above):
+    groups = [[("A", [1, 40]), ("B", [2, 33])], [("C", [8, 9]), ("D", [9, 17]), ("E", [3, 5])]]
+    sums = [("Sum 1", [3, 73]), ("Sum 2", [20, 31])]
+    pairs = zip(groups, sums, strict=True)
+    rows = [row for group, own in pairs for row in ([own, *group] if above else [*group, own])]
+    lines = "2,5" if above else "4,8"
+    with pytest.raises(PsiError, match=f"'Sum 1' and summarises .* --skip-rows {lines},"):
+        read(named_rows(rows))
+    both = [*rows, ("Total", [23, 104])]
+    with pytest.raises(PsiError, match=f"summarises .* --skip-rows {lines},9"):
+        read(named_rows(both))
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers", "is_summary"),
+    [
+        ("Total", [60, 6, 10], True),  # sums, and the ratio of two sums
+        ("Total", [60, 7, 3], False),  # one sum of three may be chance
+        ("Best", [10, 1, 9], False),  # the best in two of three columns
+        ("Best", [10, 1, 5], True),
+        ("Mean", [20, 2, 10], True),
+    ],
+)
+def test_a_summary_need_not_have_sums_in_all_columns(read, name, numbers, is_summary):
+    rows = [("A", [10, 3, 5]), ("B", [20, 2, 10]), ("C", [30, 1, 15])]
+    text = named_rows([*rows, (name, numbers)])
+    if is_summary:
+        with pytest.raises(PsiError, match=f"'{name}' and summarises"):
+            read(text)
+    else:
+        assert len(read(text)) == 4
 
 
 # Numbers of a country's style, and what must come of them: themselves or a refusal
