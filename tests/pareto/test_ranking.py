@@ -43,6 +43,24 @@ def test_a_ranking_knows_which_rows_it_ranks():
     assert some.rank.tolist() == ranking.rank.tolist()
 
 
+# Designs 1 and 3 have rank 5 and are farther from U than design 0, which has none.
+RANK_BEFORE_DISTANCE = np.array([[7.0, 6], [1, 8], [4, 7], [8, 4], [9, 9], [7, 7]])
+
+
+@given(F=generic | st.just(RANK_BEFORE_DISTANCE))
+def test_designs_are_ordered_by_rank_and_within_a_rank_by_distance(F):
+    ranking = rank_of_efficiency(F)
+    keys = zip(~ranking.pareto, -ranking.rank, ranking.criteria[:, 0], strict=True)
+    expected = [i for _, i in sorted(zip(keys, range(len(F)), strict=True))]
+    assert ranking.order.tolist() == ranking.to_frame().index.tolist() == expected
+
+
+def test_a_design_without_a_rank_comes_behind_a_farther_one_with_a_rank():
+    ranking = rank_of_efficiency(RANK_BEFORE_DISTANCE)
+    assert ranking.criteria[0, 0] < ranking.criteria[1, 0]
+    assert ranking.order.tolist() == [2, 1, 3, 0, 5, 4]
+
+
 def test_given_ideal_and_nadir():
     F = np.array([[0.0, 1.0], [0.25, 0.5], [1.0, 0.0]])
     ranking = rank_of_efficiency(F, ideal=[-1.0, 0.0], nadir=[1.0, 2.0])
