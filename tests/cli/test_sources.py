@@ -182,16 +182,16 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
         sources("rank", *words)[1]
     )
     words = decision(limits={"mass": 0.999 * values["mass"]}, page={"values": values})
-    assert "is beyond the limits" in sources("rank", *words)[1]
-    assert sources("report", *words)[0] == 0  # it is beyond the limits: the proposal, and why
+    assert "violates the limits" in sources("rank", *words)[1]
+    assert sources("report", *words)[0] == 0  # it violates the limits: the proposal, and why
     report = (tmp_path / "report.html").read_text("utf-8")
     assert "no design is chosen" in report
-    assert "test point 7, the chosen design, is beyond the limits" in joined(report)
+    assert "test point 7, the chosen design, violates the limits" in joined(report)
     assert "in stock" not in report
     for more, message in (
         ({"units": {"mass": "t"}}, "kg"), ({"page": {"state": 3}}, "page.state in"),
         ({"ranges": {"mass": [0, 9]}}, "of every objective"),
-        ({"page": {"state": {"categories": {"mass": []}}}}, "the page kept mass none only"),
+        ({"page": {"state": {"categories": {"mass": []}}}}, "keeps only mass = none"),
         ({"page": {"state": {"categories": {"mass": 5}}}}, "list"),
         ({"page": {"state": {"categories": [1]}}}, "columns to lists"),
     ):  # fmt: skip

@@ -1,4 +1,4 @@
-"""``pymoo-psi rank``: from a source to ranks of efficiency, and what is said of a choice."""
+"""``pymoo-psi rank``: the ranks of efficiency of a source, and remarks on a decision."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pymoo_psi.cli._output import print_frame, require_output, say, write_frame
 from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import EfficiencyRanking, cautions, explain, measured_in, number
-from pymoo_psi.table import Formulation, TestTable, constraint_costs
+from pymoo_psi.table import Formulation, Layout, TestTable, constraint_costs
 
-_REASONS = 4  # sentences that a reader takes in at a glance
-_SHOWN = 12  # designs printed; all are in the file
+_N_REASONS = 4  # sentences that a reader takes in at a glance
+_N_PRINTED = 12  # designs; all are in the file
 
 
 def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
@@ -28,102 +28,137 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
     outputs; ``mu1``, ``mu2``, ``mu3``, ``rank``, ``pareto``.
     """
     layout = designs.layout
-    first = "test_point" if layout.label is None else "row"
-    columns: dict[str, Any] = {first: designs.numbers, **designs.extra}
-    names = [*layout.variables, *layout.objectives, *layout.outputs]
-    columns |= {name: designs.column(name) for name in names}
-    columns |= dict(zip(("mu1", "mu2", "mu3"), ranking.criteria.T, strict=True))
-    columns |= {"rank": ranking.rank, "pareto": ranking.pareto}
+    number_column = "test_point" if layout.label is None else "row"
+    columns: dict[str, Any] = {number_column: designs.numbers, **designs.extra}
+    for name in (*layout.variables, *layout.objectives, *layout.outputs):
+        columns[name] = designs.column(name)
+    columns["mu1"], columns["mu2"], columns["mu3"] = ranking.criteria.T
+    columns["rank"] = ranking.rank
+    columns["pareto"] = ranking.pareto
     return pd.DataFrame(columns).iloc[ranking.order]
 
 
 def most_violated(table: TestTable) -> str:
     """Say which constraint or limit most designs violate, and how many violate it alone."""
-    tested, costs = int((table.status != "failed").sum()), constraint_costs(table)
+    n_computed = int((table.status != "failed").sum())
+    costs = constraint_costs(table)
     if not costs["rejects"].any():
-        return f"{tested} of {counted(len(table), 'design')} could be computed"
+        return f"{n_computed} of {counted(len(table), 'design')} could be computed"
     worst = costs.sort_values("rejects", ascending=False, kind="stable").iloc[0]
+    n_infeasible = n_computed - int(table.feasible().sum())
     return (
-        f"Infeasible: {tested - int(table.feasible().sum())} of {tested} that were computed; "
+        f"Infeasible: {n_infeasible} of {n_computed} that were computed; "
         f"{worst.name} rejects most: {worst['rejects']:.0f}, {worst['alone']:.0f} of them alone"
     )
 
 
-def say_source(path: Path, table: TestTable, asked: Formulation, *, ranked: bool = True) -> None:
-    """Print what is known of a source's rows, of its columns if none was named, of a decision."""
+def say_source(
+    path: Path, table: TestTable, formulation: Formulation, *, ranked: bool = True
+) -> None:
+    """Print remarks on the rows of a source, on its objectives if none is named, on a decision.
+
+    Args:
+        path: The source.
+        table: Its table under the formulation.
+        formulation: The formulation that the options give.
+        ranked: Whether infeasible designs are left out of the result.
+    """
     layout = table.layout
     for remark in table.remarks:
         say(remark)
-    if not asked.objectives:
+    if not formulation.objectives:
         say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
-    if (n := int((table.status == "ok").sum())) < len(table):
-        rest = "; the others are left out" * ranked
-        say(f"{n} of {counted(len(table), 'design')} are feasible{rest}.")
-    for line in decision_remarks(path, table, asked):
-        say(line)
+    n_feasible = int((table.status == "ok").sum())
+    if n_feasible < len(table):
+        sentence = f"{n_feasible} of {counted(len(table), 'design')} are feasible"
+        if ranked:
+            sentence += "; the others are left out"
+        say(f"{sentence}.")
+    for remark in decision_remarks(path, table, formulation):
+        say(remark)
 
 
-def decision_remarks(path: Path, table: TestTable, asked: Formulation) -> list[str]:
-    """Return what there is to say of a decision, and what has changed since.
+def decision_remarks(path: Path, table: TestTable, formulation: Formulation) -> list[str]:
+    """Return remarks on the chosen design of a decision, and the reason for it.
 
     Raises:
-        ArgumentValueError: The decision is about other directions.
+        ArgumentValueError: The decision has other directions than the table.
     """
-    layout, page = table.layout, asked.page
-    for name in layout.objectives if page else ():
-        if name in layout.maximize and name not in asked.maximize:
-            rule = "about the same directions as the designs"
-            raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
-    reason = [f"Reason: {asked.reason}"] if asked.reason else []
-    if asked.chosen is None:
-        return reason
-    chosen, before = f"Warning: {asked.chosen}, the chosen design,", page.get("values", {})
-    if asked.chosen not in table.names:
-        return [f"{chosen} is not among these.", *reason]
-    row = table.names.index(asked.chosen)
-    changed = [
-        f"{name} was {before[name]} and is {number(float(table.column(name)[row]), 6)}"
-        for name in layout.objectives
-        if name in before and before[name] != table.column(name)[row]
-    ]
-    if changed:
-        return [f"{chosen} has changed: {', '.join(changed)}.", *reason]
+    layout = table.layout
+    if formulation.page:
+        for name in layout.objectives:
+            if name in layout.maximize and name not in formulation.maximize:
+                rule = "about the same directions as the designs"
+                raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
+    remarks = []
+    if formulation.chosen is not None:
+        remarks.append(_remark_on_choice(table, formulation.chosen, formulation.page))
+    if formulation.reason:
+        remarks.append(f"Reason: {formulation.reason}")
+    return remarks
+
+
+def _remark_on_choice(table: TestTable, chosen: str, page: Mapping[str, Any]) -> str:
+    """Say whether the chosen design is what it was when the page saved the decision."""
+    warning = f"Warning: {chosen}, the chosen design,"
+    if chosen not in table.names:
+        return f"{warning} is not among these."
+    row = table.names.index(chosen)
+    values = page.get("values", {})
+    changes = []
+    for name in table.layout.objectives:
+        value = table.column(name)[row]
+        if name in values and values[name] != value:
+            changes.append(f"{name} was {values[name]} and is {number(float(value), 6)}")
+    if changes:
+        return f"{warning} has changed: {', '.join(changes)}."
     if not table.eligible()[row]:
-        return [f"{chosen} is beyond the limits.", *reason]
-    since = f", unchanged since {str(page.get('date', 'then'))[:10]}" if before else ""
-    return [f"Chosen: {asked.chosen}{since}.", *reason]
+        return f"{warning} violates the limits."
+    if not values:
+        return f"Chosen: {chosen}."
+    date = str(page.get("date", "then"))
+    return f"Chosen: {chosen}, unchanged since {date[:10]}."
 
 
 def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
-    path, out = options.file, options.out
+    path = options.file
+    out = options.out
     require_output(out, (".csv", ".xlsx"), path, options.decision)
-    asked = formulation_of(options)
-    table = opened(path, options, asked)
-    asked = with_choice(asked, table)
+    formulation = formulation_of(options)
+    table = opened(path, options, formulation)
+    formulation = with_choice(formulation, table)
     if not table.eligible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
-    rows, ranking = table.ranked(normalize=asked.normalize)
+    rows, ranking = table.ranked(normalize=formulation.normalize)
     designs = table.rows(rows)
-    layout, units = designs.layout, designs.layout.units
     frame = designs_frame(designs, ranking)
     if out is not None:  # before anything is printed, which may fail
-        write_frame(frame, out, layout, designs.chosen)
+        write_frame(frame, out, designs.layout, designs.chosen)
 
-    say_source(path, table, asked)
-    best = "; ".join(ranking.name_of(row) for row in ranking.salukvadze[:5].tolist())
-    more = "; …" if len(ranking.salukvadze) > 5 else ""
-    size = f"{counted(len(designs), 'design')}, {int(ranking.pareto.sum())} Pareto optimal"
-    say(f"{path}: {size}; Salukvadze optimum: {best}{more}")
-    of = "as fixed" if layout.ranges else "of the Pareto set"
-    for name, ideal, nadir in zip(layout.objectives, ranking.ideal, ranking.nadir, strict=True):
-        way = "maximize" if name in layout.maximize else "minimize"
-        unit = f" {units[name]}" if name in units else ""
-        best, worst = (f"{number(end, 6)}{unit}" for end in (ideal, nadir))
-        say(f"  {way} {name}: best {best}, worst {worst} {of}")
+    say_source(path, table, formulation)
+    _say_set(path, designs.layout, ranking)
     title = "The best compromises, the nearest to the ideal point first:"
-    say_best(frame, title, ranking, units, out)
+    say_best(frame, title, ranking, designs.layout.units, out)
     return 0
+
+
+def _say_set(path: Path, layout: Layout, ranking: EfficiencyRanking) -> None:
+    """Print the size of the set, its optima, and the ideal and the nadir of each objective."""
+    optima = [ranking.name_of(row) for row in ranking.salukvadze.tolist()]
+    if len(optima) > 5:
+        optima = [*optima[:5], "…"]
+    size = f"{counted(len(ranking.rank), 'design')}, {int(ranking.pareto.sum())} Pareto optimal"
+    say(f"{path}: {size}; Salukvadze optimum: {'; '.join(optima)}")
+    origin = "as fixed" if layout.ranges else "of the Pareto set"
+    for name, ideal, nadir in zip(layout.objectives, ranking.ideal, ranking.nadir, strict=True):
+        direction = "maximize" if name in layout.maximize else "minimize"
+        unit = ""
+        if name in layout.units:
+            unit = f" {layout.units[name]}"
+        best = f"{number(ideal, 6)}{unit}"
+        worst = f"{number(nadir, 6)}{unit}"
+        say(f"  {direction} {name}: best {best}, worst {worst} {origin}")
 
 
 def say_best(
@@ -133,10 +168,10 @@ def say_best(
     units: Mapping[str, str],
     out: Path | None,
 ) -> None:
-    """Print the best designs, what speaks against relying on them first, then why the optimum.
+    """Print reasons against relying on the ranking, the best designs, and why the optimum is one.
 
     Args:
-        frame: Of :func:`designs_frame`.
+        frame: The frame of :func:`designs_frame`.
         title: Heading of the table.
         ranking: The ranking.
         units: Units of objectives, and of other columns.
@@ -144,20 +179,27 @@ def say_best(
     """
     for caution in cautions(ranking):
         say(f"Attention: {caution}")
-    nearest = frame.iloc[np.lexsort((frame["mu1"], ~frame["pareto"]))].head(_SHOWN)
-    told = ["mu1", "mu2", "mu3", "rank", *(["pareto"] * bool(frame["pareto"].all()))]
-    shown = nearest[[*frame.columns.drop(told), "rank", "mu1"]]
-    print_frame(shown.round({"mu1": 4}), title)
+    nearest = np.lexsort((frame["mu1"], ~frame["pareto"]))
+    best = frame.iloc[nearest[:_N_PRINTED]].round({"mu1": 4})
+    measures = ["rank", "mu1"]
+    hidden = ["mu2", "mu3"]
+    if frame["pareto"].all():
+        hidden.append("pareto")
+    others = best.columns.drop([*measures, *hidden])
+    print_frame(best[[*others, *measures]], title)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
-    elif len(frame) > _SHOWN:
-        say(f"({len(frame) - _SHOWN} more; --out FILE.csv writes all)")
-    option = "; plain ones by --no-normalize" if ranking.frame.normalize else " (--no-normalize)"
+    elif len(frame) > _N_PRINTED:
+        say(f"({len(frame) - _N_PRINTED} more; --out FILE.csv writes all)")
     say(
-        "mu1: distance to the ideal point; rank: 6 is the optimum, 5 to 3 are best in two of three "
-        "distances, often ends of the set and no compromises."
+        "mu1: distance to the ideal point. Rank 6 is the optimum; designs of ranks 5 to 3 are best "
+        "in two of the three distances, and are often extreme designs, not compromises."
     )
-    say(f"{measured_in(ranking)}{option}.")
+    option = "(--no-normalize)"
+    if ranking.frame.normalize:
+        option = "(plain distances: --no-normalize)"
+    say(f"{measured_in(ranking)} {option}.")
     units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
-    for reason in explain(ranking, int(ranking.salukvadze[0]), units=units).sentences[:_REASONS]:
-        say(reason)
+    explanation = explain(ranking, int(ranking.salukvadze[0]), units=units)
+    for sentence in explanation.sentences[:_N_REASONS]:
+        say(sentence)

@@ -1,4 +1,4 @@
-"""``pymoo-psi solve``: from the problem that a word names to its ranked Pareto set."""
+"""``pymoo-psi solve``: from a problem to its ranked Pareto set."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import shlex
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -34,73 +34,110 @@ from pymoo_psi.problems import FailureTolerant, design_space, problem_layout, pr
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.table import Formulation, TestTable, alike
 
-_REASONS = 3  # of failures, the most frequent ones
+_N_REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
 
 Show = Callable[..., None]
-# What a search found: the tests, under what was asked (of NSGA-III the designs that it returned),
-# how many designs were tested, stored before and failed, in words, and why they failed.
-Found = tuple[TestTable, str, Collection[str]]
+"""Shows a share of 1, and a note, on a progress bar."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """The result of a search.
+
+    Attributes:
+        table: The tests under the formulation; of NSGA-III the designs that it returned.
+        counts: How many designs were tested, stored before and failed, in words.
+        reasons: Why designs failed.
+    """
+
+    table: TestTable
+    counts: str
+    reasons: Collection[str]
 
 
 def run_solve(options: Options) -> int:
     """Search, write the Pareto set if a file is named, and print the best-ranked designs.
 
     Returns:
-        0, or 1 if no design is feasible, or what is tried does not work.
+        0, or 1 if no design is feasible or the trial of a program fails.
     """
     if options.new:
         return write_example(options.problem)
-    algorithm, out = options.algorithm, options.out
-    program = options.problem.endswith(".toml")
-    points = options.points or (_POINTS_OF_PROGRAM if program else _POINTS[algorithm])
-    run = _run_options(options)  # wrong ones are refused before a model is imported
+    algorithm = options.algorithm
+    points = options.points
+    if points is None:
+        points = _POINTS[algorithm]
+        if options.problem.endswith(".toml"):
+            points = _POINTS_OF_PROGRAM
+    run = _run_options(options)  # before a user's model is imported
     problem = load_problem(
-        options.problem, options.jobs, options.timeout, box=options.box, log=options.log
+        options.problem,
+        options.jobs,
+        options.timeout,
+        box=options.box,
+        log=options.log,
     )
-    if vars(options)["try"]:  # a word of Python
+    if getattr(options, "try"):  # a keyword of Python
         return try_program(options.problem, problem, points)
-    target = require_output(out, (".csv", ".xlsx"), options.study, options.decision)
-    asked, space = formulation_of(options), design_space(problem)
-    require_free_names((*problem_layout(problem, space).columns, *asked.computed))
+    out = require_output(options.out, (".csv", ".xlsx"), options.study, options.decision)
+    formulation = formulation_of(options)
+    space = design_space(problem)
+    require_free_names((*problem_layout(problem, space).columns, *formulation.computed))
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
     try:
         with stored_at_termination(), progress_bar(True) as show:
-            table, counts, reasons = find(problem, points, options.jobs, run, asked, show)
+            search = find(problem, points, options.jobs, run, formulation, show)
     except KeyboardInterrupt:
-        kept = "nothing is kept; with --study FILE.db" if run.study is None else f"see {run.study};"
-        raise KeyboardInterrupt(f"{kept} the same command continues") from None
-    if not table.eligible().any():
-        say(f"{problem_name(problem)}: no feasible design, {counts}")
-        say(f"{most_violated(table)}.")
-        for line in _failures(reasons):
-            say(line)
-        if out is not None:
-            say(f"{out} is not written.")
+        place = f"see {run.study};"
+        if run.study is None:
+            place = "nothing is kept; with --study FILE.db"
+        raise KeyboardInterrupt(f"{place} the same command continues") from None
+    if not search.table.eligible().any():
+        _say_infeasible(problem, search, options.out)
         return 1
-    rows, ranking = table.ranked(normalize=asked.normalize)
-    designs = table.rows(rows)
+    rows, ranking = search.table.ranked(normalize=formulation.normalize)
+    designs = search.table.rows(rows)
     frame = designs_frame(designs, ranking)
     frame = frame[frame["pareto"]]
-    if target is not None:  # before anything is printed, which may fail
-        write_frame(frame.drop(columns="pareto"), target, designs.layout)
+    if out is not None:  # before anything is printed, which may fail
+        write_frame(frame.drop(columns="pareto"), out, designs.layout)
     size = counted(len(frame), "Pareto-optimal design")
-    title = f"{problem_name(problem)} by {algorithm}: {size}, {counts}, best compromises first"
-    shown = frame.rename(columns=designs.layout.label_of)
-    say_best(shown, title, ranking, designs.layout.units, out)
-    for line in (*table.remarks, *_failures(reasons)):
+    name = problem_name(problem)
+    title = f"{name} by {algorithm}: {size}, {search.counts}, best compromises first"
+    labelled = frame.rename(columns=designs.layout.label_of)
+    say_best(labelled, title, ranking, designs.layout.units, options.out)
+    for line in (*search.table.remarks, *_failures(search.reasons)):
         say(line)
-    ends = zip(table.layout.variables, *table.refined_bounds(), strict=True)
-    # Not of choices, where the bounds are NaN, and of fixed variables.
-    box = ",".join(f"{name}={low}:{high}" for name, low, high in ends if low < high)
-    if asked.limits and box and not options.box:
-        say(f"Where the feasible designs lie: --box {shlex.quote(box)}")
-    n_free = len(space.searched)
-    if algorithm != "nsga3" and run.sampling is None and n_free > MAX_DIMENSIONS:
-        say(f"More variables than LPτ has, {n_free}: the test points are Sobol' points of SciPy.")
+    if formulation.limits and not options.box:
+        _say_box(search.table)
+    n_searched = len(space.searched)
+    if algorithm != "nsga3" and run.sampling is None and n_searched > MAX_DIMENSIONS:
+        dimensions = f"LPτ has {MAX_DIMENSIONS} dimensions, fewer than {n_searched}"
+        say(f"{dimensions}: the test points are Sobol' points of SciPy.")
     return 0
+
+
+def _say_infeasible(problem: Problem, search: Search, out: Path | None) -> None:
+    """Print that no design is feasible, and why."""
+    say(f"{problem_name(problem)}: no feasible design, {search.counts}")
+    say(f"{most_violated(search.table)}.")
+    for line in _failures(search.reasons):
+        say(line)
+    if out is not None:
+        say(f"{out} is not written.")
+
+
+def _say_box(table: TestTable) -> None:
+    """Print the bounds of the feasible designs as an option for the next search."""
+    entries = []
+    for name, lower, upper in zip(table.layout.variables, *table.refined_bounds(), strict=True):
+        if lower < upper:  # not a choice, where both are NaN, nor a fixed variable
+            entries.append(f"{name}={lower}:{upper}")
+    if entries:
+        say(f"Where the feasible designs lie: --box {shlex.quote(','.join(entries))}")
 
 
 def _run_options(options: Options) -> RunOptions:
@@ -109,23 +146,13 @@ def _run_options(options: Options) -> RunOptions:
     Raises:
         ArgumentValueError: An option would have no effect, or cannot be read.
     """
-    # nsga3 and surrogate search by the problem's objectives; a table can be asked anything.
-    later = ("objectives", "maximize", "compute", "decision", "limits")
-    for name in (*later, "share", "fill", "sampling"):
-        algorithms = ("psi", "surrogate") if name in ("limits", "sampling") else ("psi",)
-        if getattr(options, name) not in (None, (), False, "lptau") and (
-            options.algorithm not in algorithms
-        ):
-            option, rule = f"--{name}", f"used with --algorithm {' or '.join(algorithms)}"
-            remedy = f"keep the tests by --study FILE.db, then pymoo-psi rank FILE.db {option}"
-            raise invalid(option, rule, options.algorithm, remedy if name in later else "")
-    for name in ("share", "study_key", "retry"):
-        if getattr(options, name) is not None and options.study is None:
-            option = f"--{name.replace('_', '-')}"
-            raise invalid(option, "used with --study", Received("no --study"))
+    _require_effect(options)
+    sampling = options.sampling
+    if sampling == "lptau":
+        sampling = None
     share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
     return RunOptions(
-        sampling=None if options.sampling == "lptau" else options.sampling,
+        sampling=sampling,
         seed=options.seed,
         share=share or None,
         fill=options.fill,
@@ -135,116 +162,180 @@ def _run_options(options: Options) -> RunOptions:
     )
 
 
-def _counting(show: Show, points: int, asked: Formulation) -> Callable[[TestTable], int]:
-    """Return a function that shows more tests and returns their number so far.
+def _require_effect(options: Options) -> None:
+    """Refuse options that would have no effect."""
+    # nsga3 and surrogate search by the problem's objectives. The tests of a study can be ranked
+    # under any formulation later.
+    for name in ("objectives", "maximize", "compute", "decision", "limits"):
+        algorithms = ["psi"]
+        if name == "limits":
+            algorithms.append("surrogate")
+        if getattr(options, name) and options.algorithm not in algorithms:
+            rule = f"used with --algorithm {' or '.join(algorithms)}"
+            remedy = f"keep the tests by --study FILE.db, then pymoo-psi rank FILE.db --{name}"
+            raise invalid(f"--{name}", rule, options.algorithm, remedy)
+    for name in ("share", "fill"):
+        if getattr(options, name) and options.algorithm != "psi":
+            raise invalid(f"--{name}", "used with --algorithm psi", options.algorithm)
+    if options.sampling != "lptau" and options.algorithm == "nsga3":
+        rule = "used with --algorithm psi or surrogate"
+        raise invalid("--sampling", rule, options.algorithm)
+    for name in ("share", "study_key", "retry"):
+        if getattr(options, name) is not None and options.study is None:
+            option = f"--{name.replace('_', '-')}"
+            raise invalid(option, "used with --study", Received("no --study"))
 
-    A column that they lack is refused at the first of them.
+
+def _counting(show: Show, points: int, formulation: Formulation) -> Callable[[TestTable], int]:
+    """Return a function that shows further tests as progress and returns how many there are.
+
+    It refuses a column that the tests do not have at the first of them.
     """
     statuses: Counter[str] = Counter()
 
     def count(tests: TestTable) -> int:
-        statuses.update(_under(tests, asked).status.tolist())
-        done = statuses.total()
-        show(done / points, f"{statuses['ok']} feasible, {statuses['failed']} failed")
-        return done
+        statuses.update(_under(tests, formulation).status.tolist())
+        n_tests = statuses.total()
+        show(n_tests / points, f"{statuses['ok']} feasible, {statuses['failed']} failed")
+        return n_tests
 
     return count
 
 
-def _under(tests: TestTable, asked: Formulation) -> TestTable:
-    # Of tests that all failed or were not run, as the first ones may, the outputs are unknown.
-    run = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
-    return tests.under(asked) if run.any() else tests
+def _under(tests: TestTable, formulation: Formulation) -> TestTable:
+    # The first tests may all have failed or not been run; their outputs are then unknown.
+    has_values = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
+    if not has_values.any():
+        return tests
+    return tests.under(formulation)
 
 
 def _by_psi(
-    problem: Problem, points: int, jobs: int, run: RunOptions, asked: Formulation, show: Show
-) -> Found:
-    # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are so
-    # small that the bar moves; a problem of one design at a time has a runner with the jobs.
-    run = replace(run, block_size=min(65_536, max(64, -(-points // 32))))
-    engine = Engine(problem, points, run, n_jobs=1 if problem.elementwise else jobs)
-    tables, n_new, count = [engine.table], 0, _counting(show, len(engine.points), asked)
+    problem: Problem,
+    points: int,
+    jobs: int,
+    run: RunOptions,
+    formulation: Formulation,
+    show: Show,
+) -> Search:
+    # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
+    # enough for the bar to move. A problem of one design at a time has a runner with the jobs.
+    block_size = min(65_536, max(64, -(-points // 32)))
+    if problem.elementwise:
+        jobs = 1
+    engine = Engine(problem, points, replace(run, block_size=block_size), n_jobs=jobs)
+    count = _counting(show, len(engine.points), formulation)
+    tables = [engine.table]
+    n_evaluated = 0
     with closing(engine.tests()) as blocks:
         for tests, called in blocks:
             count(tests)
             tables.append(tests)
-            n_new += int(called.sum())
-    return _found(problem, by_number(tables), asked, n_new)
+            n_evaluated += int(called.sum())
+    return _search(problem, by_number(tables), formulation, n_evaluated)
 
 
 def _by_surrogate(
-    problem: Problem, points: int, _: int, run: RunOptions, asked: Formulation, show: Show
-) -> Found:
-    from pymoo_psi.algorithms import SurrogatePSI  # brings half of SciPy, a second
+    problem: Problem,
+    points: int,
+    _: int,
+    run: RunOptions,
+    formulation: Formulation,
+    show: Show,
+) -> Search:
+    from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
     algorithm = SurrogatePSI(
         points,
-        limits=asked.limits,
+        limits=formulation.limits,
         sampling=run.sampling,
         study=run.study,
         study_key=run.study_key,
         retry=run.retry,
     )
-    count, shown = _counting(show, points, asked), 0
+    count = _counting(show, points, formulation)
+    n_counted = 0
 
-    def callback(now: SurrogatePSI) -> None:
-        nonlocal shown
-        shown = count(now.table.rows(np.arange(shown, now.n_tested)))
+    def callback(algorithm: SurrogatePSI) -> None:
+        nonlocal n_counted
+        new = np.arange(n_counted, algorithm.n_tested)
+        n_counted = count(algorithm.table.rows(new))
 
-    done = minimize(problem, algorithm, seed=run.seed, callback=callback).algorithm
-    return _found(problem, done.table, asked, done.evaluator.n_eval)
+    result = minimize(problem, algorithm, seed=run.seed, callback=callback).algorithm
+    return _search(problem, result.table, formulation, result.evaluator.n_eval)
 
 
-def _found(problem: Problem, tests: TestTable, asked: Formulation, n_new: int) -> Found:
-    """Return what tests give, of which ``n_new`` were evaluated now, the others before."""
-    rules = [each.text for each in getattr(required(problem), "required", ())]
-    unmet = np.column_stack([np.zeros(len(tests)), *map(tests.column, rules)]) > 0
-    run, table = ~unmet.any(axis=1), _under(tests, asked)
-    failed = int((table.status == "failed").sum())
-    n_run = np.count_nonzero(run)
-    n_stored = n_run - np.count_nonzero(table.repeats[run]) - n_new
-    stored = f", {n_stored} of them from the study" if n_stored else ""
-    counts = f"{n_run} tested{stored}" + (f", {failed} failed" if failed else "")
-    if n_run < len(table):
-        each = zip(rules, unmet[:, 1:].sum(axis=0), strict=True)
-        by = ", ".join(f"{rule} ({n})" for rule, n in each if n)
-        counts += f", {len(table) - n_run} not run by requirements: {by}"
-    return table, counts, table.reasons.values()
+def _search(
+    problem: Problem, tests: TestTable, formulation: Formulation, n_evaluated: int
+) -> Search:
+    """Return the result of tests, of which ``n_evaluated`` are new."""
+    has_run = np.full(len(tests), True)
+    violations = []
+    for rule in getattr(required(problem), "required", ()):
+        violated = tests.column(rule.text) > 0
+        has_run &= ~violated
+        if violated.any():
+            violations.append(f"{rule.text} ({violated.sum()})")
+    table = _under(tests, formulation)
+    n_run = int(has_run.sum())
+    n_failed = int((table.status == "failed").sum())
+    n_stored = n_run - int(table.repeats[has_run].sum()) - n_evaluated
+    counts = [f"{n_run} tested"]
+    if n_stored:
+        counts.append(f"{n_stored} of them from the study")
+    if n_failed:
+        counts.append(f"{n_failed} failed")
+    if violations:
+        counts.append(f"{len(table) - n_run} not run by requirements: {', '.join(violations)}")
+    return Search(table, ", ".join(counts), table.reasons.values())
 
 
 def _by_nsga3(
-    problem: Problem, points: int, _: int, run: RunOptions, asked: Formulation, show: Show
-) -> Found:
+    problem: Problem,
+    points: int,
+    _: int,
+    run: RunOptions,
+    __: Formulation,
+    show: Show,
+) -> Search:
     problem = required(problem)
     with TemporaryDirectory() as folder:
-        # A design that fails must neither end the run nor give NSGA-III a NaN to sort. Without a
-        # study of the user's the tests are kept in one of their own, for the table.
-        study = run.study or Path(folder, "tests.db")
-        key, retry = run.study_key, run.retry
-        searched: Any = Recorded(FailureTolerant(problem), study=study, study_key=key, retry=retry)
+        # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
+        # names no study, a temporary one keeps the tests for the table.
+        recorded: Any = Recorded(
+            FailureTolerant(problem),
+            study=run.study or Path(folder, "tests.db"),
+            study_key=run.study_key,
+            retry=run.retry,
+        )
 
         def callback(algorithm: Any) -> None:
             show(algorithm.evaluator.n_eval / points)
 
-        result = nsga3(searched, n_evaluations=points, seed=run.seed, callback=callback)
-        table = searched.table
-    reasons = tuple(failure.reason for failure in searched.failures)
-    unmet: int = getattr(problem, "n_not_run", 0)
-    stored = 0 if run.study is None else points - searched.n_evaluated - unmet
-    counts = f"{points - unmet} evaluated"
-    counts += f", {stored} of them from the study" if stored else ""
-    counts += f", {unmet} not run by requirements" if unmet else ""
-    counts += f", {len(reasons)} failed" if reasons else ""
-    # pymoo has no F where no design is feasible.
-    last = result.pop if result.F is None else result.opt
-    return table.rows(np.isin(table.numbers, last.get("test_point"))), counts, reasons
+        result = nsga3(recorded, n_evaluations=points, seed=run.seed, callback=callback)
+        table = recorded.table
+    reasons = tuple(failure.reason for failure in recorded.failures)
+    n_not_run: int = getattr(problem, "n_not_run", 0)
+    n_stored = points - recorded.n_evaluated - n_not_run
+    counts = [f"{points - n_not_run} evaluated"]
+    if n_stored and run.study is not None:
+        counts.append(f"{n_stored} of them from the study")
+    if n_not_run:
+        counts.append(f"{n_not_run} not run by requirements")
+    if reasons:
+        counts.append(f"{len(reasons)} failed")
+    # pymoo has no F if no design is feasible.
+    designs = result.pop if result.F is None else result.opt
+    returned = np.isin(table.numbers, designs.get("test_point"))
+    return Search(table.rows(returned), ", ".join(counts), reasons)
 
 
 def _failures(reasons: Iterable[str]) -> list[str]:
     """Say in a line why designs failed, the most frequent reason first; nothing if none did."""
     counts = Counter(alike(reasons))
-    shown = [f"{n} × {why:.{_LONGEST}}" for why, n in counts.most_common(_REASONS)]
-    if len(counts) > _REASONS:
-        shown.append(counted(len(counts) - _REASONS, "other reason"))
-    return [f"Failed: {'; '.join(shown)}"] if shown else []
+    if not counts:
+        return []
+    texts = [f"{n} × {reason:.{_LONGEST}}" for reason, n in counts.most_common(_N_REASONS)]
+    if len(counts) > _N_REASONS:
+        texts.append(counted(len(counts) - _N_REASONS, "other reason"))
+    return [f"Failed: {'; '.join(texts)}"]

@@ -1,7 +1,7 @@
-"""What is typed of columns, limits, units and numbers, and the one way from options to a table.
+"""The values of options, and the one way from options to a table.
 
-A list has commas between its entries; a name that holds one stands in quotation marks, as in
-``--objectives '"time, s",mass'``. An option that takes a list may be given several times.
+The entries of a list are separated by commas; a name that has a comma is put in quotation marks, as
+in ``--objectives '"time, s",mass'``. An option that takes a list may be given several times.
 """
 
 from __future__ import annotations
@@ -30,42 +30,53 @@ End = float | None
 
 
 def formulation_of(options: Options) -> Formulation:
-    """Return the formulation in the file, and what the other options add to it.
+    """Return the formulation of ``--decision`` with the additions of the other options.
 
     Raises:
-        ArgumentValueError: An option cannot be read, or the file is none.
+        ArgumentValueError: An option cannot be read, or the file is not a decision.
         OSError: The file cannot be opened.
     """
     path = options.decision
-    base = Formulation() if path is None else Formulation.read_json(path)
-    for key in ("values", "state"):  # of the page, whose file may be untrusted
+    base = Formulation()
+    if path is not None:
+        base = Formulation.read_json(path)
+    for key in ("values", "state"):  # of the page, whose file may be untrusted input
         instance(f"page.{key} in {path}", base.page.get(key, {}), dict)
-    computed = {}
-    for entry in options.compute:
-        name, _, expression = (text.strip() for text in entry.partition("="))
-        if not (name and expression):
-            raise invalid("--compute", "of the form name=expression", entry)
-        computed[name] = expression
+    maximize = [*base.maximize, *names_in(options.maximize)]
+    limits = {**base.limits, **limits_in(options.limits)}
+    computed = {**base.computed, **_computed_in(options.compute)}
     return replace(
         base,
         objectives=names_in(options.objectives) or base.objectives,
-        maximize=list(dict.fromkeys([*base.maximize, *names_in(options.maximize)])),
-        limits={**base.limits, **limits_in(options.limits)},
-        computed={**base.computed, **computed},
+        maximize=list(dict.fromkeys(maximize)),
+        limits=limits,
+        computed=computed,
         normalize=base.normalize and not options.no_normalize,
     )
 
 
-def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
-    """Return the table of a source under a formulation: every command opens it here.
+def _computed_in(entries: Sequence[str]) -> dict[str, str]:
+    """Return the expressions of ``--compute`` by the name of their column."""
+    expressions = {}
+    for entry in entries:
+        name, _, expression = map(str.strip, entry.partition("="))
+        if not (name and expression):
+            raise invalid("--compute", "of the form name=expression", entry)
+        expressions[name] = expression
+    return expressions
+
+
+def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
+    """Return the table of a source under a formulation; every command opens sources here.
 
     Raises:
-        ArgumentValueError: It is no table, or an option does not fit it.
-        OSError: It cannot be opened.
+        ArgumentValueError: The source is not a table, or an option does not fit it.
+        OSError: The source cannot be opened.
     """
+    formulated = None if formulation == Formulation() else formulation
     table = read_table(
         path,
-        None if asked == Formulation() else asked,
+        formulated,
         variables=names_in(options.variables) or None,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
@@ -74,38 +85,57 @@ def opened(path: Path, options: Options, asked: Formulation) -> TestTable:
         skip_rows=counts_in("--skip-rows", options.skip_rows, "numbers of lines, such as 1,3"),
         sheet=options.sheet,
     )
+    table = _with_units(table, options.units, formulation)
+    require_free_names(table.layout.columns)
+    return _kept_on_page(path, table, formulation)
+
+
+def _with_units(table: TestTable, entries: Sequence[str], formulation: Formulation) -> TestTable:
+    """Return a table with the units of ``--units``, which cannot change those of a decision."""
     layout = table.layout
-    if units := pairs_in("--units", options.units, "column=unit", layout.columns):
-        for name, unit in units.items():
-            decided = asked.units.get(name, unit)
-            if decided != unit:  # its limits would mean something else
-                raise invalid("--units", f"{name}={decided}, as decided", f"{name}={unit}")
-        table = replace(table, layout=replace(layout, units={**layout.units, **units}))
-    require_free_names(layout.columns)
-    if asked.page:  # designs that the page's reader has left out by their texts
-        from pymoo_psi.page import kept_designs  # other commands need no page
-
-        kept, of = kept_designs(table, asked), asked.page.get("state", {}).get("categories", {})
-        texts = "; ".join(f"{name} {', '.join(map(str, of[name])) or 'none'}" for name in of)
-        said = f"{counted(int((~kept).sum()), 'design')} left out, as the page kept {texts} only."
-        if not kept.any():
-            raise PsiError(f"{path}: no design is left: {said}")
-        table = replace(table.rows(kept), remarks=(*table.remarks, *[said] * (not kept.all())))
-    return table
+    units = pairs_in("--units", entries, "column=unit", layout.columns)
+    for name, unit in units.items():
+        decided = formulation.units.get(name, unit)
+        if decided != unit:  # the limits of the decision would have another meaning
+            raise invalid("--units", f"{name}={decided}, as decided", f"{name}={unit}")
+    if not units:
+        return table
+    return replace(table, layout=replace(layout, units={**layout.units, **units}))
 
 
-def with_choice(asked: Formulation, table: TestTable) -> Formulation:
-    """Return a formulation with the design that the table says is chosen, and why."""
+def _kept_on_page(path: Path, table: TestTable, formulation: Formulation) -> TestTable:
+    """Return the designs whose categories the decision keeps, with a remark on the others."""
+    if not formulation.page:
+        return table
+    from pymoo_psi.page import kept_designs  # other commands need no page
+
+    kept = kept_designs(table, formulation)
+    if kept.all():
+        return table
+    texts = []
+    for name, categories in formulation.page["state"]["categories"].items():
+        texts.append(f"{name} = {' or '.join(map(str, categories)) or 'none'}")
+    n_removed = counted(int((~kept).sum()), "design")
+    remark = f"{n_removed} left out: the decision keeps only {'; '.join(texts)}."
+    if not kept.any():
+        raise PsiError(f"{path}: no design is left: {remark}")
+    return replace(table.rows(kept), remarks=(*table.remarks, remark))
+
+
+def with_choice(formulation: Formulation, table: TestTable) -> Formulation:
+    """Return a formulation with the chosen design of the table, if it has one, and the reason."""
     if not table.chosen:
-        return asked
-    return replace(asked, chosen=table.chosen[0], reason=table.chosen[1])
+        return formulation
+    chosen, reason = table.chosen
+    return replace(formulation, chosen=chosen, reason=reason)
 
 
 def require_free_names(names: Iterable[str]) -> None:
-    """Refuse columns that are named as those of a ranking, beside which they stand in results."""
-    if taken := [name for name in names if name in RANKING_COLUMNS]:
-        remedy = "give it another name, by problem.names of a problem"
-        raise invalid("the columns", "named unlike the columns of a ranking", taken[0], remedy)
+    """Refuse names of columns that results give to the columns of a ranking."""
+    for name in names:
+        if name in RANKING_COLUMNS:
+            remedy = "give it another name, by problem.names of a problem"
+            raise invalid("the columns", "named unlike the columns of a ranking", name, remedy)
 
 
 def names_in(entries: Sequence[str] | None) -> list[str]:
@@ -117,9 +147,9 @@ def names_in(entries: Sequence[str] | None) -> list[str]:
     """
     names: list[str] = []
     for entry in entries or ():
-        # An empty entry stays an empty name, to be refused: --objectives "" is not "no option".
-        found = next(csv.reader([entry.replace("\n", " ")], skipinitialspace=True), [])
-        names += [name.strip() for name in found] or [""]
+        # An empty entry stays an empty name, which is refused: --objectives "" gives an option.
+        cells = next(csv.reader([entry.replace("\n", " ")], skipinitialspace=True), [])
+        names += [name.strip() for name in cells] or [""]
     return names
 
 
@@ -161,10 +191,10 @@ def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
 def pairs_in(
     option: str, entries: Sequence[str] | None, form: str, names: Collection[str]
 ) -> dict[str, str]:
-    """Return the values of entries ``name=value`` by name, which may hold the sign, too.
+    """Return the values of entries ``name=value`` by name; a name may contain "=".
 
     Raises:
-        ArgumentValueError: A part has another form, or a name is unknown or occurs twice.
+        ArgumentValueError: An entry has another form, or a name is unknown or occurs twice.
 
     Example:
         >>> pairs_in("--units", ["mass=kg", '"time, s=s"'], "column=unit", ["mass", "time, s"])
@@ -185,7 +215,7 @@ def number_in(option: str, text: str, form: str) -> float:
     """Return a number with a decimal point.
 
     Raises:
-        ArgumentValueError: The text is none.
+        ArgumentValueError: The text is not such a number; ``form`` says what it must be.
     """
     if not re.fullmatch(NUMBER, text.strip()):
         raise invalid(option, f"{form}, numbers with a decimal point", text)
@@ -193,7 +223,7 @@ def number_in(option: str, text: str, form: str) -> float:
 
 
 def counts_in(option: str, text: str | None, form: str, mark: str = ",") -> tuple[int, ...]:
-    """Return the whole numbers, each 1 or more, of a list with commas or another mark, if any.
+    """Return the integers, each 1 or more, of a list with commas or another mark, if it is given.
 
     Raises:
         ArgumentValueError: The text is something else; ``form`` says what it must be.
@@ -202,7 +232,9 @@ def counts_in(option: str, text: str | None, form: str, mark: str = ",") -> tupl
         >>> counts_in("--evaluations", "1, 3", "numbers of test points")
         (1, 3)
     """
-    parts = [] if text is None else [part.strip() for part in text.split(mark)]
+    if text is None:
+        return ()
+    parts = [part.strip() for part in text.split(mark)]
     # \d would take the digits of every script; 18 of them always fit an int64.
     if not all(re.fullmatch(r"[1-9][0-9]{0,17}", part) for part in parts):
         raise invalid(option, form, text)
