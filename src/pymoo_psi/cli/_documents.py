@@ -174,7 +174,7 @@ def run_analyze(options: Options) -> int:
         _say_sensitivities(indices)
     if steps is not None:
         frame = steps.to_frame().reset_index()
-        print_frame(frame.round(4), "The decision after the first tests")
+        print_frame(frame.round(4), "Convergence with the number of tests")
         say(steps.verdict())
     if out is not None:
         say(f"Tables and figures written to {options.out}")
