@@ -1,4 +1,4 @@
-"""NSGA-III, the alternative optimiser, with settings that follow from problem and budget."""
+"""NSGA-III, the alternative optimiser, with settings chosen from the problem and the budget."""
 
 from __future__ import annotations
 
@@ -45,35 +45,36 @@ def nsga3(
     progress: bool = False,
     **kwargs: Any,
 ) -> Result:
-    """Minimise a problem by pymoo's NSGA-III and return the Result; ``minimize`` is not needed.
+    """Minimise a problem with pymoo's NSGA-III and return the Result, without ``minimize``.
 
-    Exactly ``n_evaluations`` designs are asked for, of which those that violate the problem's
-    ``requirements`` are not evaluated; variables of its ``log`` are searched in the logarithm.
-    The population holds about 1.5 sqrt(n_evaluations) designs, so that a larger budget buys both
-    more designs and more generations; the last generation is cut to the budget. Variables that
-    are integer, binary or of several types have the operators that pymoo names for them.
+    The run asks for exactly ``n_evaluations`` designs. Those that violate the problem's
+    ``requirements`` are not evaluated; variables of its ``log`` are searched in the logarithm. The
+    population holds about 1.5 sqrt(n_evaluations) designs, so that a larger budget gives both more
+    designs and more generations; the last generation is cut to the budget. Integer, binary and
+    mixed variables have the operators that pymoo recommends for them.
 
-    It takes no formulation, as where it searches depends on the objectives: within limits on
-    variables it searches by :class:`~pymoo_psi.Restricted`, and what it has evaluated is asked
-    anew where :class:`~pymoo_psi.Recorded` keeps it, ``recorded.table.under(formulation)``.
+    There is no argument for a formulation, as the designs depend on the objectives. To search
+    within limits on variables, use :class:`~pymoo_psi.Restricted`. To see the evaluated designs
+    under another formulation, keep them with :class:`~pymoo_psi.Recorded` and take
+    ``recorded.table.under(formulation)``.
 
     Args:
         problem: A pymoo problem with two or more objectives.
         n_evaluations: The budget, 1 or more.
-        seed: Seed of the run, which can be repeated with it.
+        seed: Seed of the run; the same seed repeats it.
         verbose: As for ``minimize``.
         progress: As for ``minimize``.
         **kwargs: Further arguments of pymoo's ``NSGA3``, such as ``sampling``, ``ref_dirs``,
             ``callback``; and ``termination`` as for ``minimize``.
 
     Returns:
-        The pymoo ``Result``: ``res.X`` and ``res.F`` are the designs found, ``res.pop`` the last
-        population. How many designs requirements kept from being evaluated is ``n_not_run`` of a
-        :class:`~pymoo_psi.Required` that is given as the problem.
+        The pymoo ``Result``: ``res.X`` and ``res.F`` are the best designs, ``res.pop`` is the last
+        population. To count the designs that were not evaluated because of requirements, pass a
+        :class:`~pymoo_psi.Required` as the problem and read its ``n_not_run``.
 
     Raises:
-        ArgumentValueError: The budget is below 1, or the problem has one objective.
-        ArgumentTypeError: The problem is no pymoo problem, or a keyword is unknown.
+        ArgumentValueError: The budget is below 1, or the problem has a single objective.
+        ArgumentTypeError: The problem is not a pymoo problem, or a keyword is unknown.
 
     Example:
         >>> from pymoo_psi import SphereChute
@@ -83,67 +84,85 @@ def nsga3(
     """
     require_problem(problem)
     problem = required(problem)
-    scaled = any(v.kind is Kind.LOG for v in design_space(problem).variables)
-    problem = LogScaled(problem) if scaled else problem
+    kinds = [variable.kind for variable in design_space(problem).variables]
+    scaled = Kind.LOG in kinds
+    if scaled:
+        problem = LogScaled(problem)
     budget = integer("n_evaluations", n_evaluations, minimum=1)
     require_known_keywords("nsga3", NSGA3, kwargs)
     if problem.n_obj < 2:
-        remedy = "use PSI, or one of pymoo's algorithms for a single objective"
         rule = "at least 2 for NSGA-III"
+        remedy = "use PSI, or one of pymoo's algorithms for a single objective"
         raise invalid("the number of objectives of problem", rule, problem.n_obj, remedy)
     size = population_size(problem.n_obj, budget)
     if "ref_dirs" not in kwargs:
         kwargs["ref_dirs"] = reference_directions(problem.n_obj, size)
         kwargs.setdefault("pop_size", size)
     kwargs = operators(problem) | kwargs
-    # pymoo's default would end a run by its own rules, before the budget is used up
+    # pymoo's default termination could end the run before the budget is used up
     kwargs.setdefault("termination", ("n_eval", budget))
     algorithm = NSGA3(seed=seed, **kwargs)
     result = run_within_budget(algorithm, problem, budget, verbose=verbose, progress=progress)
     if scaled:
-        result.problem = problem.wrapped
-        shared = {id(each): each for group in (result.pop, result.opt) for each in group}
-        found = Population.create(*shared.values())
-        found.set("X", problem.original(found.get("X")))
-        if result.X is not None:
-            result.X = result.opt.get("X")
+        _undo_logarithms(result, problem)
     return result
 
 
-def operators(problem: Any) -> dict[str, Any]:
-    """Return what pymoo's genetic algorithms need for variables that are not real in a vector.
+def _undo_logarithms(result: Result, scaled: LogScaled) -> None:
+    """Replace the logarithms in a result by the values of the variables."""
+    individuals = {}  # each once, as those of the optimum are in the population, too
+    for individual in [*result.pop, *result.opt]:
+        individuals[id(individual)] = individual
+    population = Population.create(*individuals.values())
+    population.set("X", scaled.original(population.get("X")))
+    result.problem = scaled.wrapped
+    if result.X is not None:
+        result.X = result.opt.get("X")
 
-    As its documentation has it (pages *Mixed Variable Problem*, *Discrete Variables* and *Binary
-    Variables*); with NSGA-III's own selection, since pymoo's mating for mixed variables draws
-    parents at random.
+
+def operators(problem: Any) -> dict[str, Any]:
+    """Return the operators with which pymoo's genetic algorithms search other than real variables.
+
+    They are those of pymoo's documentation (pages *Mixed Variable Problem*, *Discrete Variables*
+    and *Binary Variables*), except for NSGA-III's selection: pymoo's mating for mixed variables
+    draws parents at random.
     """
     if getattr(problem, "vars", None):
-        same = MixedVariableDuplicateElimination()
         selection = TournamentSelection(func_comp=comp_by_cv_then_random)
-        mating = MixedVariableMating(selection, eliminate_duplicates=same)
-        return {"sampling": MixedVariableSampling(), "mating": mating, "eliminate_duplicates": same}
+        duplicates = MixedVariableDuplicateElimination()
+        return {
+            "sampling": MixedVariableSampling(),
+            "mating": MixedVariableMating(selection, eliminate_duplicates=duplicates),
+            "eliminate_duplicates": duplicates,
+        }
     if problem.vtype is int:
-        whole = {"vtype": float, "repair": RoundingRepair()}
-        sampling, crossover, mutation = IntegerRandomSampling(), SBX(**whole), PM(**whole)
-    elif problem.vtype is bool:
-        sampling, crossover, mutation = BinaryRandomSampling(), UX(), BitflipMutation()
-    else:
-        return {}
-    return {"sampling": sampling, "crossover": crossover, "mutation": mutation}
+        rounded = {"vtype": float, "repair": RoundingRepair()}
+        return {
+            "sampling": IntegerRandomSampling(),
+            "crossover": SBX(**rounded),
+            "mutation": PM(**rounded),
+        }
+    if problem.vtype is bool:
+        return {
+            "sampling": BinaryRandomSampling(),
+            "crossover": UX(),
+            "mutation": BitflipMutation(),
+        }
+    return {}
 
 
 def population_size(n_obj: int, n_evaluations: int) -> int:
     """Return about 1.5 sqrt(n_evaluations), at least one design per objective.
 
-    A larger budget so buys both more designs and more generations.
+    So a larger budget gives both more designs and more generations.
     """
     return max(n_obj, math.ceil(1.5 * math.sqrt(n_evaluations)))
 
 
 def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
-    """Return at most ``n_points`` (but at least ``n_obj``) directions of Das and Dennis.
+    """Return at most ``n_points``, but at least ``n_obj``, directions of Das and Dennis.
 
-    With as many partitions as fit. Where these are fewer than the objectives, so that no
+    There are as many partitions as fit. If these are fewer than the objectives, so that no
     direction lies inside the simplex, a second, inner layer is added if it fits (Deb and Jain,
     IEEE Trans. Evol. Comput. 18(4), 2014, Section IV).
 
@@ -156,46 +175,54 @@ def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
         get_partition_closest_to_points,
     )
 
-    # Only with as many partitions as objectives does a direction lie inside the simplex (Das and
-    # Dennis, SIAM J. Optim. 8(3), 1998).
-    outer = max(get_partition_closest_to_points(n_points, n_obj), 1)
-    left = n_points - get_number_of_uniform_points(outer, n_obj)
-    layers = [(outer, 1.0)]
-    if outer < n_obj and left >= n_obj:
-        layers.append((min(get_partition_closest_to_points(left, n_obj), outer), 0.5))
     layer = partial(get_reference_directions, "das-dennis", n_obj)
-    return np.vstack([layer(n_partitions=p, scaling=scaling) for p, scaling in layers])
+    outer = max(get_partition_closest_to_points(n_points, n_obj), 1)
+    directions = layer(n_partitions=outer, scaling=1.0)
+    # A direction inside the simplex needs as many partitions as there are objectives (Das and
+    # Dennis, SIAM J. Optim. 8(3), 1998).
+    left = n_points - get_number_of_uniform_points(outer, n_obj)
+    if outer < n_obj and left >= n_obj:
+        inner = min(get_partition_closest_to_points(left, n_obj), outer)
+        directions = np.vstack([directions, layer(n_partitions=inner, scaling=0.5)])
+    return np.asarray(directions)
 
 
 def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **setup: Any) -> Any:
     """Run an algorithm until a number of designs is evaluated, or until it ends by itself.
 
-    A termination is asked only after a generation, so the budget is kept here: the last
-    generation is cut to what is left. Designs of the first one that are evaluated already cost
-    nothing and stay. NSGA-III's ties are drawn with the algorithm's seed.
+    pymoo checks a termination only after each generation, so the budget is kept here: the last
+    generation is cut to what is left. Designs of the first generation that are already evaluated
+    cost nothing and stay. NSGA-III breaks ties with the algorithm's seed.
 
     Args:
         algorithm: A pymoo algorithm that is not set up yet.
         problem: A pymoo problem.
         n_evaluations: The budget, 1 or more.
-        **setup: For pymoo's ``setup``, such as ``verbose``.
+        **setup: Arguments of pymoo's ``setup``, such as ``verbose``.
 
     Returns:
         The pymoo ``Result``.
     """
     seed_ties(algorithm)
     algorithm.setup(problem, **setup)
-    # a budget may be used up by its start
-    while algorithm.has_next() and (left := n_evaluations - algorithm.evaluator.n_eval) > 0:
-        if (infills := algorithm.infill()) is None:  # it has nothing more to ask for
+    evaluator = algorithm.evaluator
+    # the setup may have used up the budget already
+    while algorithm.has_next() and evaluator.n_eval < n_evaluations:
+        infills = algorithm.infill()
+        if infills is None:  # the algorithm has no further designs
             break
-        if isinstance(infills, Population):  # a single individual is affordable, as left > 0
-            new = np.array([not individual.evaluated for individual in infills])
-            infills = infills[~new | (np.cumsum(new) <= left)]
-        algorithm.evaluator.eval(problem, infills, algorithm=algorithm)
-        if algorithm.evaluator.n_eval == n_evaluations:
+        if isinstance(infills, Population):  # a single individual is always within the budget
+            infills = _affordable(infills, n_evaluations - evaluator.n_eval)
+        evaluator.eval(problem, infills, algorithm=algorithm)
+        if evaluator.n_eval == n_evaluations:
             algorithm.termination.terminate()
         algorithm.advance(infills=infills)
     result = algorithm.result()
     result.algorithm = algorithm
     return result
+
+
+def _affordable(population: Population, n_left: int) -> Population:
+    """Return those designs that are evaluated already, and the first ``n_left`` others."""
+    new = np.array([not individual.evaluated for individual in population])
+    return population[~new | (np.cumsum(new) <= n_left)]

@@ -1,11 +1,14 @@
-"""Which designs to test next: a search on surrogates of all tests made so far.
+"""Which designs to test next: a search on surrogates fitted to all tests so far.
 
-Everything here is a function of its arguments, random numbers among them, so that a run that was
-interrupted makes the same proposals again.
+Everything here is a function of its arguments, random numbers included, so that an interrupted run
+repeats its proposals.
 
-What is sought are good values in many directions at once: a direction w asks for a small
-max_j (F_j / w_j), the achievement function of Wierzbicki (1980), with F measured from the best
-values (0) to the worst of the Pareto set (1).
+The search looks for good values in many directions at once. In a direction w it minimises
+max_j (F_j / w_j), the achievement function of Wierzbicki (1980), where F is 0 at the best values
+and 1 at the worst values of the Pareto set.
+
+Points lie in the unit cube of the variables. ``Z`` stands for points as surrogates see them
+(:func:`encoded`), ``Y`` for outputs, ``T`` for outputs on the scales of their surrogates.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,83 +32,92 @@ from pymoo_psi.problems import DesignSpace
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
 Random = np.random.Generator
-Map = Callable[[Array], Array]  # of n points
-Judge = Callable[[Array], tuple[Array, Array]]  # objectives, and by how much bounds are exceeded
+ArrayFunction = Callable[[Array], Array]  # from n rows to n rows
 
-# Every so many rounds surrogates are searched only near the best tests. Far from all tests they
-# promise most and know least; near them alone, a run that began in the wrong place stays there.
+# In one of so many rounds surrogates are searched only near the best tests. Far from all tests they
+# promise most and are least reliable; near the best tests alone, a run that began in the wrong
+# place would stay there.
 _NEARBY = 3
-# Of the cube's width, in every variable; and of how many best tests, some for each part of a front.
-# Both were chosen once and not varied, like the optimism below.
-_NEAR, _CENTRES = 0.2, 10
-_FORGIVING = 4  # every so many rounds, designs near failed ones are not avoided
+# "Near" is this share of the cube's width in every variable, around this many of the best tests.
+# Both were chosen once and not tuned, like the optimism below.
+_NEAR = 0.2
+_CENTRES = 10
+_FORGIVING = 4  # in one of so many rounds, designs near failed ones are not avoided
 
-# The search: as large and as long as the time for a proposal allows, below 0.1 s with 512 tests of
-# ten variables and twelve outputs.
-_SIZE, _GENERATIONS = 100, 40
-_OPTIMISM = 0.5  # standard deviations by which a prediction may be better, when a gain is judged
-_ATTEMPTS = 100  # to find random designs that meet the requirements, so many times _SIZE * 10
-_SAME = 1e-6  # designs nearer than this are one
-# Where surrogates see no design that keeps all limits, all but one of a round are so far apart and
-# from tests, alternating, in units of the cube's diagonal: in the one place that looks best all
-# would say the same.
+# Size and length of the search. A proposal then takes less than 0.1 s with 512 tests of ten
+# variables and twelve outputs.
+_SIZE = 100
+_GENERATIONS = 40
+_OPTIMISM = 0.5  # standard deviations by which a prediction is taken to be better than its mean
+# Random designs that may be drawn to meet the requirements: so many times as many as drawn at once.
+_ATTEMPTS = 100
+_DRAWN = 1000
+_SAME = 1e-6  # closer designs are the same
+# If surrogates see no design that keeps all limits, the designs of a round have these distances
+# from tests and from each other, alternating, in units of the cube's diagonal. Otherwise all of
+# them would lie in the one place that looks best. The first design of a round is exempt.
 _APART = (0.01, 0.03, 0.1)
-# Standard deviations: surrogates that miss objectives by so much are searched in the middle of the
-# front only. On DTLZ2 with 13 variables they miss them by 0.2, on the chute by 0.04.
+# If the errors of the surrogates of objectives reach this many standard deviations, only the middle
+# of the front is searched. They are 0.2 on DTLZ2 with 13 variables and 0.04 on the chute.
 _DOUBTFUL = 0.2
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
 
 
 @dataclass(frozen=True)
 class Goal:
-    """What is sought: which outputs are to be small, and which have bounds to keep.
+    """The objectives of a search, and the limits that designs have to keep.
 
     Attributes:
-        n_obj: The first so many outputs are objectives, to be small.
-        bounds: ``(column, least, greatest)`` of constraints and of outputs that have limits;
-            infinite if open.
-        low: ``(d,)`` where designs begin that keep the limits on variables, in the unit cube.
-        high: ``(d,)`` where they end.
-        required: From ``(n, d)`` points to ``(n, k)`` by how much they violate requirements, which
-            no proposal does.
-        encode: From ``(n, d)`` points to what surrogates see, ``(n, e)``.
-        compute: From ``(n, d)`` points and their ``(n, q)`` outputs to these, where some are known
-            functions of variables and of the others.
+        n_obj: Number of objectives, which are the first outputs, all minimised.
+        limits: ``(column, least, greatest)`` for constraints, and for outputs that have limits;
+            infinite where there is none.
+        low: ``(d,)`` lower limits on variables, in the unit cube.
+        high: ``(d,)`` upper limits on variables, in the unit cube.
+        required: A function from ``(n, d)`` points to ``(n, k)`` violations of requirements; no
+            proposal violates one.
+        encode: A function from ``(n, d)`` points to ``(n, e)`` points as surrogates see them.
+        compute: A function from ``(n, d)`` points and their ``(n, q)`` outputs to the outputs, if
+            some outputs are known functions of the variables and of other outputs.
     """
 
     n_obj: int
-    bounds: Sequence[tuple[int, float, float]]
+    limits: Sequence[tuple[int, float, float]]
     low: Array
     high: Array
-    required: Map
-    encode: Map
+    required: ArrayFunction
+    encode: ArrayFunction
     compute: Callable[[Array, Array], Array] | None = None
 
     def excess(self, T: Array, fit: Fit) -> Array:
-        """Return ``(n, c)`` by how much outputs, on their scales, exceed what is allowed."""
+        """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit."""
         columns = [np.zeros((len(T), 0))]
-        for j, least, greatest in self.bounds:
-            within = _EQUALITY if least == greatest else 0.0
+        for j, least, greatest in self.limits:
+            scale = fit.outputs[j].scale
+            tolerance = 0.0
+            if least == greatest:
+                tolerance = _EQUALITY
             if least > -np.inf:
-                columns.append(fit.scales[j].to(least) - T[:, j] - within)
+                columns.append(scale.to(least) - T[:, j] - tolerance)
             if greatest < np.inf:
-                columns.append(T[:, j] - fit.scales[j].to(greatest) - within)
+                columns.append(T[:, j] - scale.to(greatest) - tolerance)
         return np.column_stack(columns)
 
 
 @dataclass(frozen=True)
 class KnownTests:
-    """The tests that surrogates learn from.
+    """The tests from which surrogates learn.
 
     Attributes:
-        points: ``(n, d)`` points of the unit cube, which :class:`DesignSpace` makes designs of.
-        Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, others with limits.
-        eligible: ``(n,)`` which keep all constraints and limits, and have finite objectives.
-        failed: ``(n,)`` which have no outputs, though the model ran.
-        unknown: ``(n,)`` these, and those that the model did not run for.
-        pending: ``(p, d)`` points that are being tested; their outputs are expected to be as the
-            surrogates predict them.
+        points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs.
+        Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, other outputs with
+            limits.
+        eligible: ``(n,)`` whether a test keeps all constraints and limits, with finite objectives.
+        failed: ``(n,)`` whether the model ran but returned no outputs.
+        unknown: ``(n,)`` whether there are no outputs: the test failed, or the model did not run.
+        pending: ``(p, d)`` points that are being tested; the predictions of the surrogates stand
+            for their outputs.
     """
 
     points: Array
@@ -122,60 +135,56 @@ def propose(
 
     Args:
         tests: All tests.
-        fit: Fitted to the tests, or to the first of them; ``None`` if there are too few.
-        goal: What is sought.
-        batch: How many designs.
+        fit: The fit to these tests, or to the first of them; ``None`` if there are too few.
+        goal: The objectives and limits of the search.
+        batch: Number of designs.
         turn: Number of the round, from 0.
         random: Random numbers of the round.
     """
-    # glibc returns the memory of freed arrays to the system as long as no larger one was freed:
-    # without this, page faults double the time of a proposal from some 150 tests on.
+    # glibc returns the memory of freed arrays to the system until a larger one has been freed.
+    # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
-    known, encode = ~tests.unknown, goal.encode
-    seen = encode(np.vstack([tests.points, tests.pending]))
-    Z = seen[: len(known)][known]
-    risk = _risk(Z, seen[: len(known)][tests.failed], turn)
+    n_obj = goal.n_obj
+    known = ~tests.unknown
+    seen = goal.encode(np.vstack([tests.points, tests.pending]))
+    tested = seen[: len(known)]
+    failure_risk = _failure_risk(tested[known], tested[tests.failed], turn)
     if fit is None:
-        return _far(seen, risk, batch, goal, random)
+        return _distant_points(seen, failure_risk, batch, goal, random)
+
     T = fit.to(bounded(tests.Y[known]))
-    processes = [GaussianProcess(Z, *of) for of in zip(T.T, fit.lengths, strict=True)]
-
-    def predict(points: Array) -> Array:
-        at = encode(points)
-        T = np.column_stack([process(at) for process in processes])
-        return T if goal.compute is None else fit.to(goal.compute(points, fit.back(T)))
-
-    def judge(points: Array) -> tuple[Array, Array]:
-        predicted, unwanted = predict(points), risk(encode(points))
-        excess = np.hstack([goal.excess(predicted, fit), unwanted, goal.required(points)])
-        return predicted[:, : goal.n_obj], excess
-
-    inward = _inward(fit, goal.n_obj)
-    order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), _SIZE // 4, inward)
+    surrogates = _Surrogates(tested[known], T, fit, goal, failure_risk)
+    contraction = _contraction(fit, n_obj)
+    order = _survivors(T[:, :n_obj], goal.excess(T, fit), _SIZE // 4, contraction)
     best = tests.points[known][order]
-    found = _search(judge, *_start(best, turn % _NEARBY == 1, goal, random), inward, random)
-    found = found[(goal.required(found) <= 0).all(axis=1)]
-    both, n = np.vstack([found, tests.pending]), len(found)
-    expected, excess = judge(both)
-    at = encode(both)
-    deviation = np.column_stack([process.deviation(at) for process in processes[: goal.n_obj]])
-    optimistic = fit.back(expected - _OPTIMISM * deviation)
-    violated = np.maximum(excess, 0).sum(axis=1)
-    pending = optimistic[n:][violated[n:] <= 0]
-    front = np.vstack([tests.Y[tests.eligible, : goal.n_obj], pending])
-    points = found[_choice(front, optimistic[:n], violated[:n], at[:n], seen, batch, inward)]
-    if len(points) < batch:  # all that was found is tested: of a few discrete designs, say
-        seen = np.vstack([seen, encode(points)])
-        rest = _far(seen, risk, batch - len(points), goal, random)
-        points = np.vstack([points, rest])
-    return points
+    best = np.clip(best, goal.low, goal.high)
+    if turn % _NEARBY == 1:
+        start = _start_near(best, goal, random)
+    else:
+        start = _start_anywhere(best, goal, random)
+    points = _search(surrogates, start, contraction, random)
+    points = points[_meets_requirements(points, goal)]
+
+    # All at once, as rounding depends on how many points are predicted together.
+    predicted = surrogates.optimistic(np.vstack([points, tests.pending]))
+    candidates = predicted.at(slice(len(points)))
+    pending = predicted.at(slice(len(points), None))
+    expected = pending.F[pending.violation <= 0]
+    front = np.vstack([tests.Y[tests.eligible, :n_obj], expected])
+    proposals = points[_choice(candidates, front, seen, batch, contraction)]
+    n_missing = batch - len(proposals)
+    if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
+        seen = np.vstack([seen, goal.encode(proposals)])
+        rest = _distant_points(seen, failure_risk, n_missing, goal, random)
+        proposals = np.vstack([proposals, rest])
+    return proposals
 
 
 def encoded(space: DesignSpace, points: Array) -> Array:
     """Return points of the unit cube as surrogates see them.
 
-    Points of one design are one there: a whole number is where it lies between its bounds, and a
-    choice has a column for every option, as options have no order.
+    Points of the same design are equal there. An integer is its place between its bounds. A choice
+    has a column for every option, as options have no order.
     """
     columns = []
     for variable, u in zip(space.searched, points.T, strict=True):
@@ -185,230 +194,425 @@ def encoded(space: DesignSpace, points: Array) -> Array:
         count = int(variable.upper - variable.lower) + 1
         step = np.minimum(np.floor(u * count), count - 1)
         if variable.kind is Kind.CHOICE:
-            columns += [(step == option).astype(float) for option in range(count)]
+            for option in range(count):
+                columns.append((step == option).astype(float))
         else:
             columns.append(step / max(count - 1, 1))
     return np.column_stack(columns)
 
 
-def _far(seen: Array, risk: Map, count: int, goal: Goal, random: Random) -> Array:
-    """Return points far from all tests and from each other, rather where designs do not fail."""
-    points = np.zeros((0, len(goal.low)))
-    for _ in range(_ATTEMPTS):
-        more = random.uniform(goal.low, goal.high, (_SIZE * 10, len(goal.low)))
-        points = np.vstack([points, more[(goal.required(more) <= 0).all(axis=1)]])
-        if len(points) >= count:
-            break
-    else:
-        rule = f"met by {count} of {_ATTEMPTS * _SIZE * 10} random designs"
-        raise invalid("requirements", rule, Received(f"{len(points)} that meet them"))
-    at = goal.encode(points)
-    distance = cdist(at, seen).min(axis=1)
-    distance[risk(at)[:, 0] > 0] *= 0.1  # they are taken where nothing else is left
+class _Candidates(NamedTuple):
+    """Designs to choose from, as predicted.
+
+    Attributes:
+        Z: ``(n, e)`` the designs as surrogates see them.
+        F: ``(n, m)`` their objectives, predicted optimistically.
+        violation: ``(n,)`` the sums of what exceeds limits.
+    """
+
+    Z: Array
+    F: Array
+    violation: Array
+
+    def at(self, rows: slice) -> _Candidates:
+        """Return the designs of some rows."""
+        return _Candidates(self.Z[rows], self.F[rows], self.violation[rows])
+
+
+class _Surrogates:
+    """The surrogates of all outputs, which predict the objectives and the excess of designs.
+
+    Args:
+        Z: ``(n, e)`` the tests whose outputs are known, as surrogates see them.
+        T: ``(n, q)`` their outputs, on the scales of the fit.
+        fit: Scales and lengths.
+        goal: The objectives and limits of the search.
+        failure_risk: As :func:`_failure_risk` returns it.
+    """
+
+    def __init__(
+        self, Z: Array, T: Array, fit: Fit, goal: Goal, failure_risk: ArrayFunction
+    ) -> None:
+        self._fit = fit
+        self._goal = goal
+        self._failure_risk = failure_risk
+        self._processes = []
+        for t, output in zip(T.T, fit.outputs, strict=True):
+            self._processes.append(GaussianProcess(Z, t, output.lengths))
+
+    def evaluate(self, points: Array) -> tuple[Array, Array]:
+        """Return ``(n, m)`` objectives on their scales, and ``(n, c)`` the excess of each limit."""
+        goal = self._goal
+        Z = goal.encode(points)
+        T = np.column_stack([process(Z) for process in self._processes])
+        if goal.compute is not None:
+            Y = goal.compute(points, self._fit.back(T))
+            T = self._fit.to(Y)
+        exceeded = goal.excess(T, self._fit)
+        excess = np.hstack([exceeded, self._failure_risk(Z), goal.required(points)])
+        return T[:, : goal.n_obj], excess
+
+    def optimistic(self, points: Array) -> _Candidates:
+        """Return points as candidates, with objectives that are better than their means."""
+        Z = self._goal.encode(points)
+        F, excess = self.evaluate(points)
+        processes = self._processes[: self._goal.n_obj]
+        deviations = np.column_stack([process.deviation(Z) for process in processes])
+        F = self._fit.back(F - _OPTIMISM * deviations)
+        return _Candidates(Z, F, _violation(excess))
+
+
+def _violation(excess: Array) -> Array:
+    """Return ``(n,)`` sums of the positive parts of ``(n, c)`` excesses."""
+    return np.asarray(np.maximum(excess, 0).sum(axis=1))
+
+
+def _meets_requirements(points: Array, goal: Goal) -> Mask:
+    """Return ``(n,)`` whether points meet all requirements."""
+    return np.asarray((goal.required(points) <= 0).all(axis=1))
+
+
+def _distant_points(
+    seen: Array, failure_risk: ArrayFunction, count: int, goal: Goal, random: Random
+) -> Array:
+    """Return points far from all tests and from each other, away from failures if possible."""
+    points = _random_points(count, goal, random)
+    Z = goal.encode(points)
+    distance = cdist(Z, seen).min(axis=1)
+    distance[failure_risk(Z)[:, 0] > 0] *= 0.1  # chosen only if little else is left
     chosen = []
     for _ in range(count):
-        chosen.append(int(distance.argmax()))
-        distance = np.minimum(distance, cdist(at, at[chosen[-1:]])[:, 0])
+        row = int(distance.argmax())
+        chosen.append(row)
+        distance = np.minimum(distance, cdist(Z, Z[[row]])[:, 0])
     return points[chosen]
 
 
-def _risk(known: Array, failed: Array, turn: int) -> Map:
-    """Return a function that is above 0, ``(k, 1)``, where designs are to be avoided.
+def _random_points(count: int, goal: Goal, random: Random) -> Array:
+    """Return at least ``count`` random points within the limits that meet the requirements."""
+    d = len(goal.low)
+    points = np.zeros((0, d))
+    for _ in range(_ATTEMPTS):
+        drawn = random.uniform(goal.low, goal.high, (_DRAWN, d))
+        drawn = drawn[_meets_requirements(drawn, goal)]
+        points = np.vstack([points, drawn])
+        if len(points) >= count:
+            return points
+    rule = f"met by at least {count} of {_ATTEMPTS * _DRAWN} random designs"
+    raise invalid("requirements", rule, Received(f"{len(points)}"))
 
-    That is where failed tests outweigh the others, but not in every round: models are mended, and
-    a failure may have been chance.
+
+def _failure_risk(known: Array, failed: Array, turn: int) -> ArrayFunction:
+    """Return a function from ``(k, e)`` designs to ``(k, 1)``, above 0 for designs to avoid.
+
+    These lie where failed tests outweigh the others. In some rounds nothing is avoided, as models
+    get repaired, and a failure may have been random.
     """
     if len(failed) == 0 or turn % _FORGIVING == _FORGIVING - 1:
         return lambda Z: np.zeros((len(Z), 1))
-    every = np.vstack([known, failed])
-    # Weights fall as a normal density whose deviation is what tests are apart.
-    apart = KDTree(every).query(every, k=2)[0][:, 1] if len(every) > 1 else np.ones(1)
-    width = max(float(np.median(apart)), _SAME)
+    tests = np.vstack([known, failed])
+    spacing = 1.0
+    if len(tests) > 1:
+        distances, _ = KDTree(tests).query(tests, k=2)  # the nearest of each is the test itself
+        spacing = float(np.median(distances[:, 1]))
+    width = max(spacing, _SAME)
 
     def risk(Z: Array) -> Array:
-        good, bad = (
-            np.exp(-0.5 * (cdist(Z, those) / width) ** 2).sum(axis=1) for those in (known, failed)
-        )
+        good = _weight(Z, known, width)
+        bad = _weight(Z, failed, width)
         # 0.01: the weight of a test three widths away; nothing is avoided farther from failures
         return np.asarray(bad / (good + bad + 0.01) - 0.5)[:, None]
 
     return risk
 
 
-def _start(best: Array, near: bool, goal: Goal, random: Random) -> tuple[Array, Array, Array]:
-    """Return where a search begins, and between which ``(k, d)`` bounds each of it stays."""
-    d, best = best.shape[1], np.clip(best, goal.low, goal.high)
-    if near:
-        centre = best[random.integers(min(_CENTRES, len(best)), size=_SIZE)]
-        low, high = np.maximum(centre - _NEAR, goal.low), np.minimum(centre + _NEAR, goal.high)
-        # three variables at least are changed, or three in ten
-        some = random.random((_SIZE, d)) < max(0.3, 3 / d)
-        moved = centre + some * random.uniform(-_NEAR, _NEAR, (_SIZE, d))
-        return np.clip(moved, low, high), low, high
+def _weight(Z: Array, tests: Array, width: float) -> Array:
+    """Return ``(k,)`` sums over tests of a normal density of their distance."""
+    scaled = cdist(Z, tests) / width
+    return np.asarray(np.exp(-0.5 * scaled**2).sum(axis=1))
+
+
+class _Start(NamedTuple):
+    """The designs with which a search begins, and the limits within which each of them stays."""
+
+    points: Array
+    low: Array
+    high: Array
+
+
+def _start_near(best: Array, goal: Goal, random: Random) -> _Start:
+    """Return designs near the best tests; the search stays near these."""
+    d = best.shape[1]
+    centres = random.integers(min(_CENTRES, len(best)), size=_SIZE)
+    centre = best[centres]
+    low = np.maximum(centre - _NEAR, goal.low)
+    high = np.minimum(centre + _NEAR, goal.high)
+    # at least three variables are changed, or three in ten
+    changed = random.random((_SIZE, d)) < max(0.3, 3 / d)
+    step = random.uniform(-_NEAR, _NEAR, (_SIZE, d))
+    points = np.where(changed, centre + step, centre)
+    return _Start(np.clip(points, low, high), low, high)
+
+
+def _start_anywhere(best: Array, goal: Goal, random: Random) -> _Start:
+    """Return the best tests, variations of them, and random designs; the search is not limited."""
+    d = best.shape[1]
     quarter = _SIZE // 4
-    some = random.random((quarter, d)) < max(0.3, 2 / d)
-    moved = best[random.integers(len(best), size=quarter)]
-    moved = np.clip(moved + some * random.normal(0, 0.1, (quarter, d)), goal.low, goal.high)
-    anywhere = random.uniform(goal.low, goal.high, (_SIZE - len(best) - quarter, d))
-    start = np.vstack([best, moved, anywhere])
-    return start, np.broadcast_to(goal.low, start.shape), np.broadcast_to(goal.high, start.shape)
+    changed = random.random((quarter, d)) < max(0.3, 2 / d)
+    origin = best[random.integers(len(best), size=quarter)]
+    step = random.normal(0, 0.1, (quarter, d))
+    varied = np.where(changed, origin + step, origin)
+    varied = np.clip(varied, goal.low, goal.high)
+    n_random = _SIZE - len(best) - quarter
+    anywhere = random.uniform(goal.low, goal.high, (n_random, d))
+    points = np.vstack([best, varied, anywhere])
+    low = np.broadcast_to(goal.low, points.shape)
+    high = np.broadcast_to(goal.high, points.shape)
+    return _Start(points, low, high)
 
 
-def _search(
-    judge: Judge, points: Array, low: Array, high: Array, inward: float, random: Random
-) -> Array:
-    """Return the ``(k, d)`` points that an evolution of given ones ends with.
+class _Population(NamedTuple):
+    """Designs of the search, one a row of each array.
 
-    Where all exceed bounds it has but one aim, and ends in one place: then an eighth of the points
-    on the way is added, for :func:`_choice` to choose from.
-
-    Differential evolution (Storn and Price 1997) with small mutations, all points at once: with
-    pymoo's NSGA-II, an object for each point, a proposal took three times as long.
+    Attributes:
+        points: ``(n, d)`` the designs.
+        F: ``(n, m)`` their predicted objectives.
+        excess: ``(n, c)`` by how much they exceed each limit, as predicted.
+        low: ``(n, d)`` lower limits within which their children stay.
+        high: ``(n, d)`` upper limits within which their children stay.
     """
-    n, d = points.shape
-    F, C = judge(points)
-    tried = [points]
-    for generation in range(_GENERATIONS + 1):
-        keep = _survivors(F, C, n, inward)
-        points, F, C, low, high = points[keep], F[keep], C[keep], low[keep], high[keep]
-        if generation == _GENERATIONS:
-            break
-        # tournaments of two, as the best come first
-        a, b, c = (random.integers(n, size=(2, n)).min(axis=0) for _ in range(3))
-        moved = points[a] + random.uniform(0.3, 0.9, (n, 1)) * (points[b] - points[c])
-        crossed = random.random((n, d)) < random.uniform(0.1, 1.0, (n, 1))
-        children = np.where(crossed, moved, points[a])
-        width = 10.0 ** random.uniform(-3, -0.5, (n, 1))
-        mutated = random.random((n, d)) < 1 / d
-        children = children + mutated * width * random.normal(size=(n, d))
-        children = np.clip(children, low[a], high[a])
-        tried.append(children)
-        f, c = judge(children)
-        points, F, C = np.vstack([points, children]), np.vstack([F, f]), np.vstack([C, c])
-        low, high = np.vstack([low, low[a]]), np.vstack([high, high[a]])
-    if (C > 0).any(axis=1).all():
-        points = np.vstack([points, *(some[::8] for some in tried)])
+
+    points: Array
+    F: Array
+    excess: Array
+    low: Array
+    high: Array
+
+    def at(self, rows: Rows) -> _Population:
+        """Return the designs of some rows."""
+        return _Population(*(column[rows] for column in self))
+
+    def joined(self, other: _Population) -> _Population:
+        """Return these designs followed by others."""
+        pairs = zip(self, other, strict=True)
+        return _Population(*(np.vstack(pair) for pair in pairs))
+
+
+def _search(surrogates: _Surrogates, start: _Start, contraction: float, random: Random) -> Array:
+    """Return the ``(k, d)`` points at the end of an evolution.
+
+    If all of them exceed limits, the search has a single aim and ends in one place. Then an eighth
+    of the points on the way is added, for :func:`_choice` to choose from.
+
+    It is differential evolution (Storn and Price 1997) with small mutations, on arrays of all
+    points: pymoo's NSGA-II, with an object for each point, tripled the time of a proposal.
+    """
+    n = len(start.points)
+    F, excess = surrogates.evaluate(start.points)
+    population = _Population(start.points, F, excess, start.low, start.high)
+    tried = [start.points]
+    for _ in range(_GENERATIONS):
+        population = population.at(_survivors(population.F, population.excess, n, contraction))
+        children = _children(population, surrogates, random)
+        tried.append(children.points)
+        population = population.joined(children)
+    population = population.at(_survivors(population.F, population.excess, n, contraction))
+    points = population.points
+    if (population.excess > 0).any(axis=1).all():
+        points = np.vstack([points, *(generation[::8] for generation in tried)])
     return points
 
 
-def _survivors(F: Array, C: Array, size: int, inward: float) -> NDArray[np.intp]:
+def _children(parents: _Population, surrogates: _Surrogates, random: Random) -> _Population:
+    """Return as many new designs as there are parents, which are ordered, the best first."""
+    points = parents.points
+    n, d = points.shape
+    # tournaments of two: the smaller index is the better design
+    a = random.integers(n, size=(2, n)).min(axis=0)
+    b = random.integers(n, size=(2, n)).min(axis=0)
+    c = random.integers(n, size=(2, n)).min(axis=0)
+    difference = random.uniform(0.3, 0.9, (n, 1)) * (points[b] - points[c])
+    crossed = random.random((n, d)) < random.uniform(0.1, 1.0, (n, 1))
+    children = np.where(crossed, points[a] + difference, points[a])
+    width = 10.0 ** random.uniform(-3, -0.5, (n, 1))
+    mutated = random.random((n, d)) < 1 / d
+    step = width * random.normal(size=(n, d))
+    children = np.where(mutated, children + step, children)
+    low = parents.low[a]
+    high = parents.high[a]
+    children = np.clip(children, low, high)
+    F, excess = surrogates.evaluate(children)
+    return _Population(children, F, excess, low, high)
+
+
+def _survivors(F: Array, excess: Array, size: int, contraction: float) -> Rows:
     """Return the indices of the best designs, the best first.
 
-    Those that exceed nothing come first. Of two objectives as in NSGA-II (Deb et al. 2002): those
-    that fewer fronts lie before, then those farther from their neighbours in it. Of others by their
-    best place in any direction, as of more than two objectives almost all designs are optimal.
-    Those that exceed a limit follow, by how much.
+    Designs that exceed nothing come first. With two objectives they are ordered as in NSGA-II (Deb
+    et al. 2002), with more by :func:`_places`, as then almost all of them are Pareto optimal.
+    Designs that exceed limits follow, ordered by their violation.
 
     Args:
         F: ``(n, m)`` objectives.
-        C: ``(n, c)`` by how much each bound is exceeded.
-        size: How many, at most.
-        inward: See :func:`_inward`.
+        excess: ``(n, c)`` by how much each limit is exceeded.
+        size: Number of indices, at most.
+        contraction: As :func:`_contraction` returns it.
     """
-    violated = np.maximum(C, 0).sum(axis=1)
-    kept = violated <= 0
-    first, second = np.zeros((2, len(F)))
+    violation = _violation(excess)
+    kept = violation <= 0
+    first = np.zeros(len(F))
+    second = np.zeros(len(F))
     if kept.any() and F.shape[1] == 2:
-        first[kept] = rank = pareto_rank(F[kept])
+        rank = pareto_rank(F[kept])
+        first[kept] = rank
         second[kept] = -_crowding(F[kept], rank)
     elif kept.any():
-        # in units of the range of the Pareto set
-        low, high = F[kept].min(axis=0), F[kept][nondominated(F[kept])].max(axis=0)
-        values = _achievements((F[kept] - low) / np.where(high > low, high - low, 1.0), inward)
-        first[kept] = np.argsort(np.argsort(values, axis=0, kind="stable"), axis=0).min(axis=1)
-        second[kept] = values.min(axis=1)
-    return np.lexsort((second, first, violated))[:size]
+        first[kept], second[kept] = _places(F[kept], contraction)
+    return np.lexsort((second, first, violation))[:size]
 
 
 def _crowding(F: Array, rank: NDArray[np.integer]) -> Array:
-    """Return ``(n,)`` how far the neighbours of each design in its front are from each other."""
-    gaps = np.zeros(len(F))
+    """Return ``(n,)`` distances between the two neighbours of each design in its front."""
+    distances = np.zeros(len(F))
     for f in F.T:
         order = np.lexsort((f, rank))
-        value, front = f[order], rank[order]
+        value = f[order]
+        front = rank[order]
         gap = np.full(len(F), np.inf)  # at the ends of a front
         inner = (front[1:-1] == front[:-2]) & (front[1:-1] == front[2:])
         gap[1:-1][inner] = (value[2:] - value[:-2])[inner]
-        gaps[order] += gap / max(np.ptp(f), 1e-300)
-    return gaps
+        distances[order] += gap / max(np.ptp(f), 1e-300)
+    return distances
 
 
-def _achievements(F: Array, inward: float) -> Array:
+def _places(F: Array, contraction: float) -> tuple[Rows, Array]:
+    """Return ``(n,)`` the best place of each design in any direction, and its best achievement."""
+    low = F.min(axis=0)
+    high = F[nondominated(F)].max(axis=0)
+    values = _achievements((F - low) / _lengths(low, high), contraction)
+    order = np.argsort(values, axis=0, kind="stable")
+    places = np.argsort(order, axis=0)
+    return places.min(axis=1), values.min(axis=1)
+
+
+def _lengths(low: Array, high: Array) -> Array:
+    """Return the differences between highest and lowest values, 1 where there is none."""
+    return np.where(high > low, high - low, 1.0)
+
+
+def _achievements(F: Array, contraction: float) -> Array:
     """Return the ``(n, w)`` achievements of ``(n, m)`` scaled objectives in w directions."""
-    values = (F[:, None, :] / _directions(F.shape[1], inward)).max(axis=2)
-    # a little of the sum: of two designs alike in the worst objective, the better one
+    directions = _directions(F.shape[1], contraction)
+    values = (F[:, None, :] / directions).max(axis=2)
+    # A small share of the sum decides between designs with the same worst objective.
     return np.asarray(values + 0.01 * F.sum(axis=1)[:, None])
 
 
-def _inward(fit: Fit, n_obj: int) -> float:
-    """Return by how much directions are drawn to the middle, 0 to a half.
+def _contraction(fit: Fit, n_obj: int) -> float:
+    """Return by how much directions are contracted towards the middle, 0 to 0.5.
 
-    Of three objectives or more most directions are extreme: good in some at the cost of others.
-    There a search goes on for ever at promises of surrogates that know little. So it begins in the
-    middle, and goes out as far as surrogates are right.
+    With three objectives or more, most directions are extreme: good in some at the cost of others.
+    There inaccurate surrogates always promise more. So a search begins in the middle and widens as
+    surrogates become accurate.
     """
     if n_obj <= 2:
         return 0.0
-    error = min(float(fit.errors[:n_obj].mean()) / _DOUBTFUL, 1.0)
-    return round(error, 1) / 2  # a few steps, each of which has its table of directions
+    errors = np.array([output.error for output in fit.outputs[:n_obj]])
+    doubt = min(float(errors.mean()) / _DOUBTFUL, 1.0)
+    return round(doubt, 1) / 2  # few steps, as each has its table of directions
 
 
 @lru_cache(maxsize=16)
-def _directions(n_obj: int, inward: float) -> Array:
+def _directions(n_obj: int, contraction: float) -> Array:
     if n_obj == 1:
         return np.ones((1, 1))
     directions = reference_directions(n_obj, _SIZE)
-    return np.maximum((1 - inward) * directions + inward / n_obj, 0.01)
+    return np.maximum((1 - contraction) * directions + contraction / n_obj, 0.01)
 
 
 def _choice(
-    front: Array, F: Array, violated: Array, at: Array, seen: Array, batch: int, inward: float
+    candidates: _Candidates, front: Array, seen: Array, batch: int, contraction: float
 ) -> list[int]:
     """Return the indices of the candidates to be tested.
 
-    One half is what promises the largest gain, the other half what is farthest from all that is
-    known in the space of objectives. If all candidates exceed a bound, those that do so least.
+    One half promises the largest gain; the other half is farthest from all known objectives. If
+    all candidates exceed limits, those are taken that do so least.
 
     Args:
+        candidates: The candidates.
         front: ``(k, m)`` objectives of the eligible tests.
-        F: ``(n, m)`` predicted objectives of the candidates.
-        violated: ``(n,)`` by how much bounds are exceeded, as predicted.
-        at: ``(n, e)`` candidates as surrogates see them.
-        seen: ``(t, e)`` the tests, as for ``at``.
-        batch: How many to choose; fewer, if there are no more that are not tested.
-        inward: See :func:`_inward`.
+        seen: ``(t, e)`` the tests, as surrogates see them.
+        batch: How many to choose; there are fewer if fewer are not tested yet.
+        contraction: As :func:`_contraction` returns it.
     """
-    known = front[nondominated(front)]
-    promising = F[violated <= 0] if (violated <= 0).any() else F
-    both = np.vstack([known, promising])
-    low = both.min(axis=0)
-    high = (known if len(known) > 1 else both).max(axis=0)
-    size = np.where(high > low, high - low, 1.0)
-    known, F = (known - low) / size, (F - low) / size
-    values = _achievements(F, inward)
-    best = _achievements(known, inward).min(axis=0) if len(known) else values.max(axis=0)
-    distance = cdist(at, seen).min(axis=1)
-    apart = cdist(F, known).min(axis=1) if len(known) else np.full(len(F), np.inf)
-    # in whose units the values of a direction are
-    weights = _directions(F.shape[1], inward).max(axis=1)
+    front = front[nondominated(front)]
+    low, lengths = _scale_of(front, candidates)
+    front = (front - low) / lengths
+    F = (candidates.F - low) / lengths
+    values = _achievements(F, contraction)
+    if len(front) > 0:
+        best = _achievements(front, contraction).min(axis=0)
+        gap = cdist(F, front).min(axis=1)
+    else:
+        best = values.max(axis=0)
+        gap = np.full(len(F), np.inf)
+    distance = cdist(candidates.Z, seen).min(axis=1)
+    units = _directions(F.shape[1], contraction).max(axis=1)  # of the values in each direction
     chosen: list[int] = []
-    while len(chosen) < batch:
+    for place in range(batch):
         new = np.flatnonzero(distance > _SAME)
         if len(new) == 0:
             break
-        if (violated[new] > 0).all():
-            least = _APART[len(chosen) % 3] * np.sqrt(at.shape[1]) if chosen else _SAME
-            # as far as there are any, as of a search near the best tests
-            new = new[distance[new] >= min(least, distance[new].max() / 2)]
-            score = -violated
+        feasible = new[candidates.violation[new] <= 0]
+        gain = (np.maximum(best - values, 0) * units).sum(axis=1)
+        if len(feasible) == 0:
+            rows = _apart(new, candidates.Z.shape[1], distance, place)
+            score = -candidates.violation
+        elif place < (batch + 1) // 2 and gain[feasible].max() > 0:
+            rows = feasible
+            score = gain
         else:
-            new = new[violated[new] <= 0]
-            gain = (np.maximum(best - values, 0) * weights).sum(axis=1)
-            by_gain = len(chosen) < (batch + 1) // 2 and gain[new].max() > 0
-            score = gain if by_gain else np.where(np.isinf(apart), distance, apart)
-        k = int(new[score[new].argmax()])
-        chosen.append(k)
-        best = np.minimum(best, values[k])
-        distance = np.minimum(distance, cdist(at, at[[k]])[:, 0])
-        apart = np.minimum(apart, cdist(F, F[[k]])[:, 0])
+            rows = feasible
+            score = np.where(np.isinf(gap), distance, gap)
+        row = int(rows[score[rows].argmax()])
+        chosen.append(row)
+        best = np.minimum(best, values[row])
+        distance = np.minimum(distance, cdist(candidates.Z, candidates.Z[[row]])[:, 0])
+        gap = np.minimum(gap, cdist(F, F[[row]])[:, 0])
     return chosen
+
+
+def _scale_of(front: Array, candidates: _Candidates) -> tuple[Array, Array]:
+    """Return ``(m,)`` lowest values and lengths by which objectives are scaled.
+
+    Args:
+        front: ``(k, m)`` the Pareto-optimal objectives of the tests.
+        candidates: The candidates.
+    """
+    promising = candidates.F
+    feasible = candidates.violation <= 0
+    if feasible.any():
+        promising = promising[feasible]
+    both = np.vstack([front, promising])
+    low = both.min(axis=0)
+    high = both.max(axis=0)
+    if len(front) > 1:
+        high = front.max(axis=0)
+    return low, _lengths(low, high)
+
+
+def _apart(rows: Rows, n_columns: int, distance: Array, place: int) -> Rows:
+    """Return those rows of candidates that are far enough from tests and from chosen ones.
+
+    Args:
+        rows: The rows to choose from.
+        n_columns: Number of dimensions in which surrogates see designs.
+        distance: ``(n,)`` the distance of each candidate from tests and from chosen candidates.
+        place: How many candidates are chosen already.
+    """
+    least = _SAME
+    if place > 0:
+        least = _APART[place % 3] * np.sqrt(n_columns)
+    # After a search near the best tests, no candidate may be that far away.
+    least = min(least, distance[rows].max() / 2)
+    return np.asarray(rows[distance[rows] >= least])

@@ -16,7 +16,7 @@ from pymoo_psi.sequences import lp_tau
 
 Array = NDArray[np.float64]
 
-# Of scipy.stats.qmc, those that place points anywhere in the cube without further arguments.
+# The engines of scipy.stats.qmc that fill the unit cube without further arguments.
 _ENGINES = {
     "sobol": "Sobol",
     "halton": "Halton",
@@ -27,20 +27,19 @@ _ENGINES = {
 
 
 class UniformSampling(Sampling):
-    """Points spread evenly over the unit cube, laid out in the design space of a problem.
+    """Points spread evenly over the unit cube, mapped to the bounds of a problem's variables.
 
-    A sequence of your own is a subclass with :meth:`unit_points`. It serves as ``sampling=`` of
-    every pymoo algorithm and of :class:`PSI`, :func:`investigate` and :class:`SurrogatePSI`, where
-    a study knows it by the name of its class and its attributes: it is continued and extended as
-    LPτ is, and refused with other attributes.
+    To add a sequence, derive a class and implement :meth:`unit_points`. An instance of it is a
+    valid ``sampling=`` for every pymoo algorithm and for :class:`PSI`, :func:`investigate` and
+    :class:`SurrogatePSI`. A study identifies it by the name of its class and by its attributes:
+    like LPτ, it can be continued and extended, and the study rejects other attributes.
 
     Attributes:
-        extendable: Whether more points leave the first ones as they are. Set it to ``False`` where
-            points depend on how many there are.
-        randomised: Whether points depend on ``random_state``. Set it to ``True`` where they do;
-            then a study wants a seed.
-        log: Variables that are spread evenly in the logarithm; those of the problem's attribute
-            ``log`` if None. In a run, the run's ``log`` counts.
+        extendable: Whether the first points stay the same if more are requested. Set it to
+            ``False`` if points depend on how many there are.
+        randomised: Whether points depend on ``random_state``. If ``True``, a study requires a seed.
+        log: Variables that are spread evenly in the logarithm; if None, those of the problem's
+            attribute ``log``. In a run, the run's ``log`` takes precedence.
 
     Example:
         >>> import numpy as np
@@ -62,7 +61,8 @@ class UniformSampling(Sampling):
         self, problem: Any, n_samples: int, *args: Any, random_state: Any = None, **kwargs: Any
     ) -> Any:
         if random_state is None:  # pymoo before 0.6.1.6 seeds NumPy's global generator instead
-            random_state = np.random.default_rng(np.random.randint(2**31))  # noqa: NPY002
+            seed = np.random.randint(2**31)  # noqa: NPY002
+            random_state = np.random.default_rng(seed)
         space = design_space(problem, log=self.log)
         points = self.unit_points(n_samples, len(space.searched), random_state=random_state)
         return space.designs(space.matrix(points))
@@ -70,34 +70,56 @@ class UniformSampling(Sampling):
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
     ) -> Array:
-        """Return ``(n_points, n_dim)`` points of [0, 1), from number ``first`` on."""
+        """Return ``(n_points, n_dim)`` points of [0, 1), beginning with number ``first``."""
         raise NotImplementedError
 
     def identity(self, n_points: int, seed: int | None) -> str:
-        """Return what a study must know of its points, so that the same ones come again."""
-        known = {*vars(Sampling()), "log"}
-        own = {name: value for name, value in vars(self).items() if name not in known}
-        own = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in own.items()}
-        attributes = ", ".join(f"{name}={value!r}" for name, value in own.items())
-        name = getattr(self, "engine", f"{type(self).__name__}({attributes})")
-        name += "" if self.extendable else f" of {n_points} points"
-        if self.randomised and seed is None:
-            rule = "given where a study has randomised points"
-            raise invalid("seed", rule, seed, "they must come again")
-        return f"{name}, seed {seed}" if self.randomised else str(name)
+        """Return what determines the points, by which a study recognises them.
+
+        Raises:
+            ArgumentValueError: The points are random, and there is no seed.
+        """
+        text = self._name()
+        if not self.extendable:
+            text += f" of {n_points} points"
+        if not self.randomised:
+            return text
+        if seed is None:
+            remedy = "without one the points cannot be repeated"
+            raise invalid("seed", "given for a study of randomised points", seed, remedy)
+        return f"{text}, seed {seed}"
+
+    def _name(self) -> str:
+        """Return the name of the class and its attributes."""
+        ignored = {*vars(Sampling()), "log"}
+        attributes = []
+        for name, value in vars(self).items():
+            if name in ignored:
+                continue
+            if isinstance(value, np.ndarray):  # the repr of a long array omits values
+                value = value.tolist()
+            attributes.append(f"{name}={value!r}")
+        return f"{type(self).__name__}({', '.join(attributes)})"
 
 
 def uniform_sampling(sampling: object) -> UniformSampling | None:
-    """Return a sampling that is given by name, or as one of the operators of this module."""
+    """Return a sampling operator, which is given by its name or as it is; ``None`` stays None.
+
+    Raises:
+        ArgumentValueError: There is no such name, or an LPτ sampling has another first point.
+        ArgumentTypeError: The sampling is something else.
+    """
     if sampling is None:
         return None
     if isinstance(sampling, str):
         known_name("sampling", sampling, ("lptau", *_ENGINES))
-        return LPTauSampling() if sampling == "lptau" else QMCSampling(sampling)
+        if sampling == "lptau":
+            return LPTauSampling()
+        return QMCSampling(sampling)
     if not isinstance(sampling, UniformSampling):
         rule = "a name such as 'lhs', LPTauSampling(), QMCSampling(...) or another UniformSampling"
         raise wrong_type("sampling", rule, sampling)
-    # Numbers in table and study are those of PSI: a second origin would make them ambiguous.
+    # Tables and studies number points from the run's own first: two would be ambiguous.
     if isinstance(sampling, LPTauSampling) and sampling.first != 1:
         remedy = "give first= to PSI or investigate"
         raise invalid("first of LPTauSampling", "1 here", sampling.first, remedy)
@@ -105,17 +127,17 @@ def uniform_sampling(sampling: object) -> UniformSampling | None:
 
 
 class LPTauSampling(UniformSampling):
-    """The test points of Parameter Space Investigation: LPτ in natural order.
+    """The test points of Parameter Space Investigation: the LPτ sequence in natural order.
 
-    The points do not depend on a seed: the same call gives the same points.
+    The points do not depend on a seed.
 
     Args:
-        first: Number of the first point, from 1, which lies at the lower bounds.
+        first: Number of the first point. Point 1 lies at the lower bounds.
         log: See :class:`UniformSampling`.
 
     Raises:
-        ArgumentValueError: ``first`` is below 1; in use: the problem has more than 51 variables
-            or no finite bounds.
+        ArgumentValueError: ``first`` is below 1; when sampling, the problem has more than 51
+            variables or no finite bounds.
 
     Example:
         >>> from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -133,7 +155,7 @@ class LPTauSampling(UniformSampling):
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
     ) -> Array:
-        """Return consecutive LPτ points; ``first`` counts from the operator's own first.
+        """Return consecutive LPτ points; ``first=1`` is the first point of the operator.
 
         Example:
             >>> LPTauSampling(first=2).unit_points(2, 2)
@@ -142,7 +164,7 @@ class LPTauSampling(UniformSampling):
         return lp_tau(n_points, n_dim, first=self.first + first - 1)
 
     def identity(self, n_points: int, seed: int | None) -> str:
-        """Return what a study must know of its points.
+        """Return what determines the points, by which a study recognises them.
 
         Example:
             >>> LPTauSampling().identity(8, None)
@@ -157,13 +179,13 @@ class QMCSampling(UniformSampling):
     Args:
         engine: ``"sobol"``, ``"halton"``, ``"latin_hypercube"`` (or ``"lhs"``) or
             ``"poisson_disk"``.
-        scramble: Randomise the sequence by the algorithm's seed. ``False`` gives the plain
-            sequence, whose numbering is SciPy's and not that of LPτ. Poisson-disk points are
+        scramble: Randomise the sequence with the algorithm's seed. ``False`` gives the plain
+            sequence in SciPy's order, which differs from that of LPτ. Poisson-disk points are
             always random.
         log: See :class:`UniformSampling`.
 
     Raises:
-        ArgumentValueError: The engine is unknown; in use: it cannot give so many points.
+        ArgumentValueError: The engine is unknown; when sampling, it cannot place that many points.
 
     Example:
         >>> QMCSampling("halton", scramble=False).unit_points(3, 2).round(3)
@@ -179,17 +201,23 @@ class QMCSampling(UniformSampling):
         self.log = log
         self.engine = known_name("engine", engine, _ENGINES)
         self.scramble = boolean("scramble", scramble)
-        # that can be continued; the points of others depend on how many they are
+        # the sequences; the points of other engines depend on how many there are
         self.extendable = engine in ("sobol", "halton")
         self.randomised = scramble or not self.extendable
+
+    def _name(self) -> str:
+        return self.engine
 
     def unit_points(
         self, n_points: int, n_dim: int, *, first: int = 1, random_state: Any = None
     ) -> Array:
-        """Return points of the engine from number ``first`` on, seeded by ``random_state``.
+        """Return points of the engine, beginning with number ``first``.
 
-        Only the sequences of Sobol' and Halton can be continued; the points of the other engines
+        Only the sequences of Sobol' and Halton can be continued. The points of the other engines
         depend on how many there are, so that ``first`` must be 1.
+
+        Raises:
+            ArgumentValueError: ``first`` is not 1, or the engine cannot place that many points.
 
         Example:
             >>> QMCSampling("sobol", scramble=False).unit_points(1, 2, first=2)
@@ -198,21 +226,32 @@ class QMCSampling(UniformSampling):
         if first > 1 and not self.extendable:
             rule = f"1 for the engine {self.engine!r}"
             raise invalid("first", rule, first, "use 'sobol' or 'halton'")
-        from scipy.stats import qmc  # takes most of a second to import
-
-        make = getattr(qmc, _ENGINES[self.engine])
-        known = inspect.signature(make).parameters
-        options = {"scramble": self.scramble} if "scramble" in known else {}
-        options["rng" if "rng" in known else "seed"] = random_state  # "seed" before SciPy 1.15
-        engine = make(n_dim, **options)
-        # A seed gives the same points however they are cut into runs.
+        engine = self._scipy_engine(n_dim, random_state)
+        # A seed gives the same points, whether they are drawn in one part or in several.
         if first > 1:
             points = engine.fast_forward(first - 1).random(n_points)
-        elif self.engine == "sobol":  # a full power of two draws the same without a warning
-            points = engine.random_base2(max(n_points - 1, 0).bit_length())[:n_points]
+        elif self.engine == "sobol":
+            # A full power of two contains the same points, and SciPy does not warn.
+            exponent = max(n_points - 1, 0).bit_length()
+            points = engine.random_base2(exponent)[:n_points]
         else:
             points = engine.random(n_points)
         if len(points) < n_points:  # Poisson disks keep a distance, and the cube is full
             rule = f"at most {len(points)}, all that the engine {self.engine!r} can place"
             raise invalid("n_samples", rule, n_points, "use another engine")
         return np.asarray(points)
+
+    def _scipy_engine(self, n_dim: int, random_state: Any) -> Any:
+        """Return the engine of SciPy, with the options that it takes in the installed version."""
+        from scipy.stats import qmc  # takes most of a second to import
+
+        engine = getattr(qmc, _ENGINES[self.engine])
+        parameters = inspect.signature(engine).parameters
+        options = {}
+        if "scramble" in parameters:
+            options["scramble"] = self.scramble
+        if "rng" in parameters:
+            options["rng"] = random_state
+        else:  # before SciPy 1.15
+            options["seed"] = random_state
+        return engine(n_dim, **options)

@@ -1,7 +1,8 @@
-"""Surrogates: cheap functions through the tests of an expensive model.
+"""Surrogates: cheap approximations of an expensive model, fitted to its tests.
 
-A Gaussian process for each output learns a length for every variable, and knows how sure it is. It
-sees designs as points of a unit cube, and outputs on scales without heavy tails.
+Each output has a Gaussian process with a length for every variable; it predicts a mean and a
+standard deviation. Designs are given to it as points of a unit cube, outputs on scales without
+heavy tails.
 """
 
 from __future__ import annotations
@@ -16,39 +17,48 @@ from scipy.optimize import minimize
 Array = NDArray[np.float64]
 
 _ROOT5 = np.sqrt(5.0)
-# Of the logarithm of the noise's share of the variance. The floor keeps the covariance matrix
-# regular in float64; above a tenth, an output is not described by the variables.
+# Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance
+# matrix regular in float64; beyond a tenth, the variables do not describe the output.
 _LOG_NOISE = (np.log(1e-6), np.log(1e-1))
-# Of the logarithm of a length: below, tests say nothing of each other; above, a line is straight.
+# Bounds for the logarithm of a length. Below, tests carry no information about each other; above,
+# the process is a straight line.
 _LOG_LENGTH = (np.log(0.03), np.log(100.0))
-# Tukey (1977) calls a value far out that is three quartile distances beyond a quartile. A sample
-# with such values has a heavy tail. The middle half, however, may be all of a kind: then the unit
-# of a logarithmic scale is at least a hundredth of it.
-_FAR_OUT, _LEAST_UNIT = 3.0, 0.01
-# Values beyond so many quartile distances, such as a penalty of 1e30, say nothing more.
+_LOG_TREND_BOUNDS = (-12.0, 6.0)
+# A value is "far out" if it is three quartile distances beyond a quartile (Tukey 1977). A sample
+# with such values has a heavy tail.
+_FAR_OUT = 3.0
+# The middle half of the values may be nearly equal: the unit of a logarithmic scale is at least
+# this share of the quartile distance.
+_LEAST_UNIT = 0.01
+# Values further out than this many quartile distances, such as a penalty of 1e30, are cut there.
 _BEYOND = 1e6
-# What several tests share, so many ranges of all others beyond the worst of them, stands for none:
-# a tail, as of a pole, has values on the way.
+# A value that several tests share is a penalty if it lies this many ranges of all others beyond
+# the worst of them. A heavy tail, such as that of a pole, has values in between.
 _PENALTY = 1e4
-_MET = 0.02  # of the median violation: how far below 0 a constraint is taken to be that is met
+# A constraint that is met is taken to be this far below 0, in units of the median violation.
+_MET = 0.02
 _HUGE = 1e100  # the squares of larger values overflow
-# A priori, the logarithm of a trend's share of the variance.
+# Prior mean of the logarithm of a trend's share of the variance.
 _LOG_TREND = -2.0
-# Tests to which lengths are fitted: more take the third power of their number in time, a second
-# for an output with 512, and change lengths little.
+# Lengths are fitted to at most this many tests. The time grows with the third power (a second for
+# an output with 512), and more tests change lengths little.
 _MOST = 256
 _STEPS = 40  # of L-BFGS-B, at most
+_LEAST_VARIANCE = 1e-12
+_NOT_REGULAR = 1e10  # the loss for lengths whose covariance matrix is not positive definite
 
 
 @dataclass(frozen=True)
 class Scale:
-    """A monotone scale of an output: standardised, and logarithmic where its tail is heavy.
+    """A monotone scale for an output: standardised, and logarithmic where its tail is heavy.
+
+    The scale is ``arcsinh((y - origin) / unit)``, minus the mean, divided by the deviation. It is
+    nearly linear within one unit of the origin and logarithmic beyond.
 
     Attributes:
-        origin: Where the scale is finest: the best value of an objective, 0 of a constraint.
-        unit: The scale is about linear within so much of the origin and logarithmic beyond,
-            ``arcsinh((y - origin) / unit)``; infinite: ``y`` itself.
-        mean: Of the values on the scale.
+        origin: Where the scale is finest: the best value of an objective, 0 for a constraint.
+        unit: The unit; infinite for a linear scale, which is ``y`` standardised.
+        mean: Mean of the values before they are standardised.
         deviation: Their standard deviation.
     """
 
@@ -62,11 +72,15 @@ class Scale:
         """Return the scale on which ``(n,)`` values of an output have mean 0 and deviation 1."""
         t = cls(origin, unit).to(y)
         deviation = float(t.std())
-        return cls(origin, unit, float(t.mean()), deviation if deviation > 0 else 1.0)
+        if deviation == 0:  # all values are equal
+            deviation = 1.0
+        return cls(origin, unit, float(t.mean()), deviation)
 
     def to(self, y: Array | float) -> Array:
         """Return values of the output on the scale."""
-        t = y if np.isinf(self.unit) else np.arcsinh((y - self.origin) / self.unit)
+        t = y
+        if np.isfinite(self.unit):
+            t = np.arcsinh((y - self.origin) / self.unit)
         return np.asarray((t - self.mean) / self.deviation)
 
     def back(self, t: Array) -> Array:
@@ -74,71 +88,83 @@ class Scale:
         t = t * self.deviation + self.mean
         if np.isinf(self.unit):
             return t
-        # A prediction as far off as sinh(300) is of no use, but must be finite in any unit.
-        return np.asarray(self.origin + self.unit * np.sinh(np.clip(t, -300, 300)))
+        # A prediction as large as sinh(300) is useless, but it must be finite in any unit.
+        t = np.clip(t, -300, 300)
+        return np.asarray(self.origin + self.unit * np.sinh(t))
 
     def log_slope(self, y: Array) -> float:
-        """Return the sum of log dt/dy over values: what densities on two scales differ by."""
+        """Return the sum of log dt/dy over values, by which densities on two scales differ."""
         slope = -len(y) * np.log(self.deviation)
-        if not np.isinf(self.unit):
+        if np.isfinite(self.unit):
             z = (y - self.origin) / self.unit
-            slope -= float((0.5 * np.log1p(z**2)).sum()) + len(y) * np.log(self.unit)
+            curvature = float((0.5 * np.log1p(z**2)).sum())
+            slope -= curvature + len(y) * np.log(self.unit)
         return float(slope)
 
 
 def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
-    """Return the scales that an output may have: linear; and logarithmic, if it has a heavy tail.
+    """Return the scales to choose from: a linear one, and a logarithmic one for a heavy tail.
 
     Args:
-        y: ``(n,)`` all its values, finite.
-        uniform: Those at uniform points, which alone show its distribution: proposals crowd.
-        constraint: Whether its sign counts.
+        y: ``(n,)`` all values of the output, finite.
+        uniform: The values at uniform points. Only these show the distribution, as proposals lie
+            close together.
+        constraint: Whether the output is a constraint, whose sign matters.
     """
-    found = [Scale.of(y, 0.0, np.inf)]
+    linear = Scale.of(y, 0.0, np.inf)
     q1, q3 = np.quantile(uniform, [0.25, 0.75])
     far = _FAR_OUT * (q3 - q1)
-    if uniform.min() < q1 - far or uniform.max() > q3 + far:
-        origin = 0.0 if constraint else float(uniform.min())
-        low, high = np.quantile(np.abs(uniform - origin), [0.25, 0.75])
-        unit = float(max(low, _LEAST_UNIT * (high - low)))
-        if unit > 0:
-            found.append(Scale.of(y, origin, unit))
-    return found
+    if uniform.min() >= q1 - far and uniform.max() <= q3 + far:
+        return [linear]
+    origin = 0.0
+    if not constraint:
+        origin = float(uniform.min())
+    low, high = np.quantile(np.abs(uniform - origin), [0.25, 0.75])
+    unit = float(max(low, _LEAST_UNIT * (high - low)))
+    if unit <= 0:
+        return [linear]
+    return [linear, Scale.of(y, origin, unit)]
 
 
 def bounded(Y: Array) -> Array:
-    """Return ``(n, q)`` outputs without NaN and infinities, and without values far beyond all."""
+    """Return ``(n, q)`` outputs in which NaN, infinite and extreme values are replaced.
+
+    NaN becomes the largest finite value of its column; values far from the median are cut.
+    """
     Y = np.where(np.isinf(Y), Y, np.clip(Y, -_HUGE, _HUGE))
     for y in Y.T:
         finite = y[np.isfinite(y)]
         if len(finite) == 0:
             y[:] = 0.0
             continue
-        q1, middle, q3 = np.quantile(finite, [0.25, 0.5, 0.75])
+        q1, median, q3 = np.quantile(finite, [0.25, 0.5, 0.75])
         y[np.isnan(y)] = finite.max()
         far = _BEYOND * (q3 - q1)
-        low, high = (middle - far, middle + far) if far > 0 else (finite.min(), finite.max())
-        np.clip(y, low, high, out=y)
+        if far > 0:
+            np.clip(y, median - far, median + far, out=y)
+        else:
+            np.clip(y, finite.min(), finite.max(), out=y)
     return Y
 
 
 @np.errstate(over="ignore", invalid="ignore")  # infinities, and values near the largest float
 def without_penalties(F: Array, uniform: Array) -> Array:
-    """Return ``(n, m)`` objectives with the worst real value where they stand for "none".
+    """Return ``(n, m)`` objectives in which penalties are replaced by the worst other value.
 
-    Models give infinity, or one large number, where a design has no meaning. On a scale with such
-    a step all other designs would be the same. A pole, towards which values rise, is not meant.
+    Models return infinity, or one large number, for a design without meaning. On a scale with such
+    a step all other designs would look alike. A pole, towards which values increase, is kept.
 
     Args:
         F: The objectives of all tests.
-        uniform: ``(k, m)`` those of tests at uniform points, which alone show how they are
-            distributed.
+        uniform: ``(k, m)`` the objectives of tests at uniform points, which alone show the
+            distribution.
     """
     F = F.copy()
     for y, u in zip(F.T, uniform.T, strict=True):
-        for _ in range(2):  # below infinity may be a number
+        for _ in range(2):  # some designs may have infinity and others a large number
             others = u[u < u.max(initial=-np.inf)]
-            if len(u) - len(others) < 2 or len(others) < 2:
+            n_equal = len(u) - len(others)
+            if n_equal < 2 or len(others) < 2:
                 break
             worst = others.max()
             beyond = worst + _PENALTY * np.ptp(others)
@@ -151,85 +177,102 @@ def without_penalties(F: Array, uniform: Array) -> Array:
 def below_zero(G: Array, n_uniform: int) -> Array:
     """Return ``(n, k)`` constraints that are below 0 where they are met.
 
-    Many models give the amount of a violation, 0 where there is none. A surrogate of it is above 0
-    as often as below wherever the constraint is met.
+    Many models return the amount of a violation, which is 0 where the constraint is met. There a
+    surrogate would be above 0 as often as below.
 
     Args:
-        G: The constraints of all tests, NaN where unknown.
-        n_uniform: How many of the first tests are at uniform points; these alone are compared.
+        G: The constraints of all tests, NaN if unknown.
+        n_uniform: Number of tests at uniform points, which come first; only these decide.
     """
     G = G.copy()
     for g in G.T:
         first = g[:n_uniform]
-        if not (first < 0).any() and (first > 0).any():
-            g[g == 0] = -_MET * np.median(first[first > 0])
+        violations = first[first > 0]
+        if len(violations) > 0 and not (first < 0).any():
+            g[g == 0] = -_MET * np.median(violations)
     return G
 
 
 @dataclass(frozen=True)
-class Fit:
-    """What is fitted to tests now and then: a scale and lengths for each output.
+class OutputFit:
+    """The scale and the lengths of one output.
 
     Attributes:
-        scales: Of the q outputs.
-        lengths: For each output, as :func:`fit_lengths` returns them.
-        errors: ``(q,)`` root mean squares of what Gaussian processes miss tests by that they do
-            not know, in standard deviations.
+        scale: The scale.
+        lengths: The lengths, as :func:`fit_lengths` returns them.
+        error: Root mean square error of leave-one-out predictions, in standard deviations of the
+            output.
+        log_density: The sum of the log predictive densities of every value, given all others
+            (Rasmussen and Williams, equation 5.10).
     """
 
-    scales: tuple[Scale, ...]
-    lengths: tuple[Array, ...]
-    errors: Array
+    scale: Scale
+    lengths: Array
+    error: float
+    log_density: float
+
+    @classmethod
+    def of(cls, Z: Array, y: Array, scale: Scale) -> OutputFit:
+        """Fit ``(n,)`` values at ``(n, d)`` designs."""
+        t = scale.to(y)
+        lengths = fit_lengths(Z, t)
+        mean, variance = GaussianProcess(Z, t, lengths).left_out(t)
+        squares = (t - mean) ** 2
+        terms = np.log(2 * np.pi * variance) + squares / variance
+        log_density = -0.5 * float(terms.sum())
+        # densities of y, as those of t cannot be compared between scales
+        log_density += scale.log_slope(y)
+        return cls(scale, lengths, float(np.sqrt(squares.mean())), log_density)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What is fitted to the tests from time to time, for each of the q outputs."""
+
+    outputs: tuple[OutputFit, ...]
 
     @classmethod
     def of(cls, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> Fit:
-        """Fit to tests.
-
-        Of two scales the one is taken on which values are the likelier given all others.
+        """Fit to tests; each output is fitted on the scale on which it is most likely.
 
         Args:
             Z: ``(n, d)`` designs in the unit cube.
             Y: ``(n, q)`` their outputs, :func:`bounded`, the objectives first.
-            n_uniform: How many of the first tests are at uniform points.
-            n_obj: How many outputs are objectives.
+            n_uniform: Number of tests at uniform points, which come first.
+            n_obj: Number of outputs that are objectives.
         """
-        best = []
-        # evenly, so that both points and proposals are among them; the first n stay the first
-        some = np.unique(np.linspace(0, len(Z) - 1, min(len(Z), _MOST)).round().astype(int))
-        n_uniform = max(int((some < n_uniform).sum()), 1)
-        Z, Y = Z[some], Y[some]
+        # Evenly over all tests, so that points and proposals are both among them.
+        n_fitted = min(len(Z), _MOST)
+        rows = np.unique(np.linspace(0, len(Z) - 1, n_fitted).round().astype(int))
+        Z = Z[rows]
+        Y = Y[rows]
+        n_uniform = max(int((rows < n_uniform).sum()), 1)
+        outputs = []
         for j, y in enumerate(Y.T):
-            fits = []
-            for scale in scales(y, y[:n_uniform], constraint=j >= n_obj):
-                t = scale.to(y)
-                lengths = fit_lengths(Z, t)
-                mean, variance = GaussianProcess(Z, t, lengths).left_out(t)
-                squares = (t - mean) ** 2
-                # of each value given all others (Rasmussen and Williams, equation 5.10)
-                density = -0.5 * float((np.log(2 * np.pi * variance) + squares / variance).sum())
-                fits.append((density + scale.log_slope(y), scale, lengths, np.sqrt(squares.mean())))
-            best.append(max(fits, key=lambda fit: fit[0])[1:])
-        found, lengths_found, errors = zip(*best, strict=True)
-        return cls(found, lengths_found, np.array(errors))
+            options = scales(y, y[:n_uniform], constraint=j >= n_obj)
+            fits = [OutputFit.of(Z, y, scale) for scale in options]
+            outputs.append(max(fits, key=lambda fit: fit.log_density))
+        return cls(tuple(outputs))
 
     def to(self, Y: Array) -> Array:
         """Return ``(n, q)`` outputs on their scales."""
-        columns = [scale.to(y) for scale, y in zip(self.scales, Y.T, strict=True)]
+        columns = [fit.scale.to(y) for fit, y in zip(self.outputs, Y.T, strict=True)]
         return np.column_stack(columns)
 
     def back(self, T: Array) -> Array:
-        """Return values of the first outputs, or of all, from their scales."""
-        return np.column_stack([s.back(t) for s, t in zip(self.scales, T.T, strict=False)])
+        """Return ``(n, k)`` values of the first k outputs, given on their scales."""
+        columns = [fit.scale.back(t) for fit, t in zip(self.outputs, T.T, strict=False)]
+        return np.column_stack(columns)
 
 
 class GaussianProcess:
     """A Gaussian process with constant mean, Matérn's kernel, ν = 5/2, and trends.
 
-    The trends, linear and quadratic functions of single variables, are a part of the kernel. They
-    are most of what few tests tell of many variables.
+    The trends, linear and quadratic functions of single variables, are a part of the kernel. With
+    few tests of many variables, they hold most of what can be learned.
 
-    Mean and variance are those that make the data likeliest for given lengths (Rasmussen and
-    Williams, Gaussian Processes for Machine Learning, 2006, sections 2.2, 2.7 and 5.4).
+    Mean and variance are the most likely ones for given lengths (Rasmussen and Williams, Gaussian
+    Processes for Machine Learning, 2006, sections 2.2, 2.7 and 5.4).
 
     Args:
         Z: ``(n, d)`` designs in the unit cube.
@@ -238,76 +281,94 @@ class GaussianProcess:
     """
 
     def __init__(self, Z: Array, t: Array, lengths: Array) -> None:
-        self._scale, self._trend = np.exp(-lengths[:-3]), np.exp(lengths[-2:] / 2)
+        self._scale = np.exp(-lengths[:-3])
+        self._trend = np.exp(lengths[-2:] / 2)
         self._seen = self._features(Z)
         K = self._kernel(self._seen)
         K[np.diag_indices(len(K))] += np.exp(lengths[-3])
         self._factor = cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
         ones = cho_solve(self._factor, np.ones(len(K)), check_finite=False)
         self.mean = float(ones @ t / ones.sum())
-        self._weights = cho_solve(self._factor, t - self.mean, check_finite=False)
-        self.variance = max(float((t - self.mean) @ self._weights) / len(t), 1e-12)
+        residual = t - self.mean
+        self._weights = cho_solve(self._factor, residual, check_finite=False)
+        self.variance = max(float(residual @ self._weights) / len(t), _LEAST_VARIANCE)
 
     def __call__(self, Z: Array) -> Array:
         """Return the ``(k,)`` means at designs."""
-        return np.asarray(self.mean + self._kernel(self._features(Z)) @ self._weights)
+        K = self._kernel(self._features(Z))
+        return np.asarray(self.mean + K @ self._weights)
 
     def deviation(self, Z: Array) -> Array:
         """Return the ``(k,)`` standard deviations at designs."""
-        scaled, trend = self._features(Z)
-        K, prior = self._kernel((scaled, trend)), 1 + (trend**2).sum(axis=1)
-        known = (K * cho_solve(self._factor, K.T, check_finite=False).T).sum(axis=1)
-        return np.asarray(np.sqrt(self.variance * np.maximum(prior - known, 0)))
+        features = self._features(Z)
+        _, trend = features
+        K = self._kernel(features)
+        prior = 1 + (trend**2).sum(axis=1)
+        explained = (K * cho_solve(self._factor, K.T, check_finite=False).T).sum(axis=1)
+        return np.asarray(np.sqrt(self.variance * np.maximum(prior - explained, 0)))
 
     def left_out(self, t: Array) -> tuple[Array, Array]:
-        """Return what all others say of each value: ``(n,)`` means and variances (eq. 5.12)."""
+        """Return ``(n,)`` means and variances of each value, given all others (eq. 5.12)."""
         inverse, _ = lapack.dpotri(self._factor[0], lower=1)
         diagonal = np.diag(inverse)
         return t - self._weights / diagonal, self.variance / diagonal
 
     def _features(self, Z: Array) -> tuple[Array, Array]:
-        """Return designs as Matérn's kernel and as the trend see them."""
+        """Return the designs on which Matérn's kernel depends, and the trends at them."""
         weights = np.repeat(self._trend, Z.shape[1])
         return Z * self._scale, np.hstack(_trends(Z)) * weights
 
-    def _kernel(self, at: tuple[Array, Array]) -> Array:
-        (scaled, trend), (scaled_seen, trend_seen) = at, self._seen
-        return _matern(scaled, scaled_seen)[0] + trend @ trend_seen.T
+    def _kernel(self, features: tuple[Array, Array]) -> Array:
+        scaled, trend = features
+        scaled_seen, trend_seen = self._seen
+        kernel, _ = _matern(scaled, scaled_seen)
+        return kernel + trend @ trend_seen.T
 
 
 def fit_lengths(Z: Array, t: Array) -> Array:
-    """Return the likeliest lengths for the tests, a priori as long as a cube is wide.
+    """Return the most likely lengths, whose prior is about the width of the cube.
 
     Args:
         Z: ``(n, d)`` designs in the unit cube.
         t: ``(n,)`` values of an output, of mean 0 and deviation 1.
 
     Returns:
-        ``(d + 3,)`` logarithms of the lengths, and of the shares that noise and linear and
-        quadratic trends have of the variance.
+        ``(d + 3,)`` logarithms: of the lengths, then of the shares of the variance that noise,
+        linear and quadratic trends have.
     """
     d = Z.shape[1]
-    # Hvarfner, Hellsten and Nardi (ICML 2024): lengths grow with the diagonal of the cube, or
-    # nothing can be learned in many dimensions; log-normal, of this median and deviation.
-    prior, spread = np.sqrt(2) + 0.5 * np.log(d), np.sqrt(3)
+    # A log-normal prior with this median and deviation (Hvarfner, Hellsten and Nardi, ICML 2024):
+    # lengths grow with the diagonal of the cube, or nothing can be learned in many dimensions.
+    prior = np.sqrt(2) + 0.5 * np.log(d)
+    spread = np.sqrt(3)
 
     def loss(x: Array) -> tuple[float, Array]:
         value, slope = _negative_log_likelihood(Z, t, x)
         z = (x[:d] - prior) / spread
+        value += 0.5 * float(z @ z)
         slope[:d] += z / spread
-        # of the noise a half-normal prior, lest a model that has none is smoothed
+        # a half-normal prior for the noise, lest a model without noise is smoothed
         w = (x[d] - _LOG_NOISE[0]) / 5.0
+        value += 0.5 * w**2
         slope[d] += w / 5.0
         v = (x[d + 1 :] - _LOG_TREND) / 3.0
+        value += 0.5 * float(v @ v)
         slope[d + 1 :] += v / 3.0
-        return value + 0.5 * float(z @ z) + 0.5 * w**2 + 0.5 * float(v @ v), slope
+        return value, slope
 
     lengths = np.full(d, np.log(0.5) + 0.5 * np.log(d))
     start = np.append(lengths, [np.log(1e-4), _LOG_TREND, _LOG_TREND])
-    bounds = [_LOG_LENGTH] * d + [_LOG_NOISE] + [(-12.0, 6.0)] * 2
-    options = {"maxiter": _STEPS}
-    found = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-    return np.asarray(found.x)
+    bounds = [_LOG_LENGTH] * d
+    bounds += [_LOG_NOISE, _LOG_TREND_BOUNDS, _LOG_TREND_BOUNDS]
+    optimum = minimize(
+        loss,
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"maxiter": _STEPS},
+    )
+    return np.asarray(optimum.x)
 
 
 def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array]:
@@ -321,17 +382,19 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     n, d = Z.shape
     S = Z * np.exp(-x[:d])
     K, slope = _matern(S, S)
-    trends = [np.exp(weight) * (B @ B.T) for weight, B in zip(x[d + 1 :], _trends(Z), strict=True)]
+    trends = []
+    for log_weight, B in zip(x[d + 1 :], _trends(Z), strict=True):
+        trends.append(np.exp(log_weight) * (B @ B.T))
     K += sum(trends)
     diagonal = np.diag_indices(n)
-    noise = np.exp(x[d])
+    noise = float(np.exp(x[d]))
     K[diagonal] += noise
-    # of the transpose, which is the same and in LAPACK's order; above the diagonal 0
+    # The transpose is the same matrix in LAPACK's order. L is 0 above the diagonal.
     L, failed = lapack.dpotrf(K.T, lower=1, overwrite_a=1)
-    if failed:  # not positive definite to rounding: no lengths to be looked for here
-        return 1e10, np.zeros(d + 3)
-    # A copy: of values that are apart, NumPy 1.25 takes another logarithm where the result happens
-    # to lie behind them in memory, so that a run that goes on would differ in the last digit.
+    if failed:  # not positive definite, up to rounding
+        return _NOT_REGULAR, np.zeros(d + 3)
+    # A copy, as NumPy 1.25 takes another logarithm for strided values, depending on whether the
+    # result lies behind them in memory: a continued run would differ in the last digit.
     log_det = 2 * float(np.log(np.diag(L).copy()).sum())
     half, _ = lapack.dpotri(L, lower=1, overwrite_c=1)
     inverse = half + half.T
@@ -339,31 +402,42 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     ones = inverse.sum(axis=1)
     r = t - float(ones @ t / ones.sum())
     a = inverse @ r
-    variance = max(float(r @ a) / n, 1e-12)
+    variance = max(float(r @ a) / n, _LEAST_VARIANCE)
     value = 0.5 * (n * np.log(variance) + log_det)
-    # dL/dK = (K^-1 - a a' / variance) / 2; equation 5.9, with the variance at its best
+    # dL/dK = (K^-1 - a a' / variance) / 2: equation 5.9 at the best variance
     W = inverse
     W -= np.outer(a, a / variance)
-    # dK/dlog of a share is that share of K
-    shares = [noise * float(np.trace(W)), *(float((W * trend).sum()) for trend in trends)]
+    # The derivative of K by the logarithm of a share is that share of K.
+    slopes_of_shares = [noise * float(np.trace(W))]
+    for trend in trends:
+        slopes_of_shares.append(float((W * trend).sum()))
+    # dK/dlog l_j = slope * (difference of column j)^2, summed over all pairs by products
     W *= slope
-    # dK/dlog l_j = slope * (difference of column j)^2; sums of it over all pairs by products
-    gradient = (S**2 * W.sum(axis=1)[:, None]).sum(axis=0) - (S * (W @ S)).sum(axis=0)
-    return value, np.append(gradient, 0.5 * np.array(shares))
+    squares = (S**2 * W.sum(axis=1)[:, None]).sum(axis=0)
+    products = (S * (W @ S)).sum(axis=0)
+    return value, np.append(squares - products, 0.5 * np.array(slopes_of_shares))
 
 
 def _trends(Z: Array) -> list[Array]:
     """Return the linear and the quadratic functions of each variable, ``(n, d)`` each.
 
-    Legendre's polynomials: over the cube each has mean 0, and all of a degree together variance 1.
+    They are Legendre polynomials: each has mean 0 over the cube, and all of one degree together
+    have variance 1.
     """
-    u, d = 2 * Z - 1, Z.shape[1]
-    return [u * np.sqrt(3 / d), (3 * u**2 - 1) * np.sqrt(5 / 4 / d)]
+    d = Z.shape[1]
+    u = 2 * Z - 1
+    linear = u * np.sqrt(3 / d)
+    quadratic = (3 * u**2 - 1) * np.sqrt(5 / 4 / d)
+    return [linear, quadratic]
 
 
 def _matern(A: Array, B: Array) -> tuple[Array, Array]:
-    """Return Matérn's kernel of scaled designs, and what its derivative by log lengths has."""
-    squares = (A**2).sum(axis=1)[:, None] + (B**2).sum(axis=1) - 2 * (A @ B.T)
+    """Return Matérn's kernel of scaled designs, and a factor of its derivative by log lengths."""
+    squares_A = (A**2).sum(axis=1)
+    squares_B = (B**2).sum(axis=1)
+    squares = squares_A[:, None] + squares_B - 2 * (A @ B.T)
     r = np.sqrt(np.maximum(squares, 0)) * _ROOT5
     e = np.exp(-r)
-    return (r + 1 + r * r / 3) * e, (r + 1) * (5.0 / 3.0) * e
+    kernel = (r + 1 + r * r / 3) * e
+    slope = (r + 1) * (5.0 / 3.0) * e
+    return kernel, slope
