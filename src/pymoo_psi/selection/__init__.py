@@ -1,8 +1,9 @@
 """Selection of designs from a Pareto set: selectors and robustness.
 
-Every selector has ``.do(F)``, which gives the rows to choose. :class:`EfficientSubset` gives
-exactly one rank (``ranking.rank >= 5`` gives it with the optimum). Methods of other packages take
-arrays: ``pymcdm.methods.TOPSIS()(res.F, weights, -np.ones(m))`` returns scores.
+Every selector has a method ``.do(F)``, which returns the rows that it chooses.
+:class:`EfficientSubset` returns exactly one rank; for rank 5 and the optimum, use
+``ranking.rank >= 5``. Methods of other packages accept arrays, too:
+``pymcdm.methods.TOPSIS()(res.F, weights, -np.ones(m))`` returns scores.
 
 Example:
     >>> import numpy as np
@@ -17,9 +18,9 @@ Example:
     ... })
     {'Salukvadze': array([2]), 'sum': array([1]), 'worst': array([2])}
 
-    Where parameters of the problem are uncertain, :func:`robustness` evaluates the designs in
-    quasi-random scenarios and ranks them anew in each: how often is a design the optimum, and what
-    does it lose on the best of the scenario (regret)?
+    If parameters of the problem are uncertain, :func:`robustness` evaluates the designs in
+    quasi-random scenarios and ranks them in each: how often is a design the optimum, and how much
+    worse is it than the best design of the scenario (regret)?
 
     >>> from scipy.stats import uniform
     >>> from pymoo_psi import VectorizedSphereChute, robustness
@@ -36,12 +37,12 @@ Example:
     3  0.40          0.000            0.762        0.039
     0  0.25          0.000            0.000        0.083
 
-    :class:`pymoo_psi.Robust` makes robustness a problem, for any algorithm.
+    :class:`pymoo_psi.Robust` is a problem whose objectives are robust, for any algorithm.
 
-A selector of your own: if it chooses by distances or ranks, derive from :class:`RankingSelector`
-and write ``_choose(self, ranking)``, which returns an index array; else derive from pymoo's
-``Indicator`` and write ``do(self, F, *args, **kwargs)``.
-:func:`compare_selectors` takes it as it is.
+To write a selector that uses distances or ranks, derive from :class:`RankingSelector` and implement
+``_choose(self, ranking)``, which returns an array of indices. For any other selector, derive from
+pymoo's ``Indicator`` and implement ``do(self, F, *args, **kwargs)``. :func:`compare_selectors`
+accepts both.
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
-"""How a ranking of designs holds from scenario to scenario of uncertain parameters.
+"""How a ranking of designs changes between scenarios of uncertain parameters.
 
-A scenario gives every design its objective values, and says which designs are feasible in it.
-These are ranked anew, with U, N and the scale of that scenario.
+A scenario determines the objective values of every design, and which designs are feasible. These
+are ranked with U, N and the scale of that scenario.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Robustness(Shown):
-    """What becomes of n designs in S scenarios.
+    """The results of n designs in S scenarios.
 
-    Shares are of all S scenarios, regret of those in which the design is feasible, NaN if it is in
-    none. Regret is measured in the frame of each scenario: how much farther from that scenario's U
-    the design is than the nearest design.
+    The regret of a design in a scenario is how much farther it is from that scenario's U than the
+    nearest design, in the scale of that scenario. Shares refer to all S scenarios; regret refers to
+    those in which the design is feasible and is NaN if there are none.
 
     Attributes:
         X: ``(n, n_var)`` the designs, or ``(n,)`` mappings.
@@ -46,7 +46,7 @@ class Robustness(Shown):
         worst_regret: ``(n,)`` largest regret.
 
     Example:
-        A lighter rod bends more; whatever the load, the middle one of three is the optimum.
+        A lighter rod bends more. Under every load, the middle one of three rods is the optimum.
 
         >>> from pymoo.problems.functional import FunctionalProblem
         >>> from scipy.stats import uniform
@@ -71,23 +71,28 @@ class Robustness(Shown):
     worst_regret: Array
 
     def __repr__(self) -> str:
-        """Return how many designs there are, and which row is the first by :attr:`order`."""
-        n, scenarios = len(self.optimum_share), len(self.scenarios)
-        return f"Robustness({n} designs, {scenarios} scenarios: row {self.order[0]} is the first)"
+        """Return the numbers of designs and scenarios, and the first row by :attr:`order`."""
+        sizes = f"{len(self.optimum_share)} designs, {len(self.scenarios)} scenarios"
+        return f"Robustness({sizes}: row {self.order[0]} is the first)"
 
     @property
     def order(self) -> NDArray[np.intp]:
         """``(n,)`` indices of the designs, the most robust first.
 
-        By the share as optimum, then in rank 5 or better, then by rarely being infeasible, then
-        by mean regret.
+        They are ordered by the largest share as optimum, then the largest share with rank 5 or 6,
+        then the smallest infeasible share, then the smallest mean regret.
         """
         return np.lexsort(
-            (self.mean_regret, self.infeasible_share, -self.efficient_share, -self.optimum_share)
+            (
+                self.mean_regret,
+                self.infeasible_share,
+                -self.efficient_share,
+                -self.optimum_share,
+            )
         )
 
     def to_frame(self) -> pd.DataFrame:
-        """Return one row per design, the most robust first; its index is the row in ``X``.
+        """Return one row per design, the most robust first; the index is the row in ``X``.
 
         Returns:
             Columns: the variables, the four shares, ``mean_regret``, ``worst_regret``.
@@ -95,11 +100,14 @@ class Robustness(Shown):
         import pandas as pd
 
         frame = pd.DataFrame(list(self.X))
-        # Mappings name their variables; the columns of a matrix have numbers only.
-        frame.columns = [f"x{c + 1}" if isinstance(c, int) else c for c in frame.columns]
-        shares = [f"{kind}_share" for kind in ("optimum", "efficient", "pareto", "infeasible")]
-        for name in (*shares, "mean_regret", "worst_regret"):
-            frame[name] = getattr(self, name)
+        if not isinstance(self.X[0], Mapping):  # a matrix has no names of variables
+            frame.columns = [f"x{j + 1}" for j in range(frame.shape[1])]
+        frame["optimum_share"] = self.optimum_share
+        frame["efficient_share"] = self.efficient_share
+        frame["pareto_share"] = self.pareto_share
+        frame["infeasible_share"] = self.infeasible_share
+        frame["mean_regret"] = self.mean_regret
+        frame["worst_regret"] = self.worst_regret
         return frame.iloc[self.order]
 
 
@@ -113,22 +121,23 @@ def robustness(
 ) -> Robustness:
     """Rank designs in many scenarios of uncertain parameters of their problem.
 
-    In every scenario the designs are evaluated by the problem of that scenario and ranked by
-    efficiency among themselves. A design that is infeasible there, lies outside the bounds of that
-    scenario's problem, whose evaluation fails, or that has an objective that is not finite, is left
-    out of that ranking and counts as infeasible. It is an error if all fail, unless
-    ``make_problem`` returns ``FailureTolerant(problem)``. Statistics of the objectives over the
-    same scenarios are those of :class:`pymoo_psi.Robust`.
+    In every scenario, the problem of that scenario evaluates the designs, and these are ranked by
+    efficiency among themselves. A design counts as infeasible and is not ranked if it violates a
+    constraint, lies outside the bounds of that scenario's problem, fails, or has an objective that
+    is not finite. If all designs fail, this is an error, unless ``make_problem`` returns
+    ``FailureTolerant(problem)``. For statistics of the objectives over the same scenarios, see
+    :class:`pymoo_psi.Robust`.
 
     Args:
-        make_problem: Called with the uncertain parameters by name, returns a pymoo problem. The
-            numbers of variables and objectives must be the same in all scenarios.
-        X: ``(n, n_var)`` designs, or a list of mappings for a problem with named variables.
-            Give the whole Pareto set: U and N of a scenario are taken from these designs. With only
-            the best few of them another one may be the optimum even where nothing is uncertain.
-        uncertainty: For each parameter its distribution, from ``scipy.stats`` or anything else
-            with the quantile function ``ppf`` or ``icdf``; the parameters are independent.
-        n_scenarios: How many scenarios: LPτ points, taken through the quantile functions.
+        make_problem: A function of the uncertain parameters, called with keyword arguments, that
+            returns a pymoo problem. The numbers of variables and objectives must be the same in all
+            scenarios.
+        X: ``(n, n_var)`` designs, or a list of mappings for a problem with named variables. Give
+            the whole Pareto set, as U and N of a scenario are taken from these designs: among the
+            best few of them, another one may be the optimum even if nothing is uncertain.
+        uncertainty: The distribution of each parameter by name, from ``scipy.stats`` or any other
+            object with a quantile function ``ppf`` or ``icdf``. The parameters are independent.
+        n_scenarios: Number of scenarios, which are LPτ points mapped by the quantile functions.
         normalize: Measure each objective in units of its range in the scenario, as for
             :func:`pymoo_psi.rank_of_efficiency`.
 
@@ -136,9 +145,10 @@ def robustness(
         Shares and regret for each design.
 
     Raises:
-        ArgumentValueError: A count is out of range, a distribution gives no finite values, a
-            problem does not take a parameter, or all designs fail in a scenario.
-        ArgumentTypeError: An argument has the wrong type; ``make_problem`` gives no problem.
+        ArgumentValueError: A count is out of range, a distribution has infinite values, a problem
+            does not take a parameter, or all designs fail in a scenario.
+        ArgumentTypeError: An argument has the wrong type, or ``make_problem`` does not return a
+            problem.
 
     Example:
         >>> from scipy.stats import uniform
@@ -161,49 +171,64 @@ def robustness(
     """
     normalize = boolean("normalize", normalize)
     robust = Robust(make_problem, uncertainty=uncertainty, n_scenarios=n_scenarios)
-    # By next(iter(X)), as X[0] of a data frame is a column of that name.
-    named = not isinstance(X, np.ndarray) and len(X) and isinstance(next(iter(X)), Mapping)
-    designs = np.fromiter(X, object) if named else np.array(X)
-    if not len(designs) or not (named or designs.shape[1:] == (robust.n_var,)):
-        rule = f"designs of {robust.n_var} variables, in an array (n, n_var), n >= 1"
-        raise invalid("X", rule, Received(f"an array of shape {designs.shape}"))
-    matrix, ranked = robust.space.to_matrix(designs), []
+    designs = _designs(X, robust.n_var)
+    matrix = robust.space.to_matrix(designs)
     F, feasible, reasons = robust.in_scenarios(matrix)
+    optimum = np.zeros(feasible.shape, dtype=bool)  # (S, n), as are the others
+    efficient = np.zeros(feasible.shape, dtype=bool)
+    pareto = np.zeros(feasible.shape, dtype=bool)
+    regret = np.full(feasible.shape, np.nan)
     for k, problem in enumerate(robust.problems):
         tolerant = any(map(tolerates_failures, layers(problem)))
         if all(reasons[k]) and not tolerant:  # likely a mistake
             remedy = "if designs may fail, make FailureTolerant(problem)"
             raise invalid("make_problem", "of problems that evaluate X", reasons[k, 0], remedy)
-        for variable, column in zip(design_space(problem).variables, matrix.T, strict=True):
-            if variable.kind is not Kind.CHOICE:
-                values = column.astype(np.float64)
-                feasible[k] &= (variable.lower <= values) & (values <= variable.upper)
-        ranked.append(_ranked(F[k], feasible[k], normalize))
-    marks, regret = (np.array(arrays) for arrays in zip(*ranked, strict=True))
-    with warnings.catch_warnings():  # of a design that is never feasible nothing is known
-        warnings.simplefilter("ignore", RuntimeWarning)
-        mean_regret, worst_regret = np.nanmean(regret, axis=0), np.nanmax(regret, axis=0)
-    (optimum, efficient, pareto), infeasible = marks.mean(axis=0), (~feasible).mean(axis=0)
-    shares = optimum, efficient, pareto, infeasible
-    return Robustness(designs, robust.parameters, *shares, mean_regret, worst_regret)
-
-
-def _ranked(F: Array, feasible: Mask, normalize: bool) -> tuple[Mask, Array]:
-    """Rank the feasible designs of a scenario.
-
-    Returns:
-        ``(3, n)`` which designs are the Salukvadze optimum, of rank 5 or 6, Pareto optimal;
-        ``(n,)`` their regret, μ1 less the least μ1 of the scenario, NaN where infeasible.
-    """
-    rows, n = np.flatnonzero(feasible), len(F)
-    marks, regret = np.zeros((3, n), bool), np.full(n, np.nan)
-    if len(rows):
-        ranking = rank_of_efficiency(F[rows], normalize=normalize)
-        marks[0, rows[ranking.salukvadze]] = True
-        # 5 and 6 are the ranks of P23 and one more pair at least: nearest to U in two respects.
-        marks[1, rows], marks[2, rows] = ranking.rank >= 5, ranking.pareto
-        # The least of the Pareto-optimal designs is the least of all: with f >= U a dominated one
-        # is farther from U than the one that dominates it.
+        feasible[k] &= _within_bounds(matrix, problem)
+        rows = np.flatnonzero(feasible[k])
+        if len(rows) == 0:
+            continue
+        ranking = rank_of_efficiency(F[k][rows], normalize=normalize)
+        optimum[k, rows[ranking.salukvadze]] = True
+        # Ranks 5 and 6 need P23 and one more pair: nearest to U in two respects.
+        efficient[k, rows] = ranking.rank >= 5
+        pareto[k, rows] = ranking.pareto
+        # The minimum over the Pareto-optimal designs is that over all: as f >= U, a dominated
+        # design is farther from U than the one that dominates it.
         mu1 = ranking.criteria[:, 0]
-        regret[rows] = mu1 - mu1[ranking.pareto].min()
-    return marks, regret
+        regret[k, rows] = mu1 - mu1[ranking.pareto].min()
+    with warnings.catch_warnings():  # a design that is never feasible has no regret
+        warnings.simplefilter("ignore", RuntimeWarning)
+        mean_regret = np.nanmean(regret, axis=0)
+        worst_regret = np.nanmax(regret, axis=0)
+    return Robustness(
+        designs,
+        robust.parameters,
+        optimum_share=optimum.mean(axis=0),
+        efficient_share=efficient.mean(axis=0),
+        pareto_share=pareto.mean(axis=0),
+        infeasible_share=(~feasible).mean(axis=0),
+        mean_regret=mean_regret,
+        worst_regret=worst_regret,
+    )
+
+
+def _designs(X: Any, n_var: int) -> NDArray[Any]:
+    """Return designs as an ``(n, n_var)`` matrix, or as an ``(n,)`` array of mappings."""
+    # next(iter(X)), as X[0] of a data frame is a column.
+    if not isinstance(X, np.ndarray) and len(X) > 0 and isinstance(next(iter(X)), Mapping):
+        return np.fromiter(X, object)
+    designs = np.array(X)
+    if len(designs) == 0 or designs.shape[1:] != (n_var,):
+        rule = f"designs of {n_var} variables, in an array (n, n_var), n >= 1"
+        raise invalid("X", rule, Received(f"an array of shape {designs.shape}"))
+    return designs
+
+
+def _within_bounds(matrix: NDArray[Any], problem: Any) -> Mask:
+    """Return ``(n,)`` whether designs lie within the bounds of a problem."""
+    within = np.ones(len(matrix), dtype=bool)
+    for variable, column in zip(design_space(problem).variables, matrix.T, strict=True):
+        if variable.kind is not Kind.CHOICE:
+            values = column.astype(np.float64)
+            within &= (variable.lower <= values) & (values <= variable.upper)
+    return within

@@ -1,10 +1,10 @@
-"""Selectors by pymoo's convention: ``.do(F)`` returns the indices of the chosen rows.
+"""Selectors with pymoo's interface: ``.do(F)`` returns the indices of the chosen rows.
 
-Every selector here returns an index array, as several designs may be equally good, or none be of
-the wanted rank; it chooses among the Pareto-optimal rows, and takes ``maximize=`` for objectives to
-be maximised, as :func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights`` returns one
-index, its ``HighTradeoffPoints`` an array or None.
-:func:`pymoo_psi.selection.compare_selectors` takes them all.
+Every selector here returns an array of indices, as several designs may be equally good, or none may
+have the requested rank. It chooses among the Pareto-optimal rows and takes ``maximize=`` as
+:func:`pymoo_psi.rank_of_efficiency` does. pymoo's ``PseudoWeights`` returns one index, its
+``HighTradeoffPoints`` an array or None. :func:`pymoo_psi.selection.compare_selectors` accepts all
+of them.
 """
 
 from __future__ import annotations
@@ -33,21 +33,21 @@ from pymoo_psi.pareto import (
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-# Bulges below this share of the ranges are none. A plane through extremes is right to about
-# 1e-16 / 1e-6 of them, see below, and a billionth decides nothing.
+# A set with a bulge below this share of the ranges is straight. The plane through the extremes is
+# accurate to about 1e-16 / 1e-6 of the ranges, see below.
 _STRAIGHT = 1e-9
 # Extremes whose directions from U differ by less than this span no plane: the set is degenerate.
 _FLAT = 1e-6
-# The worst term, and among rows that share it the sum of terms: the augmented distance
-# max + rho * sum in the limit of a small rho.
+# The largest term, then the sum of the terms: the augmented distance max + rho * sum in the limit
+# of a small rho.
 _AUGMENTED = (partial(np.max, axis=1), partial(np.sum, axis=1))
 
 
 class RankingSelector(Indicator):
-    """A selection among the Pareto-optimal designs, all of which have been ranked.
+    """A selector that chooses among the Pareto-optimal designs by their ranking.
 
-    It derives from pymoo's ``Indicator``, the base of pymoo's own decision makers, because
-    importing ``pymoo.core.decision_making`` pulls a module that SciPy has deprecated.
+    It derives from pymoo's ``Indicator``, the base class of pymoo's own decision makers, because
+    ``pymoo.core.decision_making`` imports a module that SciPy has deprecated.
     """
 
     def __init__(self, *, normalize: bool = True) -> None:
@@ -59,7 +59,8 @@ class RankingSelector(Indicator):
 
         Args:
             F: ``(n, m)`` objective values, as for :func:`pymoo_psi.rank_of_efficiency`.
-            maximize: The objectives to be maximised: column indices or, of a data frame, names.
+            maximize: The objectives to be maximised: indices of columns, or the names of columns
+                if ``F`` is a data frame.
 
         Example:
             >>> SalukvadzeOptimum().do(np.array([[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]))
@@ -67,14 +68,15 @@ class RankingSelector(Indicator):
             >>> SalukvadzeOptimum().do([[0.0, 0.0], [0.3, 0.6], [1.0, 1.0]], maximize=[1])
             array([1])
         """
-        return self._choose(rank_of_efficiency(F, normalize=self.normalize, maximize=maximize))
+        ranking = rank_of_efficiency(F, normalize=self.normalize, maximize=maximize)
+        return self._choose(ranking)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         raise NotImplementedError
 
 
 class SalukvadzeOptimum(RankingSelector):
-    """The designs nearest to the utopian point U; usually there is one.
+    """The designs nearest to the utopian point U, usually one.
 
     Args:
         normalize: Measure each objective in units of its range over the Pareto set; ``False``
@@ -91,9 +93,9 @@ class SalukvadzeOptimum(RankingSelector):
 
 
 class EfficientSubset(RankingSelector):
-    """The designs M_Re of exactly one rank of efficiency; the set may be empty.
+    """The designs M_Re with exactly one rank of efficiency; there may be none.
 
-    For "this rank or better" take ``rank_of_efficiency(F).rank >= rank``.
+    For "this rank or better", use ``rank_of_efficiency(F).rank >= rank``.
 
     Args:
         rank: The rank of efficiency, 3 to 6; no design has rank 1 or 2.
@@ -122,20 +124,20 @@ class EfficientSubset(RankingSelector):
 class CompromiseProgramming(RankingSelector):
     """The Pareto-optimal designs nearest to the utopian point U in a weighted L_p norm.
 
-    ``.do(F)`` returns an index array: usually one design, all of them where several are equally
-    near up to rounding. At p = 2 with equal weights it is the Salukvadze optimum.
+    Usually this is one design; several are returned if they are equally near, up to rounding. With
+    p = 2 and equal weights it is the Salukvadze optimum.
 
     Args:
         p: Order of the norm, from 1 to ``numpy.inf``. The larger it is, the more the worst
-            objective counts; at inf (Chebyshev) it counts alone, and among designs that tie in
-            it the least sum of the weighted terms decides (the augmented Chebyshev distance).
-        weights: ``(m,)`` weights >= 0 of the objectives inside the norm, not all 0; all 1 unless
-            given. Only their ratios matter.
+            objective counts. With inf (Chebyshev) it counts alone; ties are broken by the least sum
+            of the weighted terms (the augmented Chebyshev distance).
+        weights: ``(m,)`` weights of the objectives inside the norm, >= 0 and not all 0; by default
+            all 1. Only their ratios matter.
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
-        ArgumentValueError: ``p`` is no number from 1, a weight is negative, or all are 0; by
-            ``.do``: the number of weights is not that of the objectives.
+        ArgumentValueError: ``p`` is not a number >= 1, a weight is negative, or all are 0. Also by
+            ``.do``, if the number of weights is not that of the objectives.
 
     Example:
         >>> import numpy as np
@@ -153,35 +155,39 @@ class CompromiseProgramming(RankingSelector):
         self, p: float = 2, *, weights: ArrayLike | None = None, normalize: bool = True
     ) -> None:
         super().__init__(normalize=normalize)
-        if not isinstance(p, numbers.Real) or not p >= 1:  # below 1 it is no norm; NaN is refused
+        # Below 1 it would not be a norm; the comparison rejects NaN, too.
+        if not isinstance(p, numbers.Real) or not p >= 1:
             raise invalid("p", "a number from 1 to inf", p)
         self.p: float = float(p)
         self.weights: Array | None = _checked(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
-        (front, F), frame = front_of(ranking), ranking.frame
-        measures = _AUGMENTED if np.isinf(self.p) else (partial(_norm, p=self.p),)
-        return _least(front, frame.scaled(F), frame.sizes(F), self.weights, *measures)
+        front, F = front_of(ranking)
+        terms = ranking.frame.scaled(F)
+        sizes = ranking.frame.sizes(F)
+        if np.isinf(self.p):
+            return _least(front, terms, sizes, self.weights, *_AUGMENTED)
+        return _least(front, terms, sizes, self.weights, partial(_norm, p=self.p))
 
 
 class ReferencePoint(RankingSelector):
-    """The Pareto-optimal designs nearest to a reference point, or that exceed it by most.
+    """The Pareto-optimal designs nearest to a reference point, or farthest beyond it.
 
-    They have the least achievement function max_j w_j (f_j − r_j) / (N_j − U_j), where r is the
-    reference point and N − U the range of an objective (Wierzbicki 1980). Among
-    designs that tie in it the least sum of the terms decides: the augmented function in the limit
-    of a small augmentation. The point may be out of reach, or one that every objective can better.
+    They minimise the achievement function max_j w_j (f_j − r_j) / (N_j − U_j), where r is the
+    reference point and N − U the range of an objective (Wierzbicki 1980). Ties are broken by the
+    least sum of the terms: the augmented function in the limit of a small augmentation. The point
+    may be out of reach, or worse than some designs in every objective.
 
     Args:
-        point: ``(m,)`` the wanted value of each objective, in the directions of the ``F`` that
-            ``.do(F, maximize=...)`` gets: of an objective to be maximised as it is, not negative.
-        weights: ``(m,)`` weights >= 0, not all 0; all 1 unless given. Only their ratios matter.
+        point: ``(m,)`` the wanted value of each objective, in the original directions: the sign of
+            an objective to be maximised is not changed.
+        weights: ``(m,)`` weights >= 0, not all 0; by default all 1. Only their ratios matter.
         normalize: As for :class:`SalukvadzeOptimum`.
 
     Raises:
-        ArgumentValueError: ``point`` is not finite, a weight is negative, or all are 0; by
-            ``.do``: their number is not that of the objectives.
-        ArgumentTypeError: ``point`` does not hold numbers.
+        ArgumentValueError: ``point`` is not finite, a weight is negative, or all are 0. Also by
+            ``.do``, if their number is not that of the objectives.
+        ArgumentTypeError: ``point`` does not contain numbers.
 
     Example:
         >>> import numpy as np
@@ -198,22 +204,24 @@ class ReferencePoint(RankingSelector):
         self.weights: Array | None = _checked(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
-        (front, F), frame = front_of(ranking), ranking.frame
+        front, F = front_of(ranking)
+        frame = ranking.frame
         point = ranking.objectives.turned("point", self.point)
+        terms = (F - point) / frame.scale
         sizes = np.maximum(frame.sizes(F), np.abs(point / frame.scale))
-        return _least(front, (F - point) / frame.scale, sizes, self.weights, *_AUGMENTED)
+        return _least(front, terms, sizes, self.weights, *_AUGMENTED)
 
 
 class Knee(RankingSelector):
     """The Pareto-optimal design where the set bulges most towards the utopian point U.
 
     It lies farthest beyond the plane through the extreme designs (Das, Structural Optimization 18,
-    1999); for two objectives it is ``CompromiseProgramming(1)``. There it costs more to improve
-    any objective than it does between the extremes. ``.do(F)`` returns no index where there is no
-    knee: if the set is straight or bulges away from U, or its extremes span no plane. Units and
-    ranges do not matter to it. The extreme design of an objective is the one that is worst in it
-    for the best in all others: of least largest, then least sum of the others, in units of the
-    ranges (Deb and Jain 2014).
+    1999); for two objectives it is ``CompromiseProgramming(1)``. At a knee, improving any objective
+    costs more than it does between the extremes. ``.do(F)`` returns no index if there is no knee:
+    if the set is straight or bulges away from U, or if its extremes span no plane. The result does
+    not depend on units and ranges. The extreme design of an objective is the best in all others:
+    it has the least maximum of these, then the least sum, in units of the ranges (Deb and Jain
+    2014).
 
     Example:
         >>> import numpy as np
@@ -230,7 +238,8 @@ class Knee(RankingSelector):
         front, values = front_of(ranking)
         best = values.min(axis=0)
         lengths = unit_lengths(best, values.max(axis=0))
-        bulge = _bulges(((values - best) / lengths)[:, np.isfinite(lengths)])
+        scaled = (values - best) / lengths
+        bulge = _bulges(scaled[:, np.isfinite(lengths)])
         if bulge.max(initial=0.0) <= _STRAIGHT:
             return front[:0]
         return np.asarray(front[levels(-bulge, _STRAIGHT) == 0])
@@ -241,24 +250,28 @@ def compare_selectors(
 ) -> dict[str, Rows]:
     """Return what several selectors choose from one set of designs.
 
-    All get the Pareto-optimal rows only, since methods that take dominated rows into account would
-    shift their scales by them. Those of this package know which objectives are maximised, so that
-    a reference point is in the original directions; others get all objectives minimised.
+    All selectors receive the Pareto-optimal rows only; dominated rows would shift the scales of
+    some methods. Selectors of this package know which objectives are maximised, so that a reference
+    point is in the original directions. Others receive all objectives minimised.
 
     Args:
-        F: ``(n, m)`` objective values, or what else :func:`pymoo_psi.rank_of_efficiency` takes.
-        selectors: By name, anything with pymoo's ``.do(F)`` that returns an index, several, or
-            None: those of this package, pymoo's ``PseudoWeights`` and ``HighTradeoffPoints``.
-        normalize: Of a ranking that ``F`` is not yet; the selectors have options of their own.
+        F: ``(n, m)`` objective values, or anything else that :func:`pymoo_psi.rank_of_efficiency`
+            accepts, or a ranking.
+        selectors: Selectors by name: objects with pymoo's ``.do(F)`` that returns an index, several
+            indices, or None. They may be those of this package, pymoo's ``PseudoWeights`` and
+            ``HighTradeoffPoints``, or others.
+        normalize: As for :func:`pymoo_psi.rank_of_efficiency`; ignored if ``F`` is a ranking. The
+            selectors have options of their own.
         maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
 
     Returns:
-        By name of the selector, the indices of the rows it chooses, in its order; perhaps none.
+        For each selector by name, the indices of the rows that it chooses, in its order; there may
+        be none.
 
     Raises:
-        ArgumentValueError: ``F`` or ``maximize`` does not fit, or a selector returns what is no
-            index of a row.
-        ArgumentTypeError: ``selectors`` is no mapping.
+        ArgumentValueError: ``F`` or ``maximize`` is invalid, or a selector returns something that
+            is not an index of a row.
+        ArgumentTypeError: ``selectors`` is not a mapping.
 
     Example:
         >>> F = [[0.0, 1.0], [0.1, 0.72], [0.5, 0.4], [0.47, 0.48], [1.0, 0.0], [1.0, 1.0]]
@@ -270,22 +283,35 @@ def compare_selectors(
         {'Salukvadze': array([2]), 'L1': array([1]), 'L2': array([2])}
     """
     ranking = ranking_from(F, normalize, maximize)
-    front, chosen = np.flatnonzero(ranking.pareto), {}
-    n, objectives = len(front), ranking.objectives.rows(front)
+    front = np.flatnonzero(ranking.pareto)
+    objectives = ranking.objectives.rows(front)
+    chosen = {}
     for name, selector in mapping("selectors", selectors, "names to selectors").items():
-        own = isinstance(selector, RankingSelector)
-        with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all of them off
-            answer: Any = selector.do(objectives if own else objectives.minimized)
-        rows = np.atleast_1d([] if answer is None else answer)
-        if len(rows) and (rows.dtype.kind not in "iu" or rows.min() < 0 or rows.max() >= n):
-            rule = f"a selector that returns indices from 0 to {n - 1}"
-            raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
-        chosen[name] = front[rows.astype(np.intp)]
+        with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
+            if isinstance(selector, RankingSelector):
+                answer: Any = selector.do(objectives)
+            else:
+                answer = selector.do(objectives.minimized)
+        indices = _indices(name, answer, len(front))
+        chosen[name] = front[indices]
     return chosen
 
 
+def _indices(name: Any, answer: Any, n: int) -> Rows:
+    """Return what a selector has returned as an array of indices below n."""
+    if answer is None:
+        answer = []
+    indices = np.atleast_1d(answer)
+    if len(indices) == 0:
+        return np.zeros(0, dtype=np.intp)
+    if indices.dtype.kind not in "iu" or indices.min() < 0 or indices.max() >= n:
+        rule = f"a selector that returns indices from 0 to {n - 1}"
+        raise invalid(f"selectors[{name!r}]", rule, Received(repr(answer)))
+    return indices.astype(np.intp)
+
+
 def _checked(weights: ArrayLike | None) -> Array | None:
-    """Return ``(m,)`` weights, none negative and not all 0, so scaled that they sum to 1."""
+    """Return ``(m,)`` weights, none negative and not all 0, scaled to the sum 1."""
     if weights is None:
         return None
     array = finite_array("weights", weights)
@@ -295,44 +321,59 @@ def _checked(weights: ArrayLike | None) -> Array | None:
     return np.asarray(ratios / ratios.sum())
 
 
-@np.errstate(over="ignore")  # NumPy 1 warns where it divides denormal numbers
+@np.errstate(over="ignore")  # NumPy 1 warns when it divides denormal numbers
 def _least(
-    rows: Rows, d: Array, sizes: Array, weights: Array | None, *measures: Callable[..., Array]
+    rows: Rows, terms: Array, sizes: Array, weights: Array | None, *measures: Callable[..., Array]
 ) -> Rows:
-    """Return the rows with the least measure of their weighted terms ``d``, up to rounding.
+    """Return the rows with the least measure of their weighted terms, up to rounding.
 
-    Of several measures the next decides among rows that are equal in those before. ``sizes`` is how
-    large the values behind the terms are.
+    Args:
+        rows: ``(n,)`` rows to choose from.
+        terms: ``(n, m)`` the terms of each row, one for each objective.
+        sizes: ``(m,)`` magnitudes of the values of which the terms are differences.
+        weights: ``(m,)`` weights of the objectives, or ``None``.
+        *measures: Functions from ``(n, m)`` terms to ``(n,)`` values; each one decides among rows
+            that are equal in those before.
     """
-    weights = np.ones(d.shape[1]) if weights is None else weights
-    if len(weights) != d.shape[1]:
-        rule = f"{d.shape[1]} numbers, one for each objective"
+    n_obj = terms.shape[1]
+    if weights is None:
+        weights = np.ones(n_obj)
+    if len(weights) != n_obj:
+        rule = f"{n_obj} numbers, one for each objective"
         raise invalid("weights", rule, Received(f"{len(weights)}"))
-    unit = np.abs(d).max() or 1.0  # no sum overflows
-    terms, noise = weights * (d / unit), LAST_PLACES * (weights * (sizes / unit))
+    unit = np.abs(terms).max() or 1.0  # no sum overflows
+    terms = weights * (terms / unit)
+    noise = LAST_PLACES * (weights * (sizes / unit))
     for measure in measures:
-        best = levels(measure(terms), float(measure(noise[None, :])[0])) == 0
-        rows, terms = rows[best], terms[best]
+        tolerance = float(measure(noise[None, :])[0])
+        best = levels(measure(terms), tolerance) == 0
+        rows = rows[best]
+        terms = terms[best]
     return rows
 
 
 def _norm(terms: Array, p: float) -> Array:
-    """Return the L_p norms of rows >= 0, which do not underflow at a large p."""
+    """Return the L_p norms of rows of values >= 0, without underflow for large p."""
     largest = terms.max(axis=1)
-    share = terms / np.where(largest > 0, largest, 1.0)[:, None]
-    return np.asarray(largest * (share**p).sum(axis=1) ** (1 / p))
+    divisor = np.where(largest > 0, largest, 1.0)
+    shares = terms / divisor[:, None]
+    return np.asarray(largest * (shares**p).sum(axis=1) ** (1 / p))
 
 
 def _bulges(d: Array) -> Array:
     """Return how far ``(n, m)`` points lie beyond the plane of the extremes; 0 if there is none."""
     n, m = d.shape
+    flat = np.zeros(n)
+    if m < 2:
+        return flat
     extremes = np.empty((m, m))
-    for j in range(m if m > 1 else 0):
+    for j in range(m):
         others = np.delete(d, j, axis=1)
-        extremes[j] = d[np.lexsort((d[:, j], others.sum(axis=1), others.max(axis=1)))[0]]
-    if m < 2 or np.linalg.matrix_rank(extremes, tol=_FLAT) < m:
-        return np.zeros(n)
+        order = np.lexsort((d[:, j], others.sum(axis=1), others.max(axis=1)))
+        extremes[j] = d[order[0]]
+    if np.linalg.matrix_rank(extremes, tol=_FLAT) < m:
+        return flat
     normal = np.linalg.solve(extremes, np.ones(m))  # the plane is d·normal = 1
     if (normal <= 0).any():
-        return np.zeros(n)
+        return flat
     return np.asarray((1 - d @ normal) / np.linalg.norm(normal))
