@@ -3,9 +3,10 @@
     python -m benchmarks.versions OLD_PYTHON NEW_PYTHON --cases 1000 --seed 0
     python -m benchmarks.versions OLD_PYTHON NEW_PYTHON --kind tables --case 17
 
-Each is the interpreter of an environment with one version; ``--new-path SRC`` sets PYTHONPATH of
-the new one. All values must be equal, with NaN equal to NaN, but those in ``TOLERANCES``. A case
-that one version alone refuses counts by itself; what a version has no name for is not compared.
+Each is the interpreter of an environment with one version; ``--old-path SRC`` and ``--new-path
+SRC`` set its PYTHONPATH. All values must be equal, with NaN equal to NaN, but those in
+``TOLERANCES``; a value that one version alone gives is a difference, and so is an error of the new
+version alone. A case that one version alone refuses counts by itself.
 """
 
 from __future__ import annotations
@@ -39,40 +40,57 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kind", help="only this kind")
     parser.add_argument("--case", type=int, help="only this case of the kind, shown in full")
+    parser.add_argument("--old-path", help="PYTHONPATH of the old version")
     parser.add_argument("--new-path", help="PYTHONPATH of the new version")
-    given = parser.parse_args()
-    if len(found := {libraries(python) for python in (given.old, given.new)}) > 1:
-        print("Not the same libraries:", *found, sep="\n")
-    asked = {
-        kind: [given.case or 0, number if given.case is None else 1]
-        for kind, number in counts(given.cases).items()
-        if given.kind in (None, kind)
-    }
-    sides = [given.old, None], [given.new, given.new_path]
-    running = [start(*side, given.seed, json.dumps(asked)) for side in sides]
+    options = parser.parse_args()
+    versions = {libraries(options.old), libraries(options.new)}
+    if len(versions) > 1:
+        print("Not the same libraries:", *versions, sep="\n")
+    cases = {}
+    for kind, number in counts(options.cases).items():
+        if options.kind not in (None, kind):
+            continue
+        cases[kind] = [0, number] if options.case is None else [options.case, 1]
+    words = [options.seed, json.dumps(cases)]
+    running = [
+        start(options.old, options.old_path, *words),
+        start(options.new, options.new_path, *words),
+    ]
     old, new = map(result, running)
-    print(
-        f"{'kind':18}{'cases':>7}{'differ':>8}{'only old':>10}{'only new':>10}  names not in both"
-    )
-    total, reports = np.zeros(4, int), []
-    for kind, (first, number) in asked.items():
-        row, absent = np.array([number, 0, 0, 0]), set()
+    print(f"{'kind':18}{'cases':>7}{'differ':>8}{'only old':>10}{'only new':>10}{'errors':>8}")
+    total = np.zeros(5, int)
+    reports = []
+    for kind, (first, number) in cases.items():
+        row = np.array([number, 0, 0, 0, 0])
         for case, (before, after) in enumerate(zip(old[kind], new[kind], strict=True), start=first):
-            verdict, names, missing = compared(kind, before, after)
-            absent |= missing
-            row[verdict] += verdict > 0
-            if verdict > 0 and (given.case is not None or row[verdict] == 1):
-                reports.append(f"--kind {kind} --case {case}: {WORDS[verdict]}")
-                reports += [shown(name, before, after) for name in names[: 99 if given.case else 4]]
+            verdict, names = compared(kind, before, after)
+            if verdict == 0:
+                continue
+            row[verdict] += 1
+            if options.case is None and row[verdict] > 1:
+                continue
+            reports.append(f"--kind {kind} --case {case}: {WORDS[verdict]}")
+            most = 4 if options.case is None else 99
+            reports += [shown(name, before, after) for name in names[:most]]
         total += row
-        print(f"{kind:18}{row[0]:7}{row[1]:8}{row[2]:10}{row[3]:10}  {', '.join(sorted(absent))}")
-    print(f"{'all':18}{total[0]:7}{total[1]:8}{total[2]:10}{total[3]:10}")
-    print("only old, only new: a case that the other version refuses")
+        print(table_row(kind, row))
+    print(table_row("all", total))
+    print("only old, only new: a case that the other version refuses; errors: in both versions")
     print("\n".join(reports))
-    sys.exit(int(total[1] > 0))
+    sys.exit(int(total[1] + total[4] > 0))
 
 
-WORDS = ["", "different values", "refused by the new version", "refused by the old version"]
+WORDS = [
+    "",
+    "different values",
+    "refused by the new version",
+    "refused by the old version, or an error there",
+    "an error in both versions",
+]
+
+
+def table_row(kind: str, row: Any) -> str:
+    return f"{kind:18}{row[0]:7}{row[1]:8}{row[2]:10}{row[3]:10}{row[4]:8}"
 
 
 def counts(cases: int) -> dict[str, int]:
@@ -112,20 +130,25 @@ def result(running: tuple[subprocess.Popen[bytes], Path]) -> Any:
     return found
 
 
-def compared(
-    kind: str, old: Mapping[str, Any], new: Mapping[str, Any]
-) -> tuple[int, list[str], set[str]]:
-    """Return which word describes a case, the names that differ, and those not in both."""
-    if ("error" in old) != ("error" in new):
-        return 1, ["error"], set()
-    refused = [{name for name, value in found.items() if refusal(value)} for found in (old, new)]
-    if refused[1] - refused[0]:
-        return 2, sorted(refused[1] - refused[0]), set()
-    if refused[0] - refused[1]:
-        return 3, sorted(refused[0] - refused[1]), set()
-    both = [name for name in old if name in new]
-    different = [name for name in both if not same(old[name], new[name], tolerance(kind, name))]
-    return int(bool(different)), different, set(old) ^ set(new)
+def compared(kind: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[int, list[str]]:
+    """Return which word describes a case, and the names that differ."""
+    if "error" in old and "error" in new:
+        return 4, ["error"]
+    if "error" in new:
+        return 1, ["error"]
+    if "error" in old:
+        return 3, ["error"]
+    refused = {name for name, value in old.items() if refusal(value)}
+    refused_now = {name for name, value in new.items() if refusal(value)}
+    if refused_now - refused:
+        return 2, sorted(refused_now - refused)
+    if refused - refused_now:
+        return 3, sorted(refused - refused_now)
+    different = sorted(set(old) ^ set(new))
+    for name in old:
+        if name in new and not same(old[name], new[name], tolerance(kind, name)):
+            different.append(name)
+    return int(bool(different)), different
 
 
 def refusal(value: Any) -> bool:

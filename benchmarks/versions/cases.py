@@ -3,12 +3,13 @@
     python benchmarks/versions/cases.py RESULTS.pickle SEED '{"tables": [FIRST, NUMBER]}'
 
 A case is a function of a random generator: both versions draw the same. It returns a mapping of
-names to values; what a version has no name for is left out. Public names only.
+names to values. Public names only, those of the newer version; ``adapter.py`` has what differs.
 """
 
 from __future__ import annotations
 
 import contextlib
+import html
 import io
 import json
 import os
@@ -19,6 +20,7 @@ import tempfile
 import warnings
 from pathlib import Path
 
+import adapter  # beside this script
 import numpy as np
 import pandas as pd
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -29,52 +31,27 @@ from pymoo.problems import get_problem
 from scipy import stats
 
 import pymoo_psi as psi
-from pymoo_psi import chute, pareto, selection, sequences, table
+from pymoo_psi import chute, pareto, report, selection, table
 from pymoo_psi.cli import main
-
-# What has another name in another version ---------------------------------------------------------
-
-OBJECTIVES = "objectives" if "objectives" in psi.Formulation.__dataclass_fields__ else "criteria"
-MAXIMIZE = "maximize" if "maximize" in table.Layout.__dataclass_fields__ else "maximized"
-
-
-def formulated(objectives=(), **others):
-    return psi.Formulation(**{OBJECTIVES: objectives}, **others)
-
-
-def maximized(layout):
-    return getattr(layout, MAXIMIZE)
-
-
-def analysis(name):
-    return getattr(table, name, None)
-
-
-def read_values(path, objectives, **options):
-    """Rows and objectives of a file of designs, in the original direction."""
-    if hasattr(table, "read_table"):
-        found = table.read_table(path, formulated(objectives), **options)
-        names = found.layout.objectives
-        values = np.column_stack([found.column(name) for name in names])
-        return {"names": list(names), "rows": found.numbers, "values": values}
-    found = table.read_designs(path, **options)
-    names = found.roles(objectives or None).objectives
-    values = found.frame(names)[list(names)].to_numpy(float)
-    return {"names": list(names), "rows": found.rows, "values": values}
-
 
 # What is compared ---------------------------------------------------------------------------------
 
 
 def fields(thing, names):
-    return {name: getattr(thing, name) for name in names.split() if hasattr(thing, name)}
+    return {name: getattr(thing, name) for name in names.split()}
+
+
+def read_values(path, objectives, **options):
+    """Rows and objectives of a file of designs, in the original direction."""
+    tests = table.read_table(path, psi.Formulation(objectives=objectives), **options)
+    names = tests.layout.objectives
+    values = np.column_stack([tests.column(name) for name in names])
+    return {"names": list(names), "rows": tests.numbers, "values": values}
 
 
 def numbers_in(texts):
     """The numbers of sentences, whose words may differ."""
-    plain = " ".join(map(str, texts)).replace("to within 1 %", "")
-    # Parts of sentences that 0.2.0 had.
-    plain = re.sub("; the same as all in [^.]*|, the (best|worst) in [^,]*,", "", plain)
+    plain = " ".join(map(str, texts))
     return [float(number) for number in re.findall(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?", plain)]
 
 
@@ -85,16 +62,15 @@ def of_ranking(ranking):
 
 def of_table(tests):
     layout = tests.layout
-    found = fields(tests, "numbers X F G H status")
-    found |= {f"layout {name}": value for name, value in fields(
-        layout, "variables objectives inequalities equalities lower upper eq_tolerance"
-    ).items()}  # fmt: skip
-    found |= {f"output {name}": tests.column(name) for name in layout.outputs}  # in any order
+    found = fields(tests, "numbers X F H status kinds")
+    names = "variables objectives equalities lower upper eq_tolerance outputs maximize"
+    found |= prefixed("layout", fields(layout, names))
+    found["layout inequalities"], found["G"] = adapter.constraints_of(tests)
+    found |= {f"output {name}": tests.column(name) for name in layout.outputs}
     reasons = sorted(tests.reasons.items())
     return found | {
-        "layout maximize": maximized(layout),
         "layout units": sorted(layout.units.items()),
-        "layout kinds": [str(getattr(kind, "value", kind)) for kind in layout.kinds],
+        "layout kinds": [kind.value for kind in layout.kinds],
         "failed": [number for number, _ in reasons],
         "reasons": [reason for _, reason in reasons],
     }
@@ -207,12 +183,13 @@ def random_formulation(rng, tests):
     constraints = [*layout.inequalities, *layout.equalities]
     relaxed = [name for name in constraints if name not in asked and rng.random() < 0.3]
     limits = random_limits(rng, columns, 0.25)
-    more = {*maximize, *maximized(layout)}
+    more = {*maximize, *layout.maximize}
     limits |= {k: (None, v) for k, v in limits.items() if k in more and not isinstance(v, tuple)}
     if relaxed and rng.random() < 0.5:
         limits |= random_limits(rng, {relaxed[0]: tests.column(relaxed[0])}, 1)
-    return formulated(
+    return psi.Formulation(
         objectives, maximize=maximize, limits=limits, relaxed=relaxed, computed=computed,
+        normalize=bool(rng.random() < 0.8),
     )  # fmt: skip
 
 
@@ -330,12 +307,8 @@ def explanations(rng, folder):
         return fields(psi.compare_designs(frame, rows, **options), "rows gains shares")
 
     def cautioned():
-        # Kinds that one version does not have, and those that have other numbers.
-        gone = ("edge", "unselective", "alone", "redundant", "scale", "tie")
-        numberless = ("near tie", "unlike")
         said = psi.cautions(psi.rank_of_efficiency(frame, **options))
-        said = [caution for caution in said if caution.kind not in gone]
-        texts = [caution.sentence for caution in said if caution.kind not in numberless]
+        texts = [caution.sentence for caution in said]
         return {"kinds": [caution.kind for caution in said], "numbers": numbers_in(texts)}
 
     attempt(found, "explain", explained)
@@ -364,7 +337,7 @@ def selectors(rng, folder):
 
     def several():
         compared = selection.compare_selectors(F, chosen, normalize=normalize, maximize=maximize)
-        return dict(getattr(compared, "chosen", compared))
+        return dict(compared)
 
     attempt(found, "compared", several)
     return found
@@ -383,8 +356,6 @@ def representatives(rng, folder):
 def points(rng, folder):
     n, d, first = int(rng.integers(1, 300)), int(rng.integers(1, 52)), int(rng.integers(1, 9999))
     found = {"lp_tau": psi.lp_tau(n, d, first=first)}
-    few = found["lp_tau"][: int(rng.integers(1, 80)), : int(rng.integers(1, 4))]
-    attempt(found, "covering", lambda: sequences.covering_radius(few))
     problem, seed = random_problem(rng, mixed=False), int(rng.integers(99))
     sampling = random_sampling(rng).get("sampling") or psi.LPTauSampling(first=first)
     found["sampling"] = sampling(problem, n, random_state=np.random.default_rng(seed)).get("X")
@@ -413,29 +384,32 @@ def motions(rng, folder):
     return found
 
 
-def asked_of(tests, limits, normalize=True):
+def answers_of(question):
     """All that a table answers."""
     found = {}
-    attempt(found, "feasible", lambda: tests.feasible(limits))
-    attempt(found, "eligible", lambda: tests.eligible(limits))
-    attempt(found, "pareto", lambda: tests.pareto(limits))
-    attempt(found, "ranking", lambda: of_ranking(tests.ranking(limits, normalize=normalize)))
+    ask = adapter.ask
+    for name in ("feasible", "eligible", "pareto"):
+        attempt(found, name, lambda name=name: ask(getattr(psi.TestTable, name), question))
+    attempt(found, "ranking", lambda: of_ranking(ask(psi.TestTable.ranking, question)))
+    attempt(found, "best", lambda: ask(psi.TestTable.best, question).numbers)
+    attempt(found, "violations", lambda: adapter.violations_of(question))
+    objective = question.layout.objectives[0]
+    attempt(found, "sorted", lambda: ask(psi.TestTable.sorted_by, question, objective).numbers)
+
+    def all_feasible():
+        rows, ranking = adapter.feasible_ranking(question)
+        return {"rows": rows} | of_ranking(ranking)
+
+    attempt(found, "all feasible", all_feasible)
 
     def refined():
-        low, high = tests.refined_bounds(limits, margin=0.1)
+        low, high = ask(psi.TestTable.refined_bounds, question, margin=0.1)
         return {"lower": low, "upper": high}
 
     attempt(found, "refined", refined)
-    attempt(found, "sorted", lambda: tests.sorted_by(tests.layout.objectives[0], limits).numbers)
-
-    def violated():
-        mask, names = tests.violations(limits)
-        return {"mask": mask, "names": list(names)}
-
-    attempt(found, "violations", violated)
 
     def explained():
-        why = tests.explain(None, limits, normalize=normalize)
+        why = ask(psi.TestTable.explain, question)
         return fields(why, "row behind shares neighbours") | {"numbers": numbers_in(why.sentences)}
 
     attempt(found, "explain", explained)
@@ -445,9 +419,11 @@ def asked_of(tests, limits, normalize=True):
 def tables(rng, folder):
     tests = random_table(rng)
     limits = random_limits(rng, columns_of(tests))
-    more = maximized(tests.layout)
+    more = tests.layout.maximize
     limits |= {k: (v, None) for k, v in limits.items() if k in more and not isinstance(v, tuple)}
-    found = of_table(tests) | asked_of(tests, limits, bool(rng.random() < 0.7))
+    question = adapter.under(tests, limits=limits, normalize=bool(rng.random() < 0.7))
+    found = of_table(tests) | answers_of(question)
+    attempt(found, "costs", lambda: adapter.costs_of(question))
     some = rng.random(len(tests)) < 0.5
     found |= prefixed("rows", of_table(tests.rows(some)))
     attempt(found, "merge", lambda: of_table(tests.rows(some).merge(tests.rows(~some))))
@@ -465,13 +441,19 @@ def formulations(rng, folder):
     asked = random_formulation(rng, tests)
 
     def under():
-        judged = tests.under(asked)
-        return of_table(judged) | asked_of(judged, None)
+        question = adapter.under(tests, asked)
+        return of_table(adapter.table_of(question)) | answers_of(question)
 
     attempt(found, "under", under)
+    other = random_formulation(rng, tests)
+
+    def again():
+        # A formulation takes the place of the one before, in 0.3 by beginning anew.
+        first = tests.under(asked) if adapter.CARRIES_FORMULATION else tests
+        return of_table(adapter.table_of(adapter.under(first, other)))
+
     if found.get("under") != "refused":
-        again = random_formulation(rng, tests.under(asked))
-        attempt(found, "again", lambda: of_table(tests.under(asked).under(again)))
+        attempt(found, "again", again)
     return found
 
 
@@ -480,12 +462,12 @@ def written(rng, folder):
     if rng.random() < 0.5:
         with contextlib.suppress(psi.PsiError):
             tests = tests.under(random_formulation(rng, tests))
-    for name in ("csv", "study"):
+    for name in ("csv", "xlsx", "study"):
 
         def there_and_back(name=name):
-            path = folder / f"table.{name}"
+            path = folder / f"table.{name.replace('study', 'db')}"
             getattr(tests, f"to_{name}")(path)
-            read = getattr(psi.TestTable, f"read_{name}")(path)
+            read = adapter.read(path)
             return of_table(read) | {"equals": tests.equals(read)}
 
         attempt(found, name, there_and_back)
@@ -493,41 +475,52 @@ def written(rng, folder):
     if csv.exists():
         found["file"] = shown_file(csv)
     frame = tests.to_frame()
-    found |= {f"frame {name}": frame[name].to_numpy() for name in frame.columns}
-    return found
+    columns = {str(name): frame[name].to_numpy() for name in frame.columns}
+    return found | prefixed("frame", adapter.shown_columns(columns))
 
 
 def analyses(rng, folder):
     tests, found = psi.investigate(random_problem(rng, mixed=False), 96), {}
     limits = random_limits(rng, {k: tests.column(k) for k in tests.layout.objectives}, 0.3)
 
-    def framed(name, *arguments):
-        shown = analysis(name)(tests, *arguments)
-        return {str(name): shown[name].to_numpy() for name in shown.columns} | {
-            "index": [str(row) for row in shown.index]
-        }
+    question = adapter.under(tests, limits=limits, normalize=bool(rng.random() < 0.7))
+    names = "tests feasible pareto hypervolume optimum mu1 moved"
+    attempt(found, "sensitivities", lambda: shown_frame(table.sensitivities(tests)))
+    attempt(found, "costs", lambda: adapter.costs_of(question))
+    attempt(found, "convergence", lambda: fields(adapter.ask(table.convergence, question), names))
+    for name in (tests.layout.variables[-1], tests.layout.objectives[0]):
 
-    attempt(found, "sensitivities", lambda: framed("sensitivities"))
-    attempt(found, "costs", lambda: framed("constraint_costs", limits))
-    names = "tests feasible pareto hypervolume optimum mu1 moved covering_radius"
-    attempt(found, "convergence", lambda: fields(analysis("convergence")(tests, limits), names))
+        def counted(name=name):
+            histogram = adapter.ask(table.histogram, question, name)
+            return fields(histogram, "edges values tested feasible pareto outside")
 
-    variable, goal = tests.layout.variables[-1], tests.layout.objectives[0]
+        attempt(found, f"histogram {name}", counted)
+    return found
 
-    def counted():
-        shown = analysis("histogram")(tests, variable, limits=limits)
-        return fields(shown, "edges tested feasible pareto")
 
-    attempt(found, "histogram", counted)
+def shown_frame(frame):
+    columns = {str(name): frame[name].to_numpy() for name in frame.columns}
+    return columns | {"index": [str(row) for row in frame.index]}
 
-    def depends():
-        shown = analysis("dependence")(tests, goal, variable, limits=limits)
-        return fields(shown, "numbers x f feasible pareto limits")
 
-    if analysis("dependence"):
-        attempt(found, "dependence", depends)
-    if analysis("section_points"):
-        attempt(found, "section", lambda: analysis("section_points")(tests, 3, variable, 5))
+def documents(rng, folder):
+    """What report and page say of tests: numbers, as wording and marks may differ."""
+    tests, found = random_table(rng), {}
+    formulation = random_formulation(rng, tests)
+
+    def reported():
+        question = adapter.under(tests, formulation, limits_apart=True)
+        document = adapter.ask(report.decision_report, question)
+        text = re.sub("<(svg|style|head).*?</\\1>|<[^>]*>", " ", document.html(), flags=re.DOTALL)
+        text = adapter.without_ends(html.unescape(text))
+        return {"cautions": numbers_in(document.cautions), "numbers": numbers_in([text])}
+
+    def paged():
+        document = adapter.decision_page(tests, formulation)
+        return of_table(document.table) | {"cautions": numbers_in(document.cautions)}
+
+    attempt(found, "report", reported)
+    attempt(found, "page", paged)
     return found
 
 
@@ -558,11 +551,17 @@ def investigations(rng, folder):
     attempt(found, "psi", by_psi)
     attempt(found, "longer", lambda: by_psi(n + 7))
     if study:
-        attempt(found, "study", lambda: of_table(psi.TestTable.read_study(study["study"])))
-    for keep in ("feasible", "pareto"):
-        kept = lambda keep=keep: of_table(  # noqa: E731
-            psi.investigate(problem, n, seed=seed, keep=keep, **options)
-        )
+        attempt(found, "study", lambda: of_table(adapter.read(study["study"])))
+    limits = {}
+    if rng.random() < 0.5:
+        limits = {"cost": 6.0} if isinstance(problem, Mixed) else {"f1": 10.0}
+    for keep in ("all", "feasible", "pareto"):
+
+        def kept(keep=keep):
+            tests = psi.investigate(problem, n, seed=seed, keep=keep, limits=limits, **options)
+            tests, feasible = adapter.tests_of_run(tests, limits)
+            return of_table(tests) | {"feasible": feasible}
+
         attempt(found, keep, kept)
     return found
 
@@ -577,7 +576,7 @@ def shares(rng, folder):
             return of_table(psi.investigate(problem, n, seed=5, **options, **share))
 
         attempt(found, f"share {k}", part)
-    attempt(found, "folder", lambda: of_table(psi.TestTable.read_study(folder / "parts")))
+    attempt(found, "folder", lambda: of_table(adapter.read(folder / "parts")))
     return found
 
 
@@ -585,13 +584,14 @@ def surrogates(rng, folder):
     problem, seed, found = random_problem(rng), int(rng.integers(99)), {}
     n = int(rng.integers(10, 22))
     limits = {}
-    if rng.random() < 0.3:
-        limits = {"limits": {"cost": 6.0} if isinstance(problem, Mixed) else {"f1": 1e3}}
+    if rng.random() < 0.5:
+        limits = {"cost": 6.0} if isinstance(problem, Mixed) else {"f1": 10.0}
 
     def run(n=n):
-        algorithm = psi.SurrogatePSI(n, batch=3, study=folder / "s.db", **limits)
+        algorithm = psi.SurrogatePSI(n, batch=3, study=folder / "s.db", limits=limits)
         result = minimize(problem, algorithm, seed=seed)
-        return of_table(result.algorithm.table) | {"F": result.F}
+        tests, feasible = adapter.tests_of_run(result.algorithm.table, limits)
+        return of_table(tests) | {"feasible": feasible, "F": result.F}
 
     attempt(found, "run", run)
     attempt(found, "longer", lambda: run(n + 4))
@@ -611,7 +611,7 @@ def other_algorithms(rng, folder):
         path = folder / "recorded.db"
         known = psi.Recorded(problem, study=path)
         result = minimize(known, NSGA2(pop_size=10), ("n_gen", 4), seed=seed)
-        return {"F": result.F, "X": result.X} | of_table(psi.TestTable.read_study(path))
+        return {"F": result.F, "X": result.X} | of_table(adapter.read(path))
 
     attempt(found, "recorded", recorded)
     attempt(found, "again", recorded)
@@ -673,14 +673,15 @@ def shown_file(path):
     text = path.read_text("utf-8")
     text = "".join(line for line in text.splitlines(True) if not line.startswith("# "))
     frame = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
-    return {str(name): as_numbers(frame[name].tolist()) for name in frame.columns}
+    columns = adapter.shown_columns({str(name): frame[name].tolist() for name in frame.columns})
+    return {name: as_numbers(cells) for name, cells in columns.items()}
 
 
 def as_numbers(cells):
     try:
         return np.array([float(cell) if cell else np.nan for cell in cells])
     except (TypeError, ValueError):
-        return [str(cell) for cell in cells]
+        return cells
 
 
 def command(*words):
@@ -835,7 +836,9 @@ def commands(rng, folder):
     solve += ["--out", folder / "front.csv"]
     if rng.random() < 0.3:
         solve += ["--sampling", "halton", "--seed", 3]
-    limits = ["--limits", f"f1<={rng.choice([3, 60, 200])}"] if rng.random() < 0.5 else []
+    limits = []
+    if rng.random() < 0.7:
+        limits = ["--limits", f"f1<={rng.choice([3, 60, 200])},{rng.choice([0, 0.2])}<=x1<=2.5"]
     found["solve"] = command(*solve, *limits)[0]
     found["rank"] = command("rank", folder / "s.db", *limits, "--out", folder / "ranked.csv")[0]
     found["export"] = command("export", folder / "s.db", "--out", folder / "all.csv")[0]
@@ -859,19 +862,17 @@ def comparisons(rng, folder):
     )  # fmt: skip
     found = {}
     for what in ("to_frame", "summary"):
-        shown = getattr(compared, what, None)
-        if shown is not None:
-            frame = shown()
-            frame = frame[[name for name in frame.columns if "seconds" not in str(name)]]
-            found |= {f"{what} {name}": frame[name].to_numpy() for name in frame.columns}
+        frame = getattr(compared, what)()
+        frame = frame[[name for name in frame.columns if "seconds" not in str(name)]]
+        found |= {f"{what} {name}": frame[name].to_numpy() for name in frame.columns}
     return found
 
 
 KINDS = {  # with their share of the cases
     rankings: 170, explanations: 90, selectors: 80, representatives: 40, points: 50, motions: 70,
-    tables: 100, formulations: 100, written: 50, analyses: 30, investigations: 60, shares: 15,
-    surrogates: 10, other_algorithms: 10, wrappers: 30, scenarios: 20, foreign_files: 60,
-    sources: 60, commands: 13, comparisons: 2,
+    tables: 100, formulations: 100, written: 50, analyses: 30, documents: 20, investigations: 60,
+    shares: 15, surrogates: 10, other_algorithms: 10, wrappers: 30, scenarios: 20,
+    foreign_files: 60, sources: 60, commands: 13, comparisons: 2,
 }  # fmt: skip
 
 
