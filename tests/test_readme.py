@@ -14,6 +14,7 @@ from pymoo_psi import VectorizedSphereChute, investigate, paper
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.cli import main
 from pymoo_psi.paper import published_table
+from pymoo_psi.table import FORMATS
 
 README = Path(__file__).parents[1] / "README.md"
 FOLDER = Path(pymoo_psi.__file__).parent / "guide"
@@ -26,6 +27,15 @@ GUIDES = {path.stem: path.read_text("utf-8") for path in FOLDER.glob("*.md")}
 TEXTS = {title: text for title, text in (SECTIONS | GUIDES).items() if "```" in text}
 
 
+@pytest.fixture
+def formats():
+    """The registry of file formats, as it was after a guide has added one."""
+    before = [*FORMATS]
+    yield
+    FORMATS[:] = before
+
+
+@pytest.mark.usefixtures("formats")
 @pytest.mark.parametrize("title", TEXTS)
 def test_each_text_runs_alone_as_printed(title, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

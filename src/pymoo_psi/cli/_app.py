@@ -16,6 +16,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from copy import copy
 from functools import partial
 from io import StringIO, TextIOWrapper
 from pathlib import Path
@@ -43,8 +44,40 @@ def path_in(text: str | Path) -> Path:
     return Path(os.path.expanduser(text))
 
 
+def _with_suffixes(text: str) -> str:
+    """Return a help text with the suffixes of the file formats where it has ``{sources}`` etc.
+
+    The registry of formats brings NumPy, so it is imported only to print such a text.
+    """
+    if "{" not in text:
+        return text
+    from pymoo_psi.table import DESIGNS, TESTS, source_suffixes, suffixes_for
+
+    return text.format(
+        sources=", ".join(source_suffixes()),
+        tests=", ".join(suffixes_for(TESTS)),
+        designs=", ".join(suffixes_for(DESIGNS)),
+    )
+
+
+class _Option(click.Option):
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        record = super().get_help_record(ctx)
+        if record is None:
+            return None
+        words, text = record
+        return words, _with_suffixes(text)
+
+
+class _Command(click.Command):
+    def get_help(self, ctx: click.Context) -> str:
+        command = copy(self)
+        command.help = _with_suffixes(self.help or "")
+        return click.Command.get_help(command, ctx)
+
+
 def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> click.Option:
-    return click.Option([f"--{name}"], metavar=metavar, help=text, **attributes)
+    return _Option([f"--{name}"], metavar=metavar, help=text, **attributes)
 
 
 _names = partial(_option, multiple=True)
@@ -127,7 +160,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
             return function(Options(**values))
 
         text, examples = _help(function)
-        command = click.Command(
+        command = _Command(
             function.__name__,
             callback=callback,
             params=[*params],
@@ -160,7 +193,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _option("share", "K/N", "Test part K of N only; --study is a folder."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
     _option("retry", "failed", "Test failed designs of the study again."),
-    _file("out", "FILE", "Write the Pareto set here (.csv, .xlsx)."),
+    _file("out", "FILE", "Write the Pareto set here ({designs})."),
     _flag("new", text="Write an example FILE.toml to edit."),
     _flag("try", text="Run the program of a FILE.toml once and show every step."),
     *_FORMULATION,
@@ -189,11 +222,11 @@ def solve(options: Options) -> int:
     return run_solve(options)
 
 
-@_command(_FILE, _file("out", "FILE", "Write all designs here (.csv, .xlsx)."), *_READING)
+@_command(_FILE, _file("out", "FILE", "Write all designs here ({designs})."), *_READING)
 def rank(options: Options) -> int:
     """Rank the designs of any Pareto set by efficiency.
 
-    FILE is a study, a folder of shares, or a table (CSV or .xlsx). In a list, put a name that has a
+    FILE is a table or study ({sources}), or a folder of shares. In a list, put a name that has a
     comma in quotation marks: --objectives '"time, s",mass'.
 
     Examples:
@@ -216,7 +249,7 @@ def rank(options: Options) -> int:
 def page(options: Options) -> int:
     """Make an interactive page for choosing a design, also offline.
 
-    FILE is a study, a folder of shares, or a table (CSV or .xlsx).
+    FILE is a table or study ({sources}), or a folder of shares.
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv
@@ -237,7 +270,7 @@ def page(options: Options) -> int:
 def report(options: Options) -> int:
     """Report on the tests and the chosen design in one HTML file.
 
-    FILE is a study, a folder of shares, or a table (CSV or .xlsx).
+    FILE is a table or study ({sources}), or a folder of shares.
 
     Examples:
       pymoo-psi solve bnh --points 256 --study bnh.db
@@ -252,7 +285,7 @@ def report(options: Options) -> int:
 def analyze(options: Options) -> int:
     """Analyze sensitivities, feasibility and convergence of tests.
 
-    FILE is a study, a folder of shares, or a table (CSV or .xlsx).
+    FILE is a table or study ({sources}), or a folder of shares.
 
     Examples:
       pymoo-psi solve bnh --points 256 --study bnh.db
@@ -293,7 +326,7 @@ def compare(options: Options) -> int:
 
 @_command(
     click.Argument(["sources"], nargs=-1, required=True, metavar="[NAME=]SOURCE…"),
-    _file("out", "FILE", "File to write: .csv, .xlsx or .db (a new study).", required=True),
+    _file("out", "FILE", "File to write ({tests}); a study must be new.", required=True),
     *_READING,
 )
 def export(options: Options) -> int:

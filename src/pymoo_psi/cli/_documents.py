@@ -19,7 +19,17 @@ from pymoo_psi.cli._output import print_frame, require_output, results_folder, s
 from pymoo_psi.cli._rank import decision_remarks, say_source
 from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import ArgumentValueError, PsiError
-from pymoo_psi.table import STATUSES, Formulation, Layout, TestTable, read_table
+from pymoo_psi.table import (
+    STATUSES,
+    STUDY,
+    TESTS,
+    Formulation,
+    Layout,
+    TestTable,
+    format_of,
+    read_table,
+    suffixes_for,
+)
 
 _N_PRINTED = 12  # variables with the largest indices; all are in the file
 _HTML = (".html", ".htm")
@@ -232,18 +242,18 @@ def run_export(options: Options) -> int:
     """
     files, named = _named_files(options.sources)
     out = options.out
-    require_output(out, (".csv", ".xlsx", ".db"), *files.values())
+    require_output(out, suffixes_for(TESTS), *files.values())
     formulation = formulation_of(options)
     tables = {name: opened(path, options, formulation) for name, path in files.items()}
     table = _joined(tables, named)
-    suffix = out.suffix.lower()
-    {".csv": table.to_csv, ".xlsx": table.to_xlsx, ".db": table.to_study}[suffix](out)
+    file_format = format_of(out, TESTS)
+    file_format.save_tests(out, table)
     for name, source in tables.items():
         for remark in source.remarks:
             if len(tables) > 1:
                 remark = f"{name}: {remark}"
             say(remark)
-    if suffix == ".db" and "problem" not in (table.problem or {}):
+    if file_format is STUDY and "problem" not in (table.problem or {}):
         say("The problem of the tests is unknown: no run can continue the study.")
     counts = [f"{np.sum(table.status == status)} {status}" for status in STATUSES]
     say(f"{counted(len(table), 'test')} ({', '.join(counts)}) written to {out}")

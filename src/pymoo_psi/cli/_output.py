@@ -4,27 +4,20 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 import shutil
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Any
-from zipfile import ZipFile, is_zipfile
 
 import pandas as pd
 
-from pymoo_psi._output import write_table
+from pymoo_psi._output import is_marked
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import printable
 from pymoo_psi.pareto import number, wrapped
-from pymoo_psi.table import Layout, designs_head
-
-_HEAD = 65_536  # bytes read at each end of a file; its column names are within them
-# What identifies CSV and HTML that pymoo-psi has written: the columns of a ranking, or a mark.
-_OURS = re.compile(rb'mu3"?,"?rank"?[,\r\n]|pymoo_psi_|name="generator" content="pymoo-psi')
+from pymoo_psi.table import DESIGNS, FORMATS, Layout, designs_head, format_of
 
 
 def width() -> int | None:
@@ -99,8 +92,7 @@ def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | N
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
-    # An existing study is refused when it is written.
-    if path.suffix.lower() != ".db" and path.exists() and not _is_ours(path):
+    if path.exists() and not _is_ours(path):
         rule = "a new file, or one that pymoo-psi has written"
         raise invalid("--out", rule, str(path), "choose another name, or remove the file first")
     return _writable(path.absolute().parent, path) / path.name
@@ -108,14 +100,12 @@ def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | N
 
 def _is_ours(path: Path) -> bool:
     """Return whether a file is empty or a result of pymoo-psi, which a new one may replace."""
-    if is_zipfile(path):
-        with ZipFile(path) as workbook, suppress(KeyError):
-            return b">pymoo-psi<" in workbook.read("docProps/core.xml")
-    with path.open("rb") as file:
-        content = file.read(_HEAD)
-        file.seek(max(path.stat().st_size - _HEAD, 0))
-        content += file.read()
-    return not content or _OURS.search(content) is not None
+    if path.stat().st_size == 0:
+        return True
+    for file_format in FORMATS:
+        if file_format.suffix == path.suffix.lower():
+            return file_format.is_ours(path)
+    return is_marked(path)  # HTML
 
 
 def results_folder(out: Path) -> Path:
@@ -146,7 +136,7 @@ def _writable(folder: Path, path: Path) -> Path:
 def write_frame(
     frame: pd.DataFrame, path: Path, layout: Layout | None = None, chosen: tuple[str, ...] = ()
 ) -> None:
-    """Write a frame as CSV or .xlsx, whole or not at all, with blanks for missing values.
+    """Write a frame in the format of the suffix, whole or not at all, blanks for missing values.
 
     Args:
         frame: The rows. Texts are never written as formulas.
@@ -160,4 +150,5 @@ def write_frame(
         numeric = [*frame.select_dtypes(["number", "bool"])]
         head = designs_head(layout, [*frame], numeric, chosen)
     blanked = frame.astype(object).where(frame.notna(), None)  # integer columns, too
-    write_table(path, {str(name): column for name, column in blanked.items()}, head)
+    columns = {str(name): column for name, column in blanked.items()}
+    format_of(path, DESIGNS).save(path, columns, head)

@@ -57,6 +57,8 @@ even_part returns: of points of a sequence, not of what an algorithm has chosen.
 :mod:`pymoo_psi.plots` draws sensitivities.
 Files: ``to_csv`` and ``read_csv``, ``to_xlsx``, ``to_study`` and ``read_study`` change nothing;
 ``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former, too.
+Formats of files: FORMATS is their registry, FileFormat a format, SourceFile the file that it reads
+as Cells; format_of gives the format for a suffix.
 For the other subpackages: what limits say (bounds_of, within, excess, lacking), designs as a
 matrix (design_matrix, design_keys, ...), and a table as a head and columns (head_of,
 columns_of, kinds_of_columns, table_of), as studies hold it.

@@ -16,31 +16,23 @@ have two meanings, one in each notation:
 
 from __future__ import annotations
 
-import csv
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from io import BytesIO, StringIO
 from typing import Any, NamedTuple, TypeAlias
-from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._output import HEAD_SHEET, workbooks
-from pymoo_psi._validation import counted, invalid, known_name
-from pymoo_psi.errors import ArgumentValueError, PsiError
-from pymoo_psi.table._format import Head, sheet_head
+from pymoo_psi._validation import counted, invalid
+from pymoo_psi.errors import ArgumentValueError
 
 Array: TypeAlias = NDArray[np.float64]
 # The numbers of a column by decimal mark; NaN of a blank cell, None of any other.
 _Values: TypeAlias = dict[str, list[float | None]]
-Row: TypeAlias = list[Any]
 
-_SEPARATORS = ",;\t|"
-_EMPTY = "it is empty; it must hold a line of column names, then the designs"
+EMPTY = "it is empty; it must hold a line of column names, then the designs"
 
 _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
 # Errors of spreadsheets in any language, #DIV/0! as #WERT!, and of columns that are too narrow.
@@ -90,7 +82,7 @@ class Cells:
     columns: dict[str, list[Any]]
     lines: Sequence[int] = ()
     separator: str = ""
-    head: Head | None = None
+    head: Mapping[str, Any] | None = None
     label: str | None = None
     rows: Sequence[int] = ()
 
@@ -133,198 +125,7 @@ class Column(NamedTuple):
         return self.numbers
 
 
-# From bytes to cells
-
-
-def decoded(content: bytes, encoding: str | None) -> str:
-    """Return the text in the bytes of a file, by its byte-order mark or UTF-8 unless given.
-
-    Raises:
-        ArgumentValueError: It is no such text, or there is no such encoding.
-    """
-    wide = content.startswith((b"\xff\xfe", b"\xfe\xff"))
-    try:
-        text = content.decode(encoding or ("utf-16" if wide else "utf-8-sig"))
-    except UnicodeError as error:
-        # Any bytes are text in cp1252, right or wrong; so it is not guessed.
-        remedy = "give its encoding, of Windows mostly --encoding cp1252, or save it as CSV UTF-8"
-        raise UnfitError(f"it is no text: {error}; {remedy}") from None
-    except (LookupError, ValueError, TypeError):
-        raise invalid("encoding", "one that Python knows, such as utf-16", encoding) from None
-    # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is a NUL.
-    if "\0" in text:
-        remedy = "give its encoding, such as --encoding utf-16-le"
-        raise UnfitError(f"it is no text, as it holds null characters; {remedy}")
-    return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
-
-
-def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
-    """Return the cells of a text.
-
-    By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
-    Lines that begin with ``#`` are comments, unless all designs do: labels may be #1, #2, …. One
-    that could be a design among others is refused.
-
-    Raises:
-        ArgumentValueError: It is no table of named columns with one row or more.
-    """
-    whole = [*enumerate(StringIO(text, newline=""), start=1)]
-    if (last := max(skip_rows, default=0)) > len(whole):
-        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {len(whole)}", last)
-    lines = [(i, line) for i, line in whole if i not in skip_rows]
-    plain = (k for k, (_, line) in enumerate(lines) if not re.match(r'"*#|\s*$', line))
-    lines = lines[next(plain, len(lines)) :]
-    if not lines:
-        raise UnfitError(_EMPTY)
-    separator = _separator(lines)
-    try:
-        rows, ends = _rows(lines, separator)
-    except csv.Error as error:
-        raise UnfitError(f"it is no text in rows and columns: {error}") from None
-    marked = {k for k, row in enumerate(rows) if row[0][:1] == "#" and not is_blank(row[0])}
-    if len(marked) < len(rows) - 1:
-        for k in marked:
-            if len(rows[k]) == len(rows[0]) > 1 and all(rows[k]):
-                what = f"line {ends[k]} begins with # and has a cell in each column"
-                out = f"leave it out by --skip-rows {ends[k]} if it is a comment"
-                raise UnfitError(f"{what}; {out}, or begin its name otherwise")
-        kept = [k for k in range(len(rows)) if k not in marked]
-        rows, ends = [rows[k] for k in kept], [ends[k] for k in kept]
-    return cells_of_rows(rows, ends, separator)
-
-
-def rows_of_workbook(
-    content: bytes, skip_rows: Collection[int], name: str | None
-) -> tuple[Head | None, dict[int, Row]]:
-    """Return what a sheet of ours says of its rows, and these by number, of one length.
-
-    Raises:
-        ArgumentValueError: It is no workbook, there is no sheet of that name, it is not known which
-            one is meant, or the sheet hides rows that are not left out.
-        PsiError: openpyxl is not installed.
-    """
-    openpyxl = workbooks()
-    try:
-        with catch_warnings():
-            simplefilter("ignore")  # of drawings and the like, which are not read
-            # Read-only: else one merged range or link of 100 bytes becomes a million cells.
-            book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
-            titles, head = [sheet.title for sheet in book.worksheets], None
-            if titles[1:] == [HEAD_SHEET]:
-                head = sheet_head(book[HEAD_SHEET].iter_rows(values_only=True))
-                titles = titles[:1]
-            # Taking the first sheet would rank the wrong one where a cover comes first.
-            if name is None and len(titles) != 1:
-                listed = ", ".join(titles) or "none"
-                what = f"it has {counted(len(titles), 'sheet')}: {listed}"
-                raise UnfitError(f"{what}; name the one with the designs by --sheet")
-            sheet = book[titles[0] if name is None else known_name("sheet", name, titles)]
-            sheet.reset_dimensions()  # what a file declares may be more than it holds
-            numbered = enumerate(sheet.iter_rows(), start=1)
-            shown = {i: [*map(_shown, row)] for i, row in numbered}
-            rows = {i: row for i, row in shown.items() if not all(map(_nothing, row))}
-            hidden = sorted(_hidden_rows(sheet) & rows.keys() - {*skip_rows})
-    except PsiError:
-        raise
-    except Exception as error:  # of zip, XML, openpyxl
-        raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    if hidden:
-        what = f"the sheet hides {counted(len(hidden), 'row')}"
-        out = ",".join(map(str, hidden))
-        raise UnfitError(f"{what}; show them, or leave them out by --skip-rows {out}")
-    ends = (j for row in rows.values() for j, cell in enumerate(row, 1) if not _nothing(cell))
-    width = max(ends, default=0)
-    return head, {i: [*row, *[None] * width][:width] for i, row in rows.items()}
-
-
-def _hidden_rows(sheet: Any) -> set[int]:
-    """Return the hidden rows of a sheet, which openpyxl tells only where it loads everything."""
-    from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
-
-    hidden, i = set(), 0
-    with sheet._get_source() as file:
-        for _, element in iterparse(file):
-            if element.tag.endswith("}row"):
-                i = int(element.get("r", i + 1))
-                if element.get("hidden") in ("1", "true"):
-                    hidden.add(i)
-                element.clear()
-    return hidden
-
-
-def cells_of_sheet(rows: Mapping[int, Row], skip_rows: Collection[int], head: Head | None) -> Cells:
-    """Return the cells of a sheet that people have written."""
-    kept = {i: [*map(_typed, row)] for i, row in rows.items() if i not in skip_rows}
-    return cells_of_rows([*kept.values()], [*kept], "", head)
-
-
-def _shown(cell: Any) -> Any:
-    """Return what a cell of a workbook holds, 0.85 in the format 0 % as the text that it shows."""
-    value = cell.value
-    if isinstance(value, (int, float)) and "%" in cell.number_format:
-        return f"{100 * value:.15g} %"
-    return value
-
-
-def _nothing(cell: Any) -> bool:
-    return cell is None or cell == ""
-
-
-def _typed(cell: Any) -> Any:
-    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
-    if cell is None or isinstance(cell, str):
-        return (cell or "").strip()
-    return cell if isinstance(cell, (int, float)) else str(cell).removesuffix(" 00:00:00")  # a date
-
-
-def _separator(lines: Sequence[tuple[int, str]]) -> str:
-    """Return the mark between cells: the one with which all rows are as long as the header.
-
-    Spaces divide cells only where no mark does.
-    """
-    # The first line may be a title without any mark, the last one is a design.
-    ends = lines[0][1] + next(line for _, line in reversed(lines) if line.strip())
-    readings: dict[str, list[list[str]]] = {}
-    for mark in filter(ends.__contains__, _SEPARATORS):
-        with suppress(csv.Error):  # quotation marks that stand elsewhere than at cells
-            if rows := _rows(lines, mark)[0]:
-                readings[mark] = rows
-
-    def merit(mark: str) -> tuple[Any, ...]:
-        rows = readings[mark]
-        cells = [cell for row in rows[1:] for cell in row]
-        numbers = sum(map(is_number, cells)) / max(1, len(cells))
-        usual, count = Counter(map(len, rows)).most_common(1)[0]
-        # Of several, as names or decimals may have commas, the one with most numbers; of uneven
-        # ones that with the longest usual row, so that the message names the row that differs.
-        return (True, numbers, usual) if count == len(rows) else (False, usual, count)
-
-    if readings:
-        return max(readings, key=merit)
-    spaced, _ = _rows(lines, " ")
-    return " " if len({len(row) for row in spaced}) == 1 and len(spaced[0]) > 1 else ","
-
-
-def _rows(lines: Sequence[tuple[int, str]], separator: str) -> tuple[list[list[str]], list[int]]:
-    """Return the rows that are not blank, and the line on which each ends."""
-    if separator == " ":
-        # Not csv, which finds empty cells between the spaces that align printed columns.
-        filled = [(line.split(), number) for number, line in lines if line.strip()]
-        return [row for row, _ in filled], [number for _, number in filled]
-    # skipinitialspace: else in 'a, "b, c"' the marks would be text and its comma a separator.
-    reader = csv.reader(
-        (line for _, line in lines),
-        delimiter=separator,
-        skipinitialspace=separator != "\t",
-        strict=True,
-    )
-    rows, ends = [], []
-    for row in reader:
-        if any(cell.strip() for cell in row):
-            rows.append(row)
-            # csv counts the lines it was given, users those of the file.
-            ends.append(lines[reader.line_num - 1][0])
-    return rows, ends
+# From rows to cells
 
 
 def in_a_line(name: str) -> str:
@@ -333,11 +134,11 @@ def in_a_line(name: str) -> str:
 
 
 def cells_of_rows(
-    rows: list[list[Any]], ends: list[int], separator: str, head: Head | None = None
+    rows: list[list[Any]], ends: list[int], separator: str, head: Mapping[str, Any] | None = None
 ) -> Cells:
     """Return rows as columns under the names in the first row."""
     if not rows:
-        raise UnfitError(_EMPTY)
+        raise UnfitError(EMPTY)
     usual = Counter(map(len, rows)).most_common(1)[0][0]
     for end, row in zip(ends, rows, strict=True):
         if len(row) != usual:
@@ -364,6 +165,20 @@ def cells_of_rows(
             what = f"its header names the column {name!r} {count} times"
             raise UnfitError(f"{what}; rename all but one, or leave titles out by --skip-rows")
     return Cells(dict(named), ends[1:], separator, head)
+
+
+def cells_of_frame(frame: Any) -> Cells:
+    """Return the cells of a data frame; an index that does not count the rows names them."""
+    import pandas as pd  # only where there is a frame
+
+    if len(frame) == 0 or not frame.columns.is_unique:
+        raise invalid("source", "a frame with rows, whose columns have different names", frame)
+    label = None
+    if not isinstance(frame.index, pd.RangeIndex):
+        label = str(frame.index.name or "index")
+        frame = frame.rename_axis(label).reset_index()
+    frame = frame.astype(object).where(frame.notna(), None)
+    return Cells({str(name): frame[name].tolist() for name in frame}, label=label)
 
 
 # From cells to numbers

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._output import written_text
 from pymoo_psi._validation import Received, counted, invalid, known_name, real_array
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS
@@ -21,34 +19,27 @@ from pymoo_psi.table._cells import (
     Cells,
     Column,
     UnfitError,
-    cells_of_sheet,
-    cells_of_text,
-    decoded,
+    cells_of_frame,
     in_a_line,
     is_blank,
     read_columns,
     require_designs,
-    rows_of_workbook,
 )
-from pymoo_psi.table._format import (
-    DESIGNS,
-    MARK,
-    Head,
-    columns_of_rows,
-    described,
-    file_head,
-    table_of,
-    text_rows,
-)
+from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
 from pymoo_psi.table._formulation import Formulation
+from pymoo_psi.table._head import (
+    DESIGNS_MARK,
+    HEAD_REMEDY,
+    Head,
+    StoredTests,
+    described,
+    is_of_tests,
+    table_of,
+    tests_of_rows,
+)
 from pymoo_psi.table._layout import RESERVED, Layout
-from pymoo_psi.table._table import STATUSES, TestTable, read_tests
+from pymoo_psi.table._table import STATUSES, TestTable
 
-if TYPE_CHECKING:
-    pass
-
-_RECORDS = re.compile(r"\s*\[\s*\{")  # of JSON; a name in a header may have a bracket, too
-_ZIP = b"PK\x03\x04"  # how a local file in ZIP begins, such as an .xlsx
 # Columns that name designs, and those that number the rows of a file, which names of its designs
 # say better. Not "no", which is also an exhaust gas.
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
@@ -56,7 +47,6 @@ _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed
 _DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from the others
 # As programs write integers, so not 007, a label. 18 digits are below 2^63.
 _WHOLE = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
-_DAMAGED = "remove that line, and say --objectives and --maximize"
 
 
 def read_table(
@@ -118,24 +108,28 @@ def read_table(
     skipped = frozenset(skip_rows)
     path = Path(source) if isinstance(source, (str, PathLike)) else None
     try:
-        found = _cells_of(source) if path is None else _opened(path, encoding, skipped, sheet)
-        if skipped and (isinstance(found, TestTable) or not found.lines):
-            what = "left out, as the source is neither a text of designs nor a workbook"
-            raise invalid("skip_rows", what, skip_rows)
-        if isinstance(found, Cells):
-            asked = formulation or Formulation()
-            if {*RESERVED[1:]} <= {*found.columns} and not (found.head or asked.objectives):
-                # Without their directions its objectives would all be minimized.
-                rule = "a whole test table, or its frame with the objectives named"
-                remedy = "give the table itself, or Formulation(objectives=..., maximize=...)"
-                raise invalid("source", rule, Received("a part of one"), remedy)
-            cells, columns, remarks = _designs(found, decimal, thousands)
-            table = _table(cells, columns, asked, variables, remarks, drop_incomplete)
-        elif variables:
+        content: TestTable | StoredTests | Cells
+        if path is not None:
+            content = _read(path, encoding, skipped, sheet)
+        elif isinstance(source, TestTable):
+            content = source
+        else:
+            content = _cells_of(source)
+        if skipped and not (isinstance(content, Cells) and content.lines):
+            rule = "left out, as the source is neither a text of designs nor a workbook"
+            raise invalid("skip_rows", rule, skip_rows)
+        if variables and not isinstance(content, Cells):
             rule = "left out for a table of tests, which has its own"
             raise invalid("variables", rule, variables)
+        if isinstance(content, TestTable):
+            table = content
+        elif isinstance(content, StoredTests):
+            table = table_of(content.head, content.columns, path, TestTable, content.remarks)
         else:
-            table = found
+            asked = formulation or Formulation()
+            _require_directions(content, asked)
+            cells, columns, remarks = _designs(content, decimal, thousands)
+            table = _table(cells, columns, asked, variables, remarks, drop_incomplete)
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     try:
@@ -166,87 +160,54 @@ def designs_head(
         return {}
     names = {"objectives": layout.objectives, "maximized": layout.maximize}
     names["variables"] = layout.variables
-    return {DESIGNS: 1, **names, "units": units, **{n: more[n] for n in more if more[n]}}
+    return {DESIGNS_MARK: 1, **names, "units": units, **{n: more[n] for n in more if more[n]}}
+
+
+def _require_directions(cells: Cells, asked: Formulation) -> None:
+    """Refuse the frame of a test table: without directions all objectives would be minimized."""
+    if {*RESERVED[1:]} <= {*cells.columns} and not (cells.head or asked.objectives):
+        rule = "a whole test table, or its frame with the objectives named"
+        remedy = "give the table itself, or Formulation(objectives=..., maximize=...)"
+        raise invalid("source", rule, Received("a part of one"), remedy)
 
 
 # From sources to cells
 
 
-def _opened(
-    path: Path, encoding: str | None, skipped: Collection[int], sheet: str | None
-) -> TestTable | Cells:
-    """Return what a file or folder holds, by its content: a pipe has no suffix."""
+def _read(
+    path: Path,
+    encoding: str | None,
+    skip_rows: Collection[int],
+    sheet: str | None,
+) -> StoredTests | Cells:
+    """Return what a file or a folder of studies holds; its content tells the format."""
     if path.is_dir():
-        return read_tests(path)
-    with path.open("rb") as file:  # once: what a pipe has given it does not give again
-        content = file.read(16)
-        if sheet is not None and not content.startswith(_ZIP):
+        return tests_of_folder(path)
+    with path.open("rb") as stream:
+        file = SourceFile(path, stream, encoding, skip_rows, sheet)
+        file_format = recognized(file)
+        if sheet is not None and not file_format.has_sheets:
             raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
-        # SQLite opens files by name only, so a study cannot be a pipe.
-        if content.startswith(b"SQLite format 3\0"):
-            return read_tests(path)
-        content += file.read()
-    if content.startswith(b"\xd0\xcf\x11\xe0"):  # an OLE compound file
-        what = "it is a workbook of old, or with a password"
-        raise UnfitError(f"{what}; save it as .xlsx without one, or as CSV")
-    if content.startswith(_ZIP):
-        head, rows = rows_of_workbook(content, skipped, sheet)
-        if MARK not in (head or {}):
-            return cells_of_sheet(rows, skipped, head)
+        content = file_format.read(file)
+    if isinstance(content, Cells) and is_of_tests(content.head):
+        rows = zip(*content.columns.values(), strict=True)
         with described(path):
-            head, columns = columns_of_rows(head, rows.values(), str)
-    else:
-        text = decoded(content, encoding)
-        if text.lstrip().startswith("{") or _RECORDS.match(text):
-            return _cells_of(_records(text))
-        try:
-            head, text = file_head(text)
-        except ValueError as error:
-            raise UnfitError(f"{error}; {_DAMAGED}") from None
-        if MARK not in (head or {}):
-            cells = cells_of_text(text, skipped)
-            if head is None:
-                return cells
-            named = {written_text(name): column for name, column in cells.columns.items()}
-            return replace(cells, columns=named, head=head)
-        with described(path):
-            head, columns = columns_of_rows(head, text_rows(text))
-    return table_of(head, columns, path, TestTable)
+            return tests_of_rows(content.head, [[*content.columns], *rows], str)
+    return content
 
 
-def _records(text: str) -> Any:
-    """Return the designs of a JSON text, one object each."""
-    import pandas as pd
-
-    try:
-        rows = json.loads(text)
-    except ValueError:
-        rows = None
-    if not (isinstance(rows, list) and all(isinstance(row, dict) for row in rows)):
-        raise UnfitError('it is JSON, but no list of designs such as [{"name": "A", "cost": 1.5}]')
-    return pd.DataFrame(rows)
-
-
-def _cells_of(source: Any) -> TestTable | Cells:
+def _cells_of(source: Any) -> Cells:
     """Return the cells of a data frame, or of an array of objectives."""
     import pandas as pd
 
-    if isinstance(source, TestTable):
-        return source
-    if not isinstance(source, pd.DataFrame):
-        F = real_array("source", source, "or give the path of a file")
-        if F.ndim != 2 or F.size == 0:
-            raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-        names = [f"f{j + 1}" for j in range(F.shape[1])]
-        return Cells(dict(zip(names, F.T.tolist(), strict=True)), head={"objectives": names})
-    if len(source) == 0 or not source.columns.is_unique:
-        raise invalid("source", "a frame with rows, whose columns have different names", source)
-    label = None
-    if not isinstance(source.index, pd.RangeIndex):
-        label = str(source.index.name or "index")
-        source = source.rename_axis(label).reset_index()
-    source = source.astype(object).where(source.notna(), None)
-    return Cells({str(name): source[name].tolist() for name in source}, label=label)
+    if isinstance(source, pd.DataFrame):
+        return cells_of_frame(source)
+    F = real_array("source", source, "or give the path of a file")
+    if F.ndim != 2 or F.size == 0:
+        raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
+    names = [f"f{j + 1}" for j in range(F.shape[1])]
+    columns = dict(zip(names, F.T.tolist(), strict=True))
+    return Cells(columns, head={"objectives": names})
 
 
 # From cells to tables
@@ -295,7 +256,7 @@ def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
         ranges = {in_a_line(name): [*ends] for name, ends in head.get("ranges", {}).items()}
     except (TypeError, AttributeError):
         what = "what it says of its columns is damaged or of a later version"
-        raise UnfitError(f"{what}; {_DAMAGED}") from None
+        raise UnfitError(f"{what}; {HEAD_REMEDY}") from None
     return checked | {"units": units, "ranges": ranges}
 
 

@@ -8,12 +8,14 @@ that are feasible then, and refine the bounds for the next investigation.
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import warnings
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from io import StringIO
 from itertools import compress
 from os import PathLike
 from pathlib import Path
@@ -23,7 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._output import Shown, write_table
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Received,
     counted,
@@ -47,19 +49,17 @@ from pymoo_psi.pareto import (
     violated_constraints,
 )
 from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows
-from pymoo_psi.table._format import (
+from pymoo_psi.table._formats import CSV, STUDY, WORKBOOK
+from pymoo_psi.table._formats._csv import split_head, written_text
+from pymoo_psi.table._formulation import Formulation, formulated
+from pymoo_psi.table._head import (
     Columns,
     blocks_of,
     columns_of,
-    columns_of_rows,
     described,
-    file_head,
-    head_of,
-    marked,
     table_of,
-    text_rows,
+    tests_of_rows,
 )
-from pymoo_psi.table._formulation import Formulation, formulated
 from pymoo_psi.table._joining import blank, difference, require_one_result, stacked, unequal
 from pymoo_psi.table._layout import ORIGIN, RESERVED, Key, Layout, Limits, bounds_of, within
 
@@ -874,7 +874,7 @@ class TestTable(Shown):
             1           0.0  3.0
             2           0.5  4.0
         """
-        write_table(path, self._shown_columns(), marked(self), quoted=True)
+        CSV.save_tests(path, self)
 
     def to_xlsx(self, path: str | PathLike[str]) -> None:
         """Write the table as a workbook, which :func:`read_table` reads back without a change.
@@ -899,9 +899,7 @@ class TestTable(Shown):
             ...     read_table(os.path.join(folder, "table.xlsx")).equals(table)
             True
         """
-        if not os.fspath(path).lower().endswith(".xlsx"):
-            raise invalid("path", "a file with the suffix .xlsx", os.fspath(path))
-        write_table(path, self._shown_columns(), marked(self))
+        WORKBOOK.save_tests(path, self)
 
     @classmethod
     def read_csv(cls, path: str | PathLike[str]) -> TestTable:
@@ -924,9 +922,10 @@ class TestTable(Shown):
         """
         content = Path(path).read_bytes()
         with described(path):
-            head, text = file_head(content.decode("utf-8-sig"))
-            head, columns = columns_of_rows(head, text_rows(text))
-        return table_of(head, columns, path, cls)
+            head, text = split_head(content.decode("utf-8-sig"))
+            rows = csv.reader(StringIO(text.removeprefix("#\n"), newline=""))
+            tests = tests_of_rows(head, rows, written_text)
+        return table_of(tests.head, tests.columns, path, cls)
 
     @classmethod
     def read_study(cls, path: str | PathLike[str]) -> TestTable:
@@ -979,10 +978,7 @@ class TestTable(Shown):
             >>> len(table)
             200
         """
-        from pymoo_psi.study import write_study  # SQLite is loaded where there is a study
-
-        plain = self._with(layout=replace(self.layout, label=None), extra={}, chosen=())
-        write_study(path, head_of(plain), columns_of(plain))
+        STUDY.save_tests(path, self)
 
     # Inside
 

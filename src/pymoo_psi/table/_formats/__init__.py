@@ -1,0 +1,98 @@
+"""The registry of file formats: how each is recognized, read and written.
+
+A new format is a subclass of :class:`FileFormat` in a file of its own and an entry of
+:data:`FORMATS`. No other module knows formats or suffixes: :func:`read_table` asks
+:func:`recognized`, everything that writes asks :func:`format_of`, and messages and help list
+:func:`suffixes_for` and :func:`source_suffixes`.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+
+from pymoo_psi._validation import invalid
+from pymoo_psi.table._cells import UnfitError
+from pymoo_psi.table._formats._csv import CsvFile
+from pymoo_psi.table._formats._format import DESIGNS, TESTS, FileFormat, SourceFile
+from pymoo_psi.table._formats._json import JsonFile
+from pymoo_psi.table._formats._study import StudyFile, tests_of_folder
+from pymoo_psi.table._formats._xlsx import WorkbookFile
+
+__all__ = [
+    "CSV",
+    "DESIGNS",
+    "FORMATS",
+    "STUDY",
+    "TESTS",
+    "WORKBOOK",
+    "FileFormat",
+    "SourceFile",
+    "format_of",
+    "recognized",
+    "source_suffixes",
+    "suffixes_for",
+    "tests_of_folder",
+]
+
+CSV = CsvFile()
+WORKBOOK = WorkbookFile()
+STUDY = StudyFile()
+
+FORMATS: list[FileFormat] = [STUDY, WORKBOOK, JsonFile(), CSV]
+"""All formats, in the order in which they are asked whether a file is theirs. CSV comes last, as
+any text could be CSV; insert a further format before it."""
+
+
+def recognized(file: SourceFile) -> FileFormat:
+    """Return the format of a file that is to be read.
+
+    Raises:
+        ArgumentValueError: No format recognizes the file.
+    """
+    for file_format in FORMATS:
+        if file_format.recognizes(file):
+            return file_format
+    raise UnfitError("its format is unknown")
+
+
+def format_of(path: str | PathLike[str], content: str) -> FileFormat:
+    """Return the format in which a file is written, by its suffix.
+
+    Args:
+        path: The file.
+        content: What is written, ``TESTS`` or ``DESIGNS``.
+
+    Raises:
+        ArgumentValueError: No format with this suffix can hold the content.
+    """
+    suffix = Path(path).suffix.lower()
+    for file_format in FORMATS:
+        if file_format.suffix == suffix and content in file_format.writes:
+            return file_format
+    rule = f"a file with the suffix {' or '.join(suffixes_for(content))}"
+    raise invalid("path", rule, str(path))
+
+
+def source_suffixes() -> list[str]:
+    """Return the suffixes of all formats, which are those that are read, CSV first.
+
+    Example:
+        >>> source_suffixes()
+        ['.csv', '.json', '.xlsx', '.db']
+    """
+    return [file_format.suffix for file_format in reversed(FORMATS)]
+
+
+def suffixes_for(content: str) -> list[str]:
+    """Return the suffixes of the formats that can hold tests or designs, CSV first.
+
+    Example:
+        >>> suffixes_for(TESTS), suffixes_for(DESIGNS)
+        (['.csv', '.xlsx', '.db'], ['.csv', '.xlsx'])
+    """
+    suffixes = []
+    for file_format in reversed(FORMATS):
+        if content in file_format.writes:
+            suffixes.append(file_format.suffix)
+    return suffixes

@@ -1,0 +1,160 @@
+"""What a file format is, and the open file that one reads."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import IO, Any
+
+from pymoo_psi._output import is_marked, whole_file
+from pymoo_psi._validation import invalid
+from pymoo_psi.table._cells import Cells, UnfitError
+from pymoo_psi.table._head import Head, StoredTests, marked
+
+TESTS = "tests"
+"""The content of a file that holds a table of tests: ``pymoo-psi export --out``."""
+DESIGNS = "designs"
+"""The content of a file that holds designs and their ranking: ``pymoo-psi rank --out``."""
+
+_START = 1024  # bytes by which a format is recognized
+_ROWS = 8192  # written at a time, so that the memory for texts stays small
+
+
+@dataclass
+class SourceFile:
+    """A file to be read, once and from its beginning, since it may be a pipe.
+
+    Attributes:
+        path: The name of the file.
+        stream: The open file.
+        encoding: The encoding of a text, if the user gave one.
+        skip_rows: Numbers of lines to be left out, from 1.
+        sheet: The sheet of a workbook, if the user named one.
+    """
+
+    path: Path
+    stream: IO[bytes]
+    encoding: str | None = None
+    skip_rows: Collection[int] = ()
+    sheet: str | None = None
+
+    @cached_property
+    def start(self) -> bytes:
+        """The first bytes."""
+        return self.stream.read(_START)
+
+    @cached_property
+    def content(self) -> bytes:
+        """All bytes."""
+        return self.start + self.stream.read()
+
+    @cached_property
+    def text(self) -> str:
+        """The text, decoded by the encoding given, else by a byte-order mark, else as UTF-8.
+
+        Raises:
+            ArgumentValueError: The bytes are no such text, or there is no such encoding.
+        """
+        encoding = self.encoding
+        if not encoding:
+            wide = self.start.startswith((b"\xff\xfe", b"\xfe\xff"))
+            encoding = "utf-16" if wide else "utf-8-sig"
+        try:
+            text = self.content.decode(encoding)
+        except UnicodeError as error:
+            # Any bytes are text in cp1252, right or wrong; so it is not guessed.
+            remedy = "give its encoding, often --encoding cp1252 on Windows, or save it as UTF-8"
+            raise UnfitError(f"it is no text: {error}; {remedy}") from None
+        except (LookupError, ValueError, TypeError):
+            rule = "one that Python knows, such as utf-16"
+            raise invalid("encoding", rule, self.encoding) from None
+        # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is NUL.
+        if "\0" in text:
+            remedy = "give its encoding, such as --encoding utf-16-le"
+            raise UnfitError(f"it is no text, as it holds null characters; {remedy}")
+        return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
+
+
+class FileFormat(ABC):
+    """A format of files that hold designs or tests; each format is a subclass.
+
+    Attributes:
+        suffix: The suffix of such files, in lower case.
+        writes: What can be written in this format: ``TESTS``, ``DESIGNS``, both or nothing.
+        has_sheets: Whether the option ``sheet`` selects a part of such a file.
+    """
+
+    suffix: str
+    writes: Collection[str] = ()
+    has_sheets: bool = False
+
+    def recognizes(self, file: SourceFile) -> bool:
+        """Say whether a file is of this format; by its suffix unless a subclass knows better.
+
+        A subclass that can tell from the content also reads pipes, which have no suffix.
+        """
+        return file.path.suffix.lower() == self.suffix
+
+    @abstractmethod
+    def read(self, file: SourceFile) -> Cells | StoredTests:
+        """Return the content of a file.
+
+        Returns:
+            The cells of each column by its name. Where the file holds what :meth:`write` got as
+            ``head``, it is the head of the cells, and they may be a table of tests.
+
+        Raises:
+            UnfitError: The file holds no table.
+        """
+
+    def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
+        """Write a new file; a format needs this method if it writes anything.
+
+        Args:
+            path: The file.
+            columns: ``(n,)`` arrays, or series of pandas, by name. None and NaN are blank.
+            head: What the columns are, as values that JSON can hold; may be empty.
+        """
+        raise NotImplementedError(f"{self.suffix} files are not written")
+
+    def save(
+        self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
+    ) -> None:
+        """Write columns as :meth:`write` does, whole or not at all.
+
+        Raises:
+            OSError: The file cannot be written.
+            PsiError: A package that writes such files is not installed.
+        """
+        with whole_file(path) as new:
+            self.write(new, columns, head or {})
+
+    def save_tests(self, path: str | PathLike[str], table: Any) -> None:
+        """Write a :class:`TestTable`, whole or not at all, so that it is read back unchanged.
+
+        Raises:
+            OSError: The file cannot be written.
+            PsiError: A package that writes such files is not installed.
+        """
+        self.save(path, table._shown_columns(), marked(table))
+
+    def is_ours(self, path: Path) -> bool:
+        """Say whether pymoo-psi wrote a file, so that a new result may replace it."""
+        return is_marked(path)
+
+
+def blocks_of_rows(columns: Mapping[str, Any]) -> Iterator[dict[str, list[Any]]]:
+    """Yield the cells of some rows at a time: Python's numbers and texts, None for blanks."""
+    n_rows = max(map(len, columns.values()), default=0)
+    for start in range(0, n_rows, _ROWS):
+        block = {}
+        for name, column in columns.items():
+            cells = column[start : start + _ROWS].tolist()
+            if column.dtype.kind not in "biu":
+                cells = [None if cell != cell else cell for cell in cells]
+            block[name] = cells
+        yield block

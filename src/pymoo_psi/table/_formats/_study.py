@@ -1,0 +1,62 @@
+"""Studies: SQLite databases of tests, which runs continue."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from pymoo_psi.table._formats._format import TESTS, FileFormat, SourceFile
+from pymoo_psi.table._head import StoredTests, columns_of, head_of
+
+# SQLite is imported where there is a study: most tables come without one.
+
+
+class StudyFile(FileFormat):
+    """A study as runs write it; see :mod:`pymoo_psi.study`."""
+
+    suffix = ".db"
+    writes = (TESTS,)
+
+    def recognizes(self, file: SourceFile) -> bool:
+        """Say whether a file is a database of SQLite."""
+        return file.start.startswith(b"SQLite format 3\0")
+
+    def read(self, file: SourceFile) -> StoredTests:
+        """Return the tests of a study; SQLite opens it by name, so it cannot be a pipe."""
+        from pymoo_psi.study import Study
+
+        facts, columns = Study(file.path).contents()
+        return StoredTests(facts["head"], columns)
+
+    def save_tests(self, path: str | PathLike[str], table: Any) -> None:
+        """Write a table as a new study, whole or not at all; extra columns are left out.
+
+        Raises:
+            StudyAccessError: There is a file of that name, or none can be written.
+        """
+        from pymoo_psi.study import write_study
+
+        layout = replace(table.layout, label=None)
+        plain = table._with(layout=layout, extra={}, chosen=())
+        write_study(path, head_of(plain), columns_of(plain))
+
+    def is_ours(self, path: Path) -> bool:
+        """Return True: :meth:`save_tests` refuses every file that is there, and says so."""
+        return True
+
+
+def tests_of_folder(path: Path) -> StoredTests:
+    """Return the tests of all studies in a folder; a remark says which test points are missing.
+
+    Raises:
+        StudyMismatchError: The studies belong to different problems.
+        StudyError: One of them is damaged, or there is none.
+    """
+    from pymoo_psi.study import read_folder
+
+    head, columns, missing = read_folder(path)
+    if missing:
+        return StoredTests(head, columns, (f"{missing}.",))
+    return StoredTests(head, columns)

@@ -1,0 +1,249 @@
+"""Workbooks (.xlsx): the rows on the first sheet, what the columns are on the second."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from io import BytesIO
+from os import PathLike
+from pathlib import Path
+from typing import Any
+from warnings import catch_warnings, simplefilter
+from zipfile import ZipFile, is_zipfile
+
+from pymoo_psi._validation import counted, invalid, known_name
+from pymoo_psi.errors import PsiError
+from pymoo_psi.table._cells import Cells, UnfitError, cells_of_rows
+from pymoo_psi.table._formats._format import (
+    DESIGNS,
+    TESTS,
+    FileFormat,
+    SourceFile,
+    blocks_of_rows,
+)
+from pymoo_psi.table._head import Head, StoredTests, described, is_of_tests, tests_of_rows
+
+_ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
+_OLE = b"\xd0\xcf\x11\xe0"  # a compound file
+_HEAD_SHEET = "pymoo-psi"
+_CREATOR = "pymoo-psi"  # by which the command knows what it may overwrite
+_WIDTHS = 8192  # rows by whose texts the columns get their widths
+_LONGEST = 30_000  # characters in a cell, which holds 32 767
+_Rows = dict[int, list[Any]]
+
+
+class WorkbookFile(FileFormat):
+    """A workbook, the designs on its only sheet or on the one that is named."""
+
+    suffix = ".xlsx"
+    writes = (TESTS, DESIGNS)
+    has_sheets = True
+
+    def recognizes(self, file: SourceFile) -> bool:
+        """Say whether a file begins as workbooks do, those of old too."""
+        return file.start.startswith((_ZIP, _OLE))
+
+    def read(self, file: SourceFile) -> Cells | StoredTests:
+        """Return the cells of a sheet, or the tests that :meth:`write` wrote."""
+        if file.start.startswith(_OLE):
+            problem = "it is a workbook of old, or with a password"
+            raise UnfitError(f"{problem}; save it as .xlsx without one, or as CSV")
+        head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
+        if is_of_tests(head):
+            with described(file.path):
+                return tests_of_rows(head, rows.values(), str)
+        numbers = [number for number in rows if number not in file.skip_rows]
+        cells = [[_typed(cell) for cell in rows[number]] for number in numbers]
+        return cells_of_rows(cells, numbers, "", head)
+
+    def save(
+        self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
+    ) -> None:
+        """Write columns, whole or not at all; spreadsheets only open files with the suffix.
+
+        Raises:
+            ArgumentValueError: The file has another suffix.
+            OSError: The file cannot be written.
+            PsiError: openpyxl is not installed.
+        """
+        if Path(path).suffix.lower() != self.suffix:
+            raise invalid("path", f"a file with the suffix {self.suffix}", str(path))
+        super().save(path, columns, head)
+
+    def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
+        """Write columns on the first sheet, and the head on the second."""
+        openpyxl = _openpyxl()
+        book = openpyxl.Workbook(write_only=True)
+        book.properties.creator = _CREATOR
+        sheet = book.create_sheet("designs")
+        sheet.freeze_panes = "A2"
+        for j, (name, column) in enumerate(columns.items(), start=1):
+            letter = openpyxl.utils.get_column_letter(j)
+            texts = [cell for cell in column[:_WIDTHS].tolist() if isinstance(cell, str)]
+            longest = max(8, len(name), *map(len, texts))
+            sheet.column_dimensions[letter].width = min(50, 2 + longest)
+        written = openpyxl.cell.cell
+        illegal = written.ILLEGAL_CHARACTERS_RE
+
+        def typed(cell: Any) -> Any:
+            if cell is None or isinstance(cell, bool):
+                return cell
+            typed = written.WriteOnlyCell(sheet, illegal.sub("\ufffd", str(cell)))
+            # Set, as a text such as =A1 would be a formula, and openpyxl cuts numbers to 16 digits.
+            typed.data_type = "s"
+            if isinstance(cell, (int, float)) and abs(cell) != float("inf"):
+                typed.data_type = "n"
+            return typed
+
+        sheet.append([typed(name) for name in columns])
+        for block in blocks_of_rows(columns):
+            for row in zip(*block.values(), strict=True):
+                sheet.append([typed(cell) for cell in row])
+        about = book.create_sheet(_HEAD_SHEET)
+        for name, value in head.items():
+            text = json.dumps(value, ensure_ascii=False)
+            parts = [text[i : i + _LONGEST] for i in range(0, len(text), _LONGEST)]
+            about.append([name, *parts])
+        book.save(path)
+
+    def is_ours(self, path: Path) -> bool:
+        """Say whether pymoo-psi made a workbook, by its properties."""
+        if not is_zipfile(path):
+            return False
+        with ZipFile(path) as archive:
+            try:
+                properties = archive.read("docProps/core.xml")
+            except KeyError:  # an archive of another kind
+                return False
+        return f">{_CREATOR}<".encode() in properties
+
+
+def _openpyxl() -> Any:
+    """Return the package that reads and writes workbooks.
+
+    Raises:
+        PsiError: It is not installed.
+    """
+    try:
+        import openpyxl  # type: ignore[import-untyped]
+    except ImportError:
+        problem = "a workbook needs openpyxl, which is not installed"
+        raise PsiError(f"{problem}; pip install openpyxl, or use CSV") from None
+    return openpyxl
+
+
+# Reading
+
+
+def _rows_of_workbook(
+    content: bytes, skip_rows: Collection[int], name: str | None
+) -> tuple[Head | None, _Rows]:
+    """Return what a sheet of ours says of the rows, and these by number, of one length.
+
+    Raises:
+        ArgumentValueError: It is no workbook, there is no sheet of that name, it is not known which
+            one is meant, or the sheet hides rows that are not left out.
+        PsiError: openpyxl is not installed.
+    """
+    openpyxl = _openpyxl()
+    try:
+        with catch_warnings():
+            simplefilter("ignore")  # of drawings and the like, which are not read
+            # Read-only: else one merged range or link of 100 bytes becomes a million cells.
+            book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
+            head = None
+            titles = [sheet.title for sheet in book.worksheets]
+            if titles[1:] == [_HEAD_SHEET]:
+                head = _sheet_head(book[_HEAD_SHEET].iter_rows(values_only=True))
+                titles = titles[:1]
+            sheet = book[_title(titles, name)]
+            sheet.reset_dimensions()  # what a file declares may be more than it holds
+            rows = {}
+            for number, cells in enumerate(sheet.iter_rows(), start=1):
+                row = [_shown(cell) for cell in cells]
+                if not all(map(_is_nothing, row)):
+                    rows[number] = row
+            hidden = sorted(_hidden_rows(sheet) & rows.keys() - {*skip_rows})
+    except PsiError:
+        raise
+    except Exception as error:  # of zip, XML, openpyxl
+        raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
+    if hidden:
+        problem = f"the sheet hides {counted(len(hidden), 'row')}"
+        numbers = ",".join(map(str, hidden))
+        raise UnfitError(f"{problem}; show them, or leave them out by --skip-rows {numbers}")
+    return head, _of_one_length(rows)
+
+
+def _title(titles: Sequence[str], name: str | None) -> str:
+    """Return the title of the sheet with the designs, of which ``name`` is what the user says."""
+    if name is not None:
+        return known_name("sheet", name, titles)
+    # Taking the first sheet would rank the wrong one where a cover comes first.
+    if len(titles) != 1:
+        problem = f"it has {counted(len(titles), 'sheet')}: {', '.join(titles) or 'none'}"
+        raise UnfitError(f"{problem}; name the one with the designs by --sheet")
+    return titles[0]
+
+
+def _sheet_head(rows: Iterable[Sequence[Any]]) -> Head:
+    """Return what the second sheet says of the columns on the first one.
+
+    Raises:
+        ValueError: It is damaged.
+    """
+    head = {}
+    for row in rows:
+        if row:
+            parts = [str(cell) for cell in row[1:] if cell is not None]
+            head[str(row[0])] = json.loads("".join(parts))
+    return head
+
+
+def _hidden_rows(sheet: Any) -> set[int]:
+    """Return the hidden rows of a sheet, which openpyxl tells only where it loads everything."""
+    from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
+
+    hidden = set()
+    number = 0
+    with sheet._get_source() as file:
+        for _, element in iterparse(file):
+            if element.tag.endswith("}row"):
+                number = int(element.get("r", number + 1))
+                if element.get("hidden") in ("1", "true"):
+                    hidden.add(number)
+                element.clear()
+    return hidden
+
+
+def _of_one_length(rows: _Rows) -> _Rows:
+    """Return rows up to the last column that holds anything."""
+    width = 0
+    for row in rows.values():
+        filled = [j for j, cell in enumerate(row, start=1) if not _is_nothing(cell)]
+        width = max(width, filled[-1])
+    blanks = [None] * width
+    return {number: [*row, *blanks][:width] for number, row in rows.items()}
+
+
+def _shown(cell: Any) -> Any:
+    """Return what a cell of a workbook holds, 0.85 in the format 0 % as the text that it shows."""
+    value = cell.value
+    if isinstance(value, (int, float)) and "%" in cell.number_format:
+        return f"{100 * value:.15g} %"
+    return value
+
+
+def _is_nothing(cell: Any) -> bool:
+    return cell is None or cell == ""
+
+
+def _typed(cell: Any) -> Any:
+    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
+    if cell is None:
+        return ""
+    if isinstance(cell, str):
+        return cell.strip()
+    if isinstance(cell, (int, float)):
+        return cell
+    return str(cell).removesuffix(" 00:00:00")  # a date

@@ -1,0 +1,362 @@
+"""A test table outside Python: a head, which JSON can hold, and columns.
+
+    table_of(head_of(table), columns_of(table)) is the table.
+
+The head says what the columns mean. A file or a database stores both and need not know more: the
+columns are arrays of float64, int64, bool, or texts.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import fields, replace
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table._designs import common_dtype
+from pymoo_psi.table._layout import ORIGIN, Layout
+
+Head: TypeAlias = dict[str, Any]
+Columns: TypeAlias = dict[str, NDArray[Any]]
+Table = TypeVar("Table")
+
+MARK = "pymoo_psi_test_table"  # in the head of a file of tests
+DESIGNS_MARK = "pymoo_psi_designs"  # in that of a file of designs, whose columns are not all known
+MARKS = (MARK, DESIGNS_MARK)
+HEAD_REMEDY = "remove that line, and say --objectives and --maximize"
+
+_FORMAT = 4  # of the head
+_OPTIONAL = ("outputs", "maximize", "units", "label", "ranges")  # in a head only if there are any
+
+
+class StoredTests(NamedTuple):
+    """A table of tests as a file holds it.
+
+    Attributes:
+        head: As :func:`head_of` returns it.
+        columns: As :func:`columns_of` returns them.
+        remarks: What a reader must know about the rows, in sentences.
+    """
+
+    head: Mapping[str, Any]
+    columns: Mapping[str, Any]
+    remarks: tuple[str, ...] = ()
+
+
+# From a table to a head and columns
+
+
+def head_of(table: Any) -> Head:
+    """Return what is not in the columns of a :class:`TestTable`, as values that JSON can hold.
+
+    Returns:
+        ``variables``, ``objectives``, ``inequalities``, ``equalities``: lists of names;
+        ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
+        tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
+        ``eq_tolerance``; if there are any ``outputs``, ``maximize`` and ``extra``, lists of names,
+        ``units``, texts by name, ``label`` and ``ranges``; ``chosen``, the name of a design and
+        why; and ``problem``.
+    """
+    layout: Layout = table.layout
+    # The kinds of a table without tests are unknown: a later block may be of any kind.
+    kinds = layout.kinds
+    if len(table):
+        kinds = table.kinds
+    values: Head = {}
+    for field in fields(layout):
+        if field.name not in _OPTIONAL:
+            values[field.name] = getattr(layout, field.name)
+    values["lower"] = layout.lower.tolist()
+    values["upper"] = layout.upper.tolist()
+    values["kinds"] = [kind.value for kind in kinds]
+    optional = {name: getattr(layout, name) for name in _OPTIONAL}
+    optional["extra"] = [*table.extra]
+    optional["chosen"] = table.chosen
+    optional["problem"] = table.problem
+    for name, value in optional.items():
+        if value:
+            values[name] = value
+    head = {}
+    for name, value in values.items():
+        if isinstance(value, tuple):
+            value = list(value)
+        head[name] = value
+    return head
+
+
+def marked(table: Any) -> Head:
+    """Return the head of a file of a table."""
+    return {MARK: _FORMAT, "tests": len(table), **head_of(table)}
+
+
+def is_of_tests(head: Mapping[str, Any] | None) -> bool:
+    """Say whether the head of a file is that of a table of tests."""
+    return head is not None and MARK in head
+
+
+def columns_of(table: Any) -> Columns:
+    """Return the columns that make a :class:`TestTable`, n cells each, in the order of its tests.
+
+    Returns:
+        ``test_point`` (int64); the variables, objectives, constraints and outputs under their
+        names, objectives in the original direction; ``status`` and ``reason`` (texts, empty where
+        there is none). A choice and an extra column are texts, see :func:`choice_texts`; other
+        variables have the dtype of their kind.
+    """
+    layout: Layout = table.layout
+    columns: Columns = {"test_point": table.numbers}
+    for name, column, kind in zip(layout.variables, table.X.T, table.kinds, strict=True):
+        if kind is Kind.CHOICE:
+            columns[name] = choice_texts(column.tolist())
+        else:
+            columns[name] = column.astype(DTYPES[kind])
+    # Turning a sign twice gives every float64 back, zeros and NaN too.
+    columns |= zip(layout.objectives, (table.F * layout.sign).T, strict=True)
+    columns |= zip(layout.constraints, np.hstack([table.G, table.H]).T, strict=True)
+    columns |= zip(layout.outputs, table.outputs.T, strict=True)
+    for name, cells in table.extra.items():
+        columns[name] = choice_texts(cells.tolist())
+    columns["status"] = table.status.astype(object)
+    columns["reason"] = np.full(len(table), "", dtype=object)
+    # Looked up only if there are any: else it is a pass in Python over all tests for nothing.
+    if table.reasons:
+        numbers = table.numbers.tolist()
+        columns["reason"][:] = [table.reasons.get(number, "") for number in numbers]
+    return columns
+
+
+def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:
+    """Return the options that designs have chosen as texts that tell them apart.
+
+    An option that is text stays as it is unless it could be taken for JSON; all others are JSON:
+    ``oak``, ``"12"``, ``12``, ``12.0``, ``true``.
+    """
+    return np.fromiter(map(_option_text, cells), object)
+
+
+def _option_text(option: Any) -> str:
+    # The types matter: a choice of 12 is another option than one of "12", and must come back so.
+    if isinstance(option, str) and _option(option) is option:
+        return option
+    return json.dumps(option, ensure_ascii=False)
+
+
+def choice_values(texts: Iterable[str]) -> NDArray[np.object_]:
+    """Return the options of the texts of :func:`choice_texts`."""
+    return np.fromiter(map(_option, texts), object)
+
+
+def _option(text: str) -> Any:
+    """Return what a text is in JSON, or the text itself."""
+    try:
+        # Python's JSON also has NaN and Infinity: as options they are put in quotation marks.
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
+# From a head and columns to a table
+
+
+def table_of(
+    head: Mapping[str, Any],
+    columns: Mapping[str, Any],
+    where: object,
+    make: Callable[..., Table],
+    remarks: tuple[str, ...] = (),
+) -> Table:
+    """Return the table of a head and the columns of :func:`columns_of`.
+
+    Args:
+        head: As :func:`head_of` returns it.
+        columns: In any order; further ones are not read.
+        where: What they come from, such as the path of a file, for messages.
+        make: The class :class:`TestTable`, which stands above this module.
+        remarks: What a reader must know about the rows, in sentences.
+
+    Raises:
+        ArgumentValueError: They are those of no table; the message says where.
+    """
+    with described(where):
+        layout = _layout_of(head)
+        extra = head.get("extra", ())
+        required = kinds_of_columns(layout, extra)
+        missing = [repr(name) for name in required if name not in columns]
+        if missing:
+            raise ValueError(f"the columns {', '.join(missing)} are missing")
+        numbers = np.asarray(columns["test_point"], dtype=np.int64)
+        status = np.array(list(columns["status"]), dtype=str)
+        # A reason is kept for what has failed only; "" stands for none in a column of texts.
+        reasons = {}
+        for i in np.flatnonzero(status == "failed").tolist():
+            reason = columns["reason"][i]
+            if reason:
+                reasons[int(numbers[i])] = reason
+        kinds = _kinds(layout)
+        X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
+        for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
+            column = columns[name]
+            if kind is Kind.CHOICE:
+                column = choice_values(column)
+            X[:, j] = column
+        if len(numbers):  # units of outputs that no test has brought say nothing any more
+            layout = replace(layout, units=_known_units(layout))
+        return make(
+            layout,
+            numbers,
+            X,
+            **blocks_of(layout, columns, len(numbers)),
+            # Taken from the file, not derived: the table checks it against the constraints, and so
+            # finds a file in which one of both was edited.
+            status=status,
+            reasons=reasons,
+            problem=head.get("problem"),
+            extra={name: choice_values(columns[name]) for name in extra},
+            chosen=tuple(map(str, head.get("chosen", ()))),
+            remarks=remarks,
+        )
+
+
+def blocks_of(layout: Layout, columns: Mapping[str, Any], n: int) -> dict[str, NDArray[Any]]:
+    """Return the arrays F, G, H and outputs of a table of n rows, by its columns."""
+    blocks = {}
+    for block, names in layout.blocks.items():
+        if block != "X":
+            arrays = [columns[name] for name in names]
+            blocks[block] = np.column_stack([np.zeros((n, 0)), *arrays])
+    blocks["F"] *= layout.sign
+    return blocks
+
+
+@contextmanager
+def described(where: object) -> Iterator[None]:
+    """Name the source in the errors of what is no table; readers have errors of many kinds."""
+    try:
+        yield
+    except Exception as error:
+        problem = str(error)
+        if isinstance(error, KeyError):
+            problem = f"{error} is missing"
+        rule = "a table of tests, of to_csv or 'pymoo-psi export'"
+        raise ArgumentValueError(f"{where} must be {rule}: {problem}") from None
+
+
+def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kind]:
+    """Return the kind of every column that :func:`table_of` needs; texts are those of a choice."""
+    kinds = {"test_point": Kind.INTEGER}
+    kinds |= zip(layout.variables, _kinds(layout), strict=True)
+    kinds |= dict.fromkeys(layout.objectives + layout.constraints + layout.outputs, Kind.REAL)
+    kinds |= dict.fromkeys((*extra, "status", "reason"), Kind.CHOICE)
+    return kinds
+
+
+def _layout_of(head: Mapping[str, Any]) -> Layout:
+    names = [field.name for field in fields(Layout)]
+    return Layout(**{name: head[name] for name in names if name in head})
+
+
+def _known_units(layout: Layout) -> dict[str, str]:
+    return {name: unit for name, unit in layout.units.items() if name in layout.columns}
+
+
+def _kinds(layout: Layout) -> tuple[Kind, ...]:
+    return layout.kinds or (Kind.REAL,) * len(layout.variables)
+
+
+# From the rows of a file to columns
+
+
+def tests_of_rows(
+    head: Mapping[str, Any] | None,
+    rows: Iterable[Sequence[Any]],
+    text: Callable[[str], str],
+) -> StoredTests:
+    """Return the tests in a file by its head and its rows, names first.
+
+    Args:
+        head: As :func:`marked` returns it.
+        rows: Texts, or the values in the cells of a workbook; blank ones are skipped.
+        text: Gives the text that is meant by one in a cell.
+
+    Raises:
+        ValueError: They are those of no table, or damaged.
+    """
+    head, n, kinds = _checked(head)
+    names, *tests = _filled(rows) or [()]
+    # A file cut at the end of a line is one with fewer tests; the number in the head tells.
+    if len(tests) != n:
+        problem = f"it holds {len(tests)} of {n} tests, so it was cut or edited"
+        raise ValueError(f'{problem}; if that is meant, set "tests" in its head to {len(tests)}')
+    if any(len(row) != len(names) for row in tests):
+        raise ValueError("its rows differ in length, so that one was cut or edited")
+    # By name, not by place: people rearrange columns and add their own, which are not read.
+    cells_by_name: dict[str, Sequence[Any]] = dict.fromkeys(map(text, names), ())
+    if tests:
+        cells_by_name = dict(zip(map(text, names), zip(*tests, strict=True), strict=True))
+    columns = {}
+    for name, kind in kinds.items():
+        if name in cells_by_name:
+            value = _reader(kind, text)
+            try:
+                columns[name] = np.fromiter(map(value, cells_by_name[name]), DTYPES[kind], n)
+            except ValueError:
+                problem = f"the column {name!r} holds other than {kind.value} values"
+                raise ValueError(problem) from None
+    return StoredTests(head, columns)
+
+
+def _checked(head: Mapping[str, Any] | None) -> tuple[Head, int, dict[str, Kind]]:
+    """Return head, number of tests, and the kinds of the columns."""
+    head = dict(head or {})
+    try:
+        version = head.pop(MARK)
+        n = int(head.pop("tests"))
+        if version in (2, 3):  # of 0.2.0, from which studies come as such tables
+            head["maximize"] = head.pop("maximized", [])
+        if head.pop("experiments", ()):  # columns of their own in 0.2.0
+            head["extra"] = [*head.get("extra", ()), *ORIGIN]
+    except (ValueError, KeyError, TypeError):
+        raise ValueError("its head, one line of JSON, is missing or damaged") from None
+    if version not in (2, 3, _FORMAT):
+        raise ValueError(f"its format is {version!r:.20}, this version reads 2 to {_FORMAT}")
+    return head, n, kinds_of_columns(_layout_of(head), head.get("extra", ()))
+
+
+def _filled(rows: Iterable[Sequence[Any]]) -> list[Sequence[Any]]:
+    """Return the rows that are not blank."""
+    filled = []
+    for row in rows:
+        if any(cell not in ("", None) for cell in row):
+            filled.append(row)
+    return filled
+
+
+def _reader(kind: Kind, text: Callable[[str], str]) -> Callable[[Any], Any]:
+    """Return the function that gives the value in a cell of a column."""
+    if kind is Kind.INTEGER:
+        return _integer
+    if kind is Kind.BINARY:
+        return _boolean
+    if kind is Kind.CHOICE:
+        return lambda cell: "" if cell is None else text(str(cell))
+    return _real
+
+
+def _integer(cell: Any) -> int:
+    return int(str(cell).replace("_", " "))  # not of 1.5, nor of 1_0, which Python takes for 10
+
+
+def _boolean(cell: Any) -> bool:
+    return ("false", "true").index(str(cell).lower()) == 1
+
+
+def _real(cell: Any) -> float:
+    if cell in ("", None):
+        return np.nan
+    return float(str(cell).replace("_", " "))

@@ -1,0 +1,100 @@
+"""The registry of file formats: a format that is added works wherever files are read and written."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pymoo_psi import PsiError, VectorizedSphereChute, investigate
+from pymoo_psi.cli import main
+from pymoo_psi.table import (
+    DESIGNS,
+    FORMATS,
+    TESTS,
+    Cells,
+    FileFormat,
+    format_of,
+    read_table,
+    suffixes_for,
+)
+
+
+class Records(FileFormat):
+    """One object of JSON: the head and the columns."""
+
+    suffix = ".records"
+    writes = (TESTS, DESIGNS)
+
+    def recognizes(self, file):
+        return file.start.startswith(b'{"head"')
+
+    def read(self, file):
+        content = json.loads(file.text)
+        return Cells(content["columns"], head=content["head"])
+
+    def write(self, path, columns, head):
+        cells = {name: column.tolist() for name, column in columns.items()}
+        path.write_text(json.dumps({"head": head, "columns": cells}), encoding="utf-8")
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch, capsys):
+    """The command in an empty folder, with a further format; it returns what is printed."""
+
+    def run(*words, code=0):
+        assert main([str(word) for word in words]) == code
+        printed = capsys.readouterr()
+        return printed.out + printed.err
+
+    monkeypatch.chdir(tmp_path)
+    FORMATS.insert(0, Records())
+    yield run
+    FORMATS.pop(0)
+
+
+def test_a_table_of_tests_comes_back_unchanged(command, tmp_path):
+    table = investigate(VectorizedSphereChute(0.4, omega0=(0, -30, 0)), 64)
+    path = tmp_path / "t.records"
+    format_of(path, TESTS).save_tests(path, table)
+    assert read_table(path).equals(table)
+    path.rename("pipe")  # recognized by its content
+    assert read_table("pipe").equals(table)
+
+
+def test_the_command_reads_and_writes_it(command, tmp_path):
+    command("solve", "bnh", "--points", 64, "--study", "s.db")
+    command("export", "s.db", "--out", "t.records")
+    assert read_table("t.records").equals(read_table("s.db"))
+    words = ["--limits", "f1<=60", "--units", "f1=kg"]
+    ranked = command("rank", "t.records", *words, "--out", "r.records")
+    assert ranked.replace("t.records", "s.db") == command(
+        "rank", "s.db", *words, "--out", "r.records"
+    )
+    designs = read_table("r.records")
+    assert designs.layout.units == {"f1": "kg"}
+    np.testing.assert_array_equal(designs.column("f1").max() <= 60, True)
+    command("rank", "r.records", "--out", "again.csv")
+    for words in (["rank"], ["solve"], ["export"]):
+        assert ".records" in command(*words, "--help")
+
+
+def test_files_of_others_stay(command, tmp_path):
+    command("solve", "bnh", "--points", 16, "--study", "s.db")
+    others = tmp_path / "o.records"
+    others.write_text("a")
+    assert "remove the file first" in command("export", "s.db", "--out", others, code=2)
+    assert others.read_text() == "a"
+
+
+def test_other_suffixes_are_refused_by_those_that_there_are(command, tmp_path):
+    (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
+    rule = "a file with the suffix .csv or .xlsx or .records"
+    assert rule in command("rank", "set.csv", "--out", "o.json", code=2)
+    assert suffixes_for(TESTS) == [".csv", ".xlsx", ".db", ".records"]
+    with pytest.raises(PsiError, match=rule):
+        format_of("o.json", DESIGNS)
+    table = read_table("set.csv")
+    with pytest.raises(PsiError, match=r"path must be a file with the suffix \.xlsx"):
+        table.to_xlsx("o.records")
+    with pytest.raises(PsiError, match="sheet must be left out"):
+        read_table("set.csv", sheet="S1")
