@@ -159,18 +159,17 @@ def propose(
     best = tests.points[known][order]
     best = np.clip(best, goal.low, goal.high)
     if turn % _NEARBY == 1:
-        start = _start_near(best, goal, random)
+        start = _start_near(best, surrogates, random)
     else:
-        start = _start_anywhere(best, goal, random)
+        start = _start_anywhere(best, surrogates, random)
     points = _search(surrogates, start, contraction, random)
     points = points[_meets_requirements(points, goal)]
 
-    # All at once, as rounding depends on how many points are predicted together.
-    predicted = surrogates.optimistic(np.vstack([points, tests.pending]))
-    candidates = predicted.at(slice(len(points)))
-    pending = predicted.at(slice(len(points), None))
-    expected = pending.F[pending.violation <= 0]
-    front = np.vstack([tests.Y[tests.eligible, :n_obj], expected])
+    n = len(points)
+    F, violation = surrogates.optimistic(np.vstack([points, tests.pending]))
+    candidates = _Candidates(goal.encode(points), F[:n], violation[:n])
+    pending = F[n:][violation[n:] <= 0]
+    front = np.vstack([tests.Y[tests.eligible, :n_obj], pending])
     proposals = points[_choice(candidates, front, seen, batch, contraction)]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
@@ -201,22 +200,32 @@ def encoded(space: DesignSpace, points: Array) -> Array:
     return np.column_stack(columns)
 
 
-class _Candidates(NamedTuple):
-    """Designs to choose from, as predicted.
+class _Population(NamedTuple):
+    """Designs of the search, each of them a row in every array.
 
     Attributes:
-        Z: ``(n, e)`` the designs as surrogates see them.
-        F: ``(n, m)`` their objectives, predicted optimistically.
-        violation: ``(n,)`` the sums of what exceeds limits.
+        points: ``(n, d)`` the designs.
+        F: ``(n, m)`` their predicted objectives, on the scales of the surrogates.
+        excess: ``(n, c)`` by how much they exceed each limit, as predicted.
+        low: ``(n, d)`` lower limits for their children.
+        high: ``(n, d)`` upper limits for their children.
     """
 
-    Z: Array
+    points: Array
     F: Array
-    violation: Array
+    excess: Array
+    low: Array
+    high: Array
 
-    def at(self, rows: slice) -> _Candidates:
-        """Return the designs of some rows."""
-        return _Candidates(self.Z[rows], self.F[rows], self.violation[rows])
+    def best(self, n: int, contraction: float) -> _Population:
+        """Return the n best designs, the best first."""
+        rows = _survivors(self.F, self.excess, n, contraction)
+        return _Population(*(column[rows] for column in self))
+
+    def joined(self, other: _Population) -> _Population:
+        """Return these designs followed by others."""
+        pairs = zip(self, other, strict=True)
+        return _Population(*(np.vstack(pair) for pair in pairs))
 
 
 class _Surrogates:
@@ -233,16 +242,21 @@ class _Surrogates:
     def __init__(
         self, Z: Array, T: Array, fit: Fit, goal: Goal, failure_risk: ArrayFunction
     ) -> None:
+        self.goal = goal
         self._fit = fit
-        self._goal = goal
         self._failure_risk = failure_risk
         self._processes = []
         for t, output in zip(T.T, fit.outputs, strict=True):
             self._processes.append(GaussianProcess(Z, t, output.lengths))
 
-    def evaluate(self, points: Array) -> tuple[Array, Array]:
+    def population(self, points: Array, low: Array, high: Array) -> _Population:
+        """Return designs with their predictions; see :class:`_Population`."""
+        F, excess = self.predict(points)
+        return _Population(points, F, excess, low, high)
+
+    def predict(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` objectives on their scales, and ``(n, c)`` the excess of each limit."""
-        goal = self._goal
+        goal = self.goal
         Z = goal.encode(points)
         T = np.column_stack([process(Z) for process in self._processes])
         if goal.compute is not None:
@@ -252,14 +266,13 @@ class _Surrogates:
         excess = np.hstack([exceeded, self._failure_risk(Z), goal.required(points)])
         return T[:, : goal.n_obj], excess
 
-    def optimistic(self, points: Array) -> _Candidates:
-        """Return points as candidates, with objectives that are better than their means."""
-        Z = self._goal.encode(points)
-        F, excess = self.evaluate(points)
-        processes = self._processes[: self._goal.n_obj]
+    def optimistic(self, points: Array) -> tuple[Array, Array]:
+        """Return ``(n, m)`` objectives, better than their means, and ``(n,)`` violations."""
+        F, excess = self.predict(points)
+        Z = self.goal.encode(points)
+        processes = self._processes[: self.goal.n_obj]
         deviations = np.column_stack([process.deviation(Z) for process in processes])
-        F = self._fit.back(F - _OPTIMISM * deviations)
-        return _Candidates(Z, F, _violation(excess))
+        return self._fit.back(F - _OPTIMISM * deviations), _violation(excess)
 
 
 def _violation(excess: Array) -> Array:
@@ -332,16 +345,9 @@ def _weight(Z: Array, tests: Array, width: float) -> Array:
     return np.asarray(np.exp(-0.5 * scaled**2).sum(axis=1))
 
 
-class _Start(NamedTuple):
-    """The designs with which a search begins, and the limits within which each of them stays."""
-
-    points: Array
-    low: Array
-    high: Array
-
-
-def _start_near(best: Array, goal: Goal, random: Random) -> _Start:
+def _start_near(best: Array, surrogates: _Surrogates, random: Random) -> _Population:
     """Return designs near the best tests; the search stays near these."""
+    goal = surrogates.goal
     d = best.shape[1]
     centres = random.integers(min(_CENTRES, len(best)), size=_SIZE)
     centre = best[centres]
@@ -351,11 +357,12 @@ def _start_near(best: Array, goal: Goal, random: Random) -> _Start:
     changed = random.random((_SIZE, d)) < max(0.3, 3 / d)
     step = random.uniform(-_NEAR, _NEAR, (_SIZE, d))
     points = np.where(changed, centre + step, centre)
-    return _Start(np.clip(points, low, high), low, high)
+    return surrogates.population(np.clip(points, low, high), low, high)
 
 
-def _start_anywhere(best: Array, goal: Goal, random: Random) -> _Start:
+def _start_anywhere(best: Array, surrogates: _Surrogates, random: Random) -> _Population:
     """Return the best tests, variations of them, and random designs; the search is not limited."""
+    goal = surrogates.goal
     d = best.shape[1]
     quarter = _SIZE // 4
     changed = random.random((quarter, d)) < max(0.3, 2 / d)
@@ -368,37 +375,12 @@ def _start_anywhere(best: Array, goal: Goal, random: Random) -> _Start:
     points = np.vstack([best, varied, anywhere])
     low = np.broadcast_to(goal.low, points.shape)
     high = np.broadcast_to(goal.high, points.shape)
-    return _Start(points, low, high)
+    return surrogates.population(points, low, high)
 
 
-class _Population(NamedTuple):
-    """Designs of the search, one a row of each array.
-
-    Attributes:
-        points: ``(n, d)`` the designs.
-        F: ``(n, m)`` their predicted objectives.
-        excess: ``(n, c)`` by how much they exceed each limit, as predicted.
-        low: ``(n, d)`` lower limits within which their children stay.
-        high: ``(n, d)`` upper limits within which their children stay.
-    """
-
-    points: Array
-    F: Array
-    excess: Array
-    low: Array
-    high: Array
-
-    def at(self, rows: Rows) -> _Population:
-        """Return the designs of some rows."""
-        return _Population(*(column[rows] for column in self))
-
-    def joined(self, other: _Population) -> _Population:
-        """Return these designs followed by others."""
-        pairs = zip(self, other, strict=True)
-        return _Population(*(np.vstack(pair) for pair in pairs))
-
-
-def _search(surrogates: _Surrogates, start: _Start, contraction: float, random: Random) -> Array:
+def _search(
+    surrogates: _Surrogates, start: _Population, contraction: float, random: Random
+) -> Array:
     """Return the ``(k, d)`` points at the end of an evolution.
 
     If all of them exceed limits, the search has a single aim and ends in one place. Then an eighth
@@ -408,15 +390,12 @@ def _search(surrogates: _Surrogates, start: _Start, contraction: float, random: 
     points: pymoo's NSGA-II, with an object for each point, tripled the time of a proposal.
     """
     n = len(start.points)
-    F, excess = surrogates.evaluate(start.points)
-    population = _Population(start.points, F, excess, start.low, start.high)
     tried = [start.points]
+    population = start.best(n, contraction)
     for _ in range(_GENERATIONS):
-        population = population.at(_survivors(population.F, population.excess, n, contraction))
         children = _children(population, surrogates, random)
         tried.append(children.points)
-        population = population.joined(children)
-    population = population.at(_survivors(population.F, population.excess, n, contraction))
+        population = population.joined(children).best(n, contraction)
     points = population.points
     if (population.excess > 0).any(axis=1).all():
         points = np.vstack([points, *(generation[::8] for generation in tried)])
@@ -440,9 +419,7 @@ def _children(parents: _Population, surrogates: _Surrogates, random: Random) -> 
     children = np.where(mutated, children + step, children)
     low = parents.low[a]
     high = parents.high[a]
-    children = np.clip(children, low, high)
-    F, excess = surrogates.evaluate(children)
-    return _Population(children, F, excess, low, high)
+    return surrogates.population(np.clip(children, low, high), low, high)
 
 
 def _survivors(F: Array, excess: Array, size: int, contraction: float) -> Rows:
@@ -530,6 +507,20 @@ def _directions(n_obj: int, contraction: float) -> Array:
     return np.maximum((1 - contraction) * directions + contraction / n_obj, 0.01)
 
 
+class _Candidates(NamedTuple):
+    """Designs to choose from, as predicted.
+
+    Attributes:
+        Z: ``(n, e)`` the designs as surrogates see them.
+        F: ``(n, m)`` their objectives, predicted optimistically.
+        violation: ``(n,)`` the sums of what exceeds limits.
+    """
+
+    Z: Array
+    F: Array
+    violation: Array
+
+
 def _choice(
     candidates: _Candidates, front: Array, seen: Array, batch: int, contraction: float
 ) -> list[int]:
@@ -563,16 +554,14 @@ def _choice(
         new = np.flatnonzero(distance > _SAME)
         if len(new) == 0:
             break
-        feasible = new[candidates.violation[new] <= 0]
+        rows = new[candidates.violation[new] <= 0]
         gain = (np.maximum(best - values, 0) * units).sum(axis=1)
-        if len(feasible) == 0:
+        if len(rows) == 0:
             rows = _apart(new, candidates.Z.shape[1], distance, place)
             score = -candidates.violation
-        elif place < (batch + 1) // 2 and gain[feasible].max() > 0:
-            rows = feasible
+        elif place < (batch + 1) // 2 and gain[rows].max() > 0:
             score = gain
         else:
-            rows = feasible
             score = np.where(np.isinf(gap), distance, gap)
         row = int(rows[score[rows].argmax()])
         chosen.append(row)

@@ -1,9 +1,9 @@
-"""PSI against other algorithms: runs at equal cost, one reference, tests of what differs.
+"""PSI compared with other algorithms: runs at equal cost, one reference, statistical tests.
 
 When does an even investigation of the bounds beat an evolutionary search, and when not?
 :func:`compare` runs both at equal cost, counted by the problem, and measures all runs against one
 reference: hypervolume, IGD+, additive epsilon and the distance to the best known Salukvadze
-optimum, with medians, quartiles, tests and effect sizes.
+optimum. The result has medians, quartiles, tests and effect sizes.
 
 Example:
     >>> from pymoo.problems import get_problem
@@ -18,15 +18,15 @@ Example:
     >>> print(test["better"], test["effect"], test["p_holm"])
     nsga3 1.0 0.03125
 
-Other algorithms of pymoo take part, too (``algorithms={"mine": lambda n: NSGA2(pop_size=50)}``),
-``n_jobs`` runs seeds in parallel, and with ``folder=`` a comparison goes on after an interruption:
-each finished run is a study there, with all that it tested, which any command opens.
+Any algorithm of pymoo can be compared (``algorithms={"mine": lambda n: NSGA2(pop_size=50)}``), and
+``n_jobs`` runs seeds in parallel. With ``folder=`` a comparison continues after an interruption:
+the folder contains each finished run as a study with all its tests, which any command opens.
 ``pymoo-psi compare bnh --out comparison`` prints :func:`conclusions` and writes tables and a figure
 (:func:`pymoo_psi.plots.plot_indicators`).
 
-Tests are corrected over all pairs and budgets: of the four algorithms and three budgets that are
-taken by default, fewer than six seeds cannot tell any two apart, and fewer than nine nothing from
-``psi``, which has one run.
+The p values are corrected for all pairs and budgets. With the four algorithms and three budgets of
+the default, fewer than six seeds cannot show any difference, and fewer than nine none from ``psi``,
+which has a single run.
 """
 
 from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS

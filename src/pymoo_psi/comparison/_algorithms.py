@@ -3,8 +3,8 @@
 ``psi``
     Parameter Space Investigation with the LPτ points. Deterministic: one run.
 ``psi-scrambled``
-    The same with SciPy's scrambled Sobol' points, whose seed shows the spread that the choice of
-    points makes.
+    The same with SciPy's scrambled Sobol' points. Different seeds show how much depends on the
+    choice of points.
 ``nsga3``
     NSGA-III (:func:`pymoo_psi.nsga3`).
 ``psi+nsga3``
@@ -12,17 +12,17 @@
 ``psi-scrambled+nsga3``
     The same with scrambled points.
 ``surrogate``
-    LPτ points, then designs that surrogates propose (:class:`pymoo_psi.SurrogatePSI`); for some
+    LPτ points, then designs that surrogates propose (:class:`pymoo_psi.SurrogatePSI`); for a few
     hundred evaluations.
 ``surrogate-scrambled``
     The same with scrambled points.
 
-The first LPτ points are the corner of the lower bounds and the middle of the box. Many test
-problems have Pareto-optimal designs just there, which is luck and says nothing of a method; the
-entries with scrambled points do not have it.
-
 ``nsga2``
     NSGA-II with the population size of :func:`pymoo_psi.nsga3`.
+
+The first LPτ points are the corner of the lower bounds and the middle of the bounds. Many test
+problems have Pareto-optimal designs there by coincidence, which says nothing about a method. The
+variants with scrambled points avoid this.
 """
 
 from __future__ import annotations
@@ -60,12 +60,12 @@ Search = Callable[[Any, int, int], object]
 
 
 def searches(algorithms: Collection[str] | Mapping[str, Any]) -> dict[str, Search]:
-    """Return the searches of the algorithms asked for, by name.
+    """Return the search of each algorithm by name.
 
     Args:
-        algorithms: Names; or a mapping from names of the user's to such names, to pymoo
-            algorithms, of which each run takes a copy, or to functions that take a number of
-            evaluations and return a new one.
+        algorithms: Names; or a mapping from the user's names to such names, to pymoo algorithms,
+            which are copied for each run, or to functions that take a number of evaluations and
+            return a new algorithm.
 
     Raises:
         ArgumentValueError: A name is unknown, or there is none.
@@ -76,21 +76,23 @@ def searches(algorithms: Collection[str] | Mapping[str, Any]) -> dict[str, Searc
         algorithms = {known_name("algorithms", name, SEARCHES): name for name in names}
     if not algorithms:
         raise invalid("algorithms", f"one or more, such as {', '.join(DEFAULT_ALGORITHMS)}", [])
-    return {str(name): _search(name, what) for name, what in algorithms.items()}
+    return {str(name): _search(name, algorithm) for name, algorithm in algorithms.items()}
 
 
-def _search(name: Any, what: Any) -> Search:
-    if isinstance(what, type):
-        rule, remedy = "a name, an algorithm or a function", f"give lambda n: {what.__name__}(...)"
-        raise wrong_type(f"algorithms[{name!r}]", rule, what, remedy)
-    if isinstance(what, Algorithm):
-        return partial(_made, lambda _: what)
-    if callable(what):
-        return partial(_made, what)
-    return SEARCHES[known_name("algorithms", what, SEARCHES)]
+def _search(name: Any, algorithm: Any) -> Search:
+    """Return the search of one entry of a mapping of algorithms."""
+    if isinstance(algorithm, type):
+        rule = "a name, an algorithm or a function"
+        remedy = f"give lambda n: {algorithm.__name__}(...)"
+        raise wrong_type(f"algorithms[{name!r}]", rule, algorithm, remedy)
+    if isinstance(algorithm, Algorithm):
+        return partial(_run_algorithm, lambda _: algorithm)
+    if callable(algorithm):
+        return partial(_run_algorithm, algorithm)
+    return SEARCHES[known_name("algorithms", algorithm, SEARCHES)]
 
 
-# The searches. They are functions of the module, as processes are sent them.
+# The searches. They are functions of the module, so that they can be sent to processes.
 
 
 def _investigate(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
@@ -104,18 +106,20 @@ def _nsga3(problem: Any, n: int, seed: int) -> None:
 
 def _psi_then_nsga3(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
     """Spend half the budget on PSI with the points of a sampling, the rest on NSGA-III."""
-    tested = minimize(problem, PSI(n // 2, sampling=sampling), seed=seed).pop
-    left = n - n // 2
-    size = population_size(problem.n_obj, left)
+    n_psi = n // 2
+    n_nsga3 = n - n_psi
+    tested = minimize(problem, PSI(n_psi, sampling=sampling), seed=seed).pop
+    size = population_size(problem.n_obj, n_nsga3)
+    # NSGA-III's own selection among the tests: feasible designs first, the best, well spread.
     survival = ReferenceDirectionSurvival(reference_directions(problem.n_obj, size))
-    # NSGA-III's own choice among the tests: the feasible first, the best, well spread.
-    size, random = min(size, len(tested)), np.random.default_rng(seed)
-    start = survival.do(problem, tested, n_survive=size, random_state=random)
-    nsga3(problem, n_evaluations=left, seed=seed, sampling=start)
+    random = np.random.default_rng(seed)
+    n_start = min(size, len(tested))
+    start = survival.do(problem, tested, n_survive=n_start, random_state=random)
+    nsga3(problem, n_evaluations=n_nsga3, seed=seed, sampling=start)
 
 
-def _learn(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
-    """Learn from tests that begin with the points of a sampling."""
+def _propose(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
+    """Test the points of a sampling, then designs that surrogates propose."""
     from pymoo_psi.algorithms import SurrogatePSI  # brings half of SciPy, a second
 
     minimize(problem, SurrogatePSI(n, sampling=sampling), seed=seed)
@@ -123,17 +127,17 @@ def _learn(sampling: UniformSampling | None, problem: Any, n: int, seed: int) ->
 
 def _nsga2(problem: Any, n: int, seed: int) -> None:
     size = population_size(problem.n_obj, n)
-    _made(lambda _: NSGA2(pop_size=size, **operators(problem)), problem, n, seed)
+    _run_algorithm(lambda _: NSGA2(pop_size=size, **operators(problem)), problem, n, seed)
 
 
-def _made(make: Callable[[int], Any], problem: Any, n: int, seed: int) -> None:
-    """Search with the algorithm that a function makes for a budget."""
-    # A copy also where it was made for this run: all instances of SPEA2 share one survival, which
-    # would bring the ideal point of one run into the next.
+def _run_algorithm(make: Callable[[int], Any], problem: Any, n: int, seed: int) -> None:
+    """Run the algorithm that a function returns for a budget."""
+    # A copy even if it was made for this run: all instances of SPEA2 share one survival, which
+    # would carry the ideal point of one run into the next.
     algorithm = copy.deepcopy(make(n))
     algorithm.seed = seed
-    # The budget ends it, not the criteria that NSGA-II and others set for themselves: with these
-    # a long run ended at less than half of its evaluations.
+    # The budget ends the run, not the default criteria of NSGA-II and others, which ended long
+    # runs before half of their evaluations.
     if algorithm.termination is None or isinstance(algorithm.termination, DefaultTermination):
         algorithm.termination = NoTermination()
     run_within_budget(algorithm, problem, n)
@@ -145,8 +149,8 @@ SEARCHES: dict[str, Search] = {
     "psi-scrambled": partial(_investigate, _SCRAMBLED),
     "nsga3": _nsga3,
     "nsga2": _nsga2,
-    "surrogate": partial(_learn, None),
-    "surrogate-scrambled": partial(_learn, _SCRAMBLED),
+    "surrogate": partial(_propose, None),
+    "surrogate-scrambled": partial(_propose, _SCRAMBLED),
     "psi+nsga3": partial(_psi_then_nsga3, None),
     "psi-scrambled+nsga3": partial(_psi_then_nsga3, _SCRAMBLED),
 }

@@ -1,4 +1,4 @@
-"""Algorithms side by side on one problem, at equal cost: the runs and their measures."""
+"""Several algorithms on one problem, at equal cost: the runs and their measures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
@@ -25,7 +25,7 @@ from pymoo_psi._validation import (
     known_name,
     objective_matrix,
 )
-from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS, SEARCHES, searches
+from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS, SEARCHES, Search, searches
 from pymoo_psi.comparison._quality import INDICATORS, Reference, pairwise_tests
 from pymoo_psi.comparison._runs import Run, Task, perform, stored_runs
 from pymoo_psi.parallel import in_parallel, progress_bar
@@ -35,13 +35,16 @@ from pymoo_psi.problems import design_space, problem_layout, problem_name, requi
 if TYPE_CHECKING:
     import pandas as pd
 
-# Powers of 2, after which LPτ points are complete nets.
+Array = NDArray[np.float64]
+
+# Powers of 2: so many LPτ points form complete nets.
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
-# Where surrogates take part: with 4096 evaluations one run of theirs takes minutes.
+# With surrogates: a run with 4096 evaluations would take minutes.
 FEW_EVALUATIONS = (64, 128, 256)
-_LEARNING = (SEARCHES["surrogate"], SEARCHES["surrogate-scrambled"])
+_WITH_SURROGATES = (SEARCHES["surrogate"], SEARCHES["surrogate-scrambled"])
+_DETERMINISTIC = SEARCHES["psi"]
 SIGNIFICANCE = 0.05
-"""A difference is claimed where the corrected p value is below this, the customary level."""
+"""A difference is claimed if the corrected p value is below this, the customary level."""
 
 _NAMES = {
     "hypervolume": "the largest hypervolume",
@@ -49,8 +52,6 @@ _NAMES = {
     "epsilon": "the smallest additive epsilon",
     "optimum_distance": "the Salukvadze optimum nearest to the best known",
 }
-_MEASURES = ["algorithm", "evaluations", "seed", "evaluated", *INDICATORS, "n_nondominated",
-             "seconds", "evaluation_seconds"]  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +60,8 @@ class Comparison(Shown):
 
     Attributes:
         problem: Name of the problem.
-        runs: Every run, by algorithm, budget and seed.
-        reference: What it is measured against.
+        runs: All runs, ordered by algorithm, budget and seed.
+        reference: The reference against which they are measured.
         measures: One row per run, see :meth:`to_frame`.
 
     Example:
@@ -87,7 +88,7 @@ class Comparison(Shown):
         """Names of the algorithms.
 
         Example:
-            Of the result in the example of :class:`Comparison`:
+            With the result of the example of :class:`Comparison`:
 
             >>> result.algorithms
             ('psi', 'nsga3')
@@ -99,7 +100,7 @@ class Comparison(Shown):
         """The budgets, increasing.
 
         Example:
-            Of the result in the example of :class:`Comparison`:
+            With the result of the example of :class:`Comparison`:
 
             >>> result.evaluations
             (32, 64)
@@ -110,14 +111,14 @@ class Comparison(Shown):
         """Return one row per run.
 
         Returns:
-            Columns ``algorithm``, ``evaluations``, ``seed`` (missing where the
-            algorithm is deterministic), ``evaluated`` (designs, counted by the problem),
+            Columns ``algorithm``, ``evaluations``, ``seed`` (missing if the algorithm is
+            deterministic), ``evaluated`` (number of designs, counted by the problem),
             ``hypervolume`` (share of the box from U to the reference point), ``igd_plus``,
             ``epsilon``, ``optimum_distance``, ``n_nondominated``, ``seconds``,
             ``evaluation_seconds``.
 
         Example:
-            Of the result in the example of :class:`Comparison`:
+            With the result of the example of :class:`Comparison`:
 
             >>> runs = result.to_frame()
             >>> bool((runs["evaluated"] == runs["evaluations"]).all())
@@ -129,12 +130,12 @@ class Comparison(Shown):
         """Return median and quartiles of every measure.
 
         Returns:
-            One row per algorithm and budget: ``algorithm``, ``evaluations``, ``runs``, and of each
-            measure, such as ``hypervolume``, its median under its own name and its quartiles as
-            ``hypervolume_q1`` and ``hypervolume_q3``.
+            One row per algorithm and budget, with columns ``algorithm``, ``evaluations`` and
+            ``runs``. Each measure has its median under its own name, such as ``hypervolume``, and
+            its quartiles as ``hypervolume_q1`` and ``hypervolume_q3``.
 
         Example:
-            Of the result in the example of :class:`Comparison`:
+            With the result of the example of :class:`Comparison`:
 
             >>> print(result.summary()[["algorithm", "evaluations", "runs"]])
               algorithm  evaluations  runs
@@ -148,30 +149,30 @@ class Comparison(Shown):
         frame = groups.size().to_frame("runs")
         for column in self.measures.columns.drop([*keys, "seed", "evaluated"]):
             frame[column] = groups[column].median()
-            # Values that occurred, as there is no mean of an infinite and a finite one.
+            # Quartiles are values of runs, as an infinite and a finite value have no mean.
             frame[f"{column}_q1"] = groups[column].quantile(0.25, interpolation="lower")
             frame[f"{column}_q3"] = groups[column].quantile(0.75, interpolation="higher")
         return frame.reset_index().sort_values("evaluations", kind="stable", ignore_index=True)
 
     def tests(self, indicator: str = "hypervolume") -> pd.DataFrame:
-        """Return for every pair of algorithms and every budget which is better, and how surely.
+        """Return a test of every pair of algorithms at every budget.
 
-        By Mann-Whitney's rank-sum test, or by the sign test where one of the two is deterministic,
-        with exact p values, ties or not.
+        It is the rank-sum test of Mann and Whitney, or the sign test if one of the two algorithms
+        is deterministic. The p values are exact, with or without ties.
 
         Args:
             indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
 
         Returns:
             Columns ``evaluations``, ``better``, ``worse``, ``effect`` (the probability that a run
-            of ``better`` is the better one, 0.5 to 1), ``p``, and ``p_holm``, corrected for all
-            pairs and budgets.
+            of ``better`` is the better one, 0.5 to 1), ``p``, and ``p_holm``, which is corrected
+            for all pairs and budgets.
 
         Raises:
             ArgumentValueError: The indicator is unknown.
 
         Example:
-            Of the result in the example of :class:`Comparison`:
+            With the result of the example of :class:`Comparison`:
 
             >>> tests = result.tests("igd_plus")
             >>> bool((tests["p_holm"] >= tests["p"]).all() and (tests["effect"] >= 0.5).all())
@@ -181,8 +182,8 @@ class Comparison(Shown):
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         medians = self.summary()
-        shown = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
-        return medians[shown].head(n), len(medians)
+        columns = ["evaluations", "algorithm", "runs", *INDICATORS, "n_nondominated", "seconds"]
+        return medians[columns].head(n), len(medians)
 
 
 def compare(
@@ -196,56 +197,55 @@ def compare(
     n_jobs: int = 1,
     progress: bool = True,
 ) -> Comparison:
-    """Run algorithms on a problem at equal numbers of evaluations and measure what they find.
+    """Run algorithms on a problem with equal numbers of evaluations and measure the results.
 
     Every algorithm works on the same problem with the same bounds; the problem itself counts the
-    evaluations and ends a run that exceeds its budget. Each budget has runs of its own, so that
-    an algorithm may suit its settings to it; criteria by which pymoo's algorithms end by default
-    are set aside, those that you set count. All runs are measured against one reference, built
-    from the union of what they found (:class:`Reference`). Measured are the non-dominated feasible
-    designs among all that a run evaluated, which gives an algorithm that returns only its last
-    population the benefit of all it has seen; one that finds nothing feasible has hypervolume 0 and
-    infinite distances.
+    evaluations and ends a run that exceeds its budget. There are separate runs for each budget, so
+    that an algorithm may adapt its settings to it. Default terminations of pymoo's algorithms are
+    ignored; those that you set are kept. All runs are measured against one reference, built from
+    the union of their designs (:class:`Reference`). The non-dominated feasible designs among all
+    that a run evaluated are measured, even if the algorithm returns only its last population. A run
+    without a feasible design has hypervolume 0 and infinite distances.
 
     Args:
-        problem: A pymoo problem with two or more objectives and finite bounds. One whose designs
-            may fail goes as ``FailureTolerant(problem)``.
-        n_evaluations: The budgets, each 1 or more; by default 256, 1024 and 4096, or where
-            ``"surrogate"`` takes part 64, 128 and 256.
-        seeds: The seeds, or their number n for 1 to n; fewer than six or so cannot tell any two
-            algorithms apart. A deterministic algorithm, such as ``"psi"``, runs once; of one of
-            your own that finds the same with every seed, one run counts.
-        algorithms: Names, or a mapping from names of your own to such names, to pymoo algorithms,
-            or to functions that take the number of evaluations and return one:
+        problem: A pymoo problem with two or more objectives and finite bounds. If designs may fail,
+            pass ``FailureTolerant(problem)``.
+        n_evaluations: The budgets, each 1 or more; by default 256, 1024 and 4096, with
+            ``"surrogate"`` 64, 128 and 256.
+        seeds: The seeds, or their number n for 1 to n; fewer than about six cannot show a
+            difference between two algorithms. A deterministic algorithm, such as ``"psi"``, has one
+            run. If your own algorithm returns the same with every seed, one run counts.
+        algorithms: Names, or a mapping from your own names to such names, to pymoo algorithms, or
+            to functions that take the number of evaluations and return an algorithm:
             ``{"psi": "psi", "a": NSGA2(pop_size=20), "b": lambda n: NSGA2(pop_size=n // 9)}``. An
             algorithm is copied for each run. The names are ``"psi"``, ``"surrogate"``
-            (:class:`pymoo_psi.SurrogatePSI`, for some hundred evaluations), ``"nsga3"``,
-            ``"psi+nsga3"`` (half the budget for PSI, whose best designs start NSGA-III); these but
-            ``"nsga3"`` with ``-scrambled`` behind ``psi`` or ``surrogate`` (scrambled Sobol' points
-            for the LPτ points, which begin with the corner and the middle of the box, where many
-            test problems have optimal designs); and ``"nsga2"``.
+            (:class:`pymoo_psi.SurrogatePSI`, for a few hundred evaluations), ``"nsga3"``,
+            ``"nsga2"`` and ``"psi+nsga3"`` (half the budget for PSI, whose best designs start
+            NSGA-III). ``"psi-scrambled"``, ``"surrogate-scrambled"`` and ``"psi-scrambled+nsga3"``
+            use scrambled Sobol' points instead of LPτ points; the latter begin with the corner and
+            the middle of the bounds, where many test problems have optimal designs.
         reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
-            they join the union.
-        folder: A folder in which every finished run is kept, as a study of all that it tested; the
-            same call continues after an interruption or an error, and further budgets, seeds or
-            algorithms add to it. Without one nothing is kept. Runs go by the name of their
-            algorithm: a changed algorithm wants a new name, and other versions of pymoo or this
-            package, under which the same seed may give other designs, a new folder.
-        n_jobs: Processes, -1 for one per core; each does whole runs. Times are fair if there are
-            no more than idle cores.
-        progress: Show before the first run what there is to do, then a progress bar.
+            they are added to the union.
+        folder: A folder in which every finished run is stored, as a study of all its tests. After
+            an interruption or an error, the same call continues; further budgets, seeds or
+            algorithms are added. Without a folder nothing is stored. Runs are identified by the
+            name of their algorithm: give a changed algorithm a new name. Use a new folder for other
+            versions of pymoo or of this package, in which a seed may give other designs.
+        n_jobs: Number of processes, -1 for one per core; each performs whole runs. Times are
+            comparable if there are no more processes than idle cores.
+        progress: Print the number of runs before the first one, then show a progress bar.
 
     Returns:
         The comparison.
 
     Raises:
-        ArgumentValueError: A number is out of range, a name unknown, or the problem has one
+        ArgumentValueError: A number is out of range, a name is unknown, or the problem has a single
             objective.
         ArgumentTypeError: An argument has the wrong type.
-        RunError: The problem or an algorithm raised, as one that does not suit the problem does
-            in its first run; finished runs stay in ``folder``.
-        StudyError: The folder holds runs on another problem, or a damaged file.
-        OSError: The folder cannot be made or written to.
+        RunError: The problem or an algorithm raised an exception. An algorithm that does not suit
+            the problem does so in its first run; finished runs stay in ``folder``.
+        StudyError: The folder contains runs on another problem, or a damaged file.
+        OSError: The folder cannot be created or written to.
 
     Example:
         >>> from pymoo.problems import get_problem
@@ -258,76 +258,116 @@ def compare(
         [64, 64, 64]
     """
     require_problem(problem)
-    problem, m = required(problem), problem.n_obj
-    if m < 2:
-        raise invalid("the number of objectives of problem", "at least 2", m)
+    problem = required(problem)
+    if problem.n_obj < 2:
+        raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
     problem_layout(problem, design_space(problem))  # what it lacks is reported before any run
-    known = np.zeros((0, m))
-    if reference_front is not None:
-        known = objective_matrix("reference_front", reference_front)
-    if known.shape[1] != m:
-        raise invalid("reference_front", f"of {m} objectives", Received(f"{known.shape[1]}"))
-    if isinstance(seeds, Integral):
-        seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
-    seeds, n_jobs = _integers("seeds", seeds, minimum=0), job_count("n_jobs", n_jobs)
+    front = _known_front(reference_front, problem.n_obj)
+    n_jobs = job_count("n_jobs", n_jobs)
     by_name = searches(algorithms)
-    if n_evaluations is None:
-        learns = any(search in _LEARNING for search in by_name.values())
-        n_evaluations = FEW_EVALUATIONS if learns else DEFAULT_EVALUATIONS
-    tasks = [
-        Task(name, budget, seed)
-        for name, search in by_name.items()
-        for budget in _integers("n_evaluations", n_evaluations, minimum=1)
-        # A deterministic algorithm has one value a budget, and the tests know it by that.
-        for seed in ([None] if search is SEARCHES["psi"] else seeds)
-    ]
-    place = None if folder is None else Path(folder)
-    stored = stored_runs(place, problem) if place else ()
-    runs = {run.task: run for run in stored if run.task in tasks}
-    # The longest first, so that no process begins one when the others have done their last; and of
-    # each algorithm one, so that one that does not suit the problem is found out early.
+    tasks = _tasks(by_name, n_evaluations, seeds)
+    runs: dict[Task, Run] = {}
+    path = None
+    if folder is not None:
+        path = Path(folder)
+        for run in stored_runs(path, problem):
+            if run.task in tasks:
+                runs[run.task] = run
     missing = [task for task in tasks if task not in runs]
+    # The longest first, so that all processes end at about the same time; and one of each
+    # algorithm, so that one that does not suit the problem is found early.
     missing.sort(key=lambda task: (-task.n_evaluations, task.seed or 0))
-    name, n = problem_name(problem), sum(task.n_evaluations for task in missing)
+    name = problem_name(problem)
     if progress and missing:
-        work = f"{counted(len(missing), 'run')} of {counted(n, 'evaluation')} in all"
+        n_missing = sum(task.n_evaluations for task in missing)
+        work = f"{counted(len(missing), 'run')} of {counted(n_missing, 'evaluation')} in all"
         print(f"{name}: {work}", file=sys.stderr, flush=True)
 
     def performed(task: Task) -> Run:
-        # Kept by the process that does it, whatever becomes of the one that waits for it.
-        return perform(problem, by_name[task.algorithm], task, place)
+        # The process that performs a run stores it, even if its parent process ends before.
+        return perform(problem, by_name[task.algorithm], task, path)
 
     with progress_bar(progress) as bar:
         bar(len(runs) / len(tasks))
         for _, run in in_parallel(performed, missing, n_jobs):
             runs[run.task] = run
             bar(len(runs) / len(tasks))
-    done = tuple(_counted_once([runs[task] for task in tasks]))
-    reference = Reference.of([*(run.F for run in done), known])
-    return Comparison(name, done, reference, _measures(done, reference, n_jobs))
+    counted_runs = tuple(_without_repeats([runs[task] for task in tasks]))
+    reference = Reference.of([*(run.F for run in counted_runs), front])
+    return Comparison(name, counted_runs, reference, _measures(counted_runs, reference, n_jobs))
+
+
+def _known_front(reference_front: ArrayLike | None, n_obj: int) -> Array:
+    """Return ``(k, n_obj)`` points of a known front, none if it is ``None``."""
+    if reference_front is None:
+        return np.zeros((0, n_obj))
+    front = objective_matrix("reference_front", reference_front)
+    if front.shape[1] != n_obj:
+        received = Received(f"{front.shape[1]}")
+        raise invalid("reference_front", f"of {n_obj} objectives", received)
+    return front
+
+
+def _tasks(
+    by_name: Mapping[str, Search],
+    n_evaluations: int | Sequence[int] | None,
+    seeds: int | Sequence[int],
+) -> list[Task]:
+    """Return the runs of a comparison: all algorithms with all budgets and seeds."""
+    if isinstance(seeds, Integral):
+        seeds = range(1, 1 + integer("seeds", seeds, minimum=1))
+    if n_evaluations is None:
+        n_evaluations = DEFAULT_EVALUATIONS
+        if any(search in _WITH_SURROGATES for search in by_name.values()):
+            n_evaluations = FEW_EVALUATIONS
+    budgets = _integers("n_evaluations", n_evaluations, minimum=1)
+    several: list[int | None] = [*_integers("seeds", seeds, minimum=0)]
+    tasks = []
+    for name, search in by_name.items():
+        seeds_of_search = several
+        if search is _DETERMINISTIC:
+            seeds_of_search = [None]  # the tests know it by that
+        for budget in budgets:
+            for seed in seeds_of_search:
+                tasks.append(Task(name, budget, seed))
+    return tasks
 
 
 def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
-    """Return one integer or several, each once, in increasing order."""
+    """Return one integer or several, without repeats, in increasing order."""
     several = np.atleast_1d(np.asarray(values, dtype=object)).tolist()
-    if not (checked := sorted({integer(name, value, minimum=minimum) for value in several})):
+    if not several:
         raise invalid(name, "one or more integers", values)
-    return checked
+    return sorted({integer(name, value, minimum=minimum) for value in several})
 
 
-def _counted_once(runs: Sequence[Run]) -> Iterator[Run]:
-    """Give the runs, of an algorithm that leaves nothing to chance one a budget.
+def _without_repeats(runs: Sequence[Run]) -> Iterator[Run]:
+    """Yield the runs, but one per budget for an algorithm whose runs do not depend on the seed.
 
-    The tests take runs for independent: eleven times the same one would make them sure of
-    anything. Nothing found tells nothing.
+    The tests assume that runs are independent: with eleven copies of one run, any difference would
+    be significant.
     """
-    for _, own in itertools.groupby(runs, lambda run: run.task.algorithm):
-        several = list(own)
-        one = {run.task.n_evaluations: run for run in several}
-        same = (np.array_equal(run.F, one[run.task.n_evaluations].F) for run in several)
-        if len(one) < len(several) and any(len(run.F) for run in several) and all(same):
-            several = [replace(run, task=replace(run.task, seed=None)) for run in one.values()]
-        yield from several
+    for _, group in itertools.groupby(runs, lambda run: run.task.algorithm):
+        runs_of_algorithm = list(group)
+        by_budget = {run.task.n_evaluations: run for run in runs_of_algorithm}
+        if not _repeated(runs_of_algorithm, by_budget):
+            yield from runs_of_algorithm
+            continue
+        for run in by_budget.values():
+            yield replace(run, task=replace(run.task, seed=None))
+
+
+def _repeated(runs: Sequence[Run], by_budget: Mapping[int, Run]) -> bool:
+    """Return whether the runs of an algorithm repeat one run per budget.
+
+    Runs without any feasible design are equal but show nothing.
+    """
+    if len(by_budget) == len(runs):
+        return False
+    for run in runs:
+        if not np.array_equal(run.F, by_budget[run.task.n_evaluations].F):
+            return False
+    return any(len(run.F) > 0 for run in runs)
 
 
 def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.DataFrame:
@@ -335,20 +375,27 @@ def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.Data
     import pandas as pd
 
     quality = dict(in_parallel(reference.measure, [run.F for run in runs], n_jobs))
-    rows = [
-        (run.task.algorithm, run.task.n_evaluations, run.task.seed, run.n_evaluated,
-         *quality[number].values(), run.seconds, run.evaluation_seconds)
-        for number, run in enumerate(runs)
-    ]  # fmt: skip
-    # Integers of pandas, which may be missing; NumPy would make the seeds floats.
-    return pd.DataFrame(rows, columns=_MEASURES).astype({"seed": "Int64"})
+    rows = []
+    for number, run in enumerate(runs):
+        row = {
+            "algorithm": run.task.algorithm,
+            "evaluations": run.task.n_evaluations,
+            "seed": run.task.seed,
+            "evaluated": run.n_evaluated,
+            **quality[number],
+            "seconds": run.seconds,
+            "evaluation_seconds": run.evaluation_seconds,
+        }
+        rows.append(row)
+    # Integers of pandas, which may be missing; NumPy would make floats of the seeds.
+    return pd.DataFrame(rows).astype({"seed": "Int64"})
 
 
 def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple[str, ...]:
-    """Return for every budget which algorithm is the best, and than which it surely is.
+    """Return a text for every budget: which algorithm is the best, and how significantly.
 
-    They name the algorithm with the best median, the algorithms that it is better than, with the
-    effect size and the corrected p value, and those from which no difference can be claimed.
+    Each text names the algorithm with the best median, the algorithms that are significantly worse,
+    with the effect size and the corrected p value, and those without a significant difference.
 
     Args:
         comparison: The comparison.
@@ -368,30 +415,63 @@ def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple
         (effect 1.00, p = 0.031).
     """
     instance("comparison", comparison, Comparison, "compare(...) gives one")
-    tests, summary = comparison.tests(indicator), comparison.summary()
-    sentences = []
+    tests = comparison.tests(indicator)
+    summary = comparison.summary()
+    texts = []
     for budget in comparison.evaluations:
-        medians = summary[summary["evaluations"] == budget].set_index("algorithm")[indicator]
-        at = tests[tests["evaluations"] == budget]
-        sentences.append(f"{counted(budget, 'evaluation')}: {_conclusion(indicator, medians, at)}")
-    return tuple(sentences)
+        of_budget = summary[summary["evaluations"] == budget]
+        medians = of_budget.set_index("algorithm")[indicator]
+        conclusion = _conclusion(indicator, medians, tests[tests["evaluations"] == budget])
+        texts.append(f"{counted(budget, 'evaluation')}: {conclusion}")
+    return tuple(texts)
 
 
 def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame) -> str:
+    """Return the conclusion for one budget.
+
+    Args:
+        indicator: One of :data:`INDICATORS`.
+        medians: Its median for each algorithm.
+        tests: The rows of the budget of :meth:`Comparison.tests`.
+    """
     ordered = medians.sort_values(ascending=INDICATORS[indicator] < 0, kind="stable")
-    best, value = ordered.index[0], ordered.iloc[0]
-    if value == (0.0 if indicator == "hypervolume" else np.inf):
+    best = ordered.index[0]
+    value = ordered.iloc[0]
+    worst_value = np.inf
+    if indicator == "hypervolume":
+        worst_value = 0.0
+    if value == worst_value:
         return f"every algorithm has the worst possible median, {value:g}."
-    # The best median may lose more often than not: then the test names the other one.
-    leads = ("It is better than", "But more often than not a run is beaten by one of",
-             "No difference can be claimed from")  # fmt: skip
-    groups: dict[str, list[str]] = {lead: [] for lead in leads}
+    better_than: list[str] = []
+    worse_than: list[str] = []
+    undecided: list[str] = []
     for pair in tests[(tests["better"] == best) | (tests["worse"] == best)].itertuples():
-        won = pair.better == best
-        name, effect = (pair.worse, pair.effect) if won else (pair.better, 1 - pair.effect)
-        p = pair.p_holm  # NaN of two deterministic algorithms
-        sure = f"p = {p:.3f}" if p >= 0.001 else "p < 0.001" if p >= 0 else "one value each"
-        lead = leads[2] if not p < SIGNIFICANCE else leads[0] if won else leads[1]
-        groups[lead].append(f"{name} (effect {effect:.2f}, {sure})")
-    claims = [f"{lead} {listed(names)}." for lead, names in groups.items() if names]
-    return " ".join([f"{best} has {_NAMES[indicator]} (median {value:.4g}).", *claims])
+        other = pair.worse
+        effect = pair.effect
+        claim = better_than
+        if pair.worse == best:
+            other = pair.better
+            effect = 1 - effect
+            claim = worse_than
+        if not pair.p_holm < SIGNIFICANCE:  # or NaN, if both are deterministic
+            claim = undecided
+        claim.append(f"{other} (effect {effect:.2f}, {_p_text(pair.p_holm)})")
+    sentences = [f"{best} has {_NAMES[indicator]} (median {value:.4g})."]
+    if better_than:
+        sentences.append(f"It is better than {listed(better_than)}.")
+    if worse_than:  # the best median, but more runs are worse than better
+        sentences.append(
+            f"However, its runs are more often worse than those of {listed(worse_than)}."
+        )
+    if undecided:
+        sentences.append(f"It does not differ significantly from {listed(undecided)}.")
+    return " ".join(sentences)
+
+
+def _p_text(p: float) -> str:
+    """Return a p value as a conclusion names it."""
+    if np.isnan(p):
+        return "one value each"
+    if p < 0.001:
+        return "p < 0.001"
+    return f"p = {p:.3f}"

@@ -1,4 +1,4 @@
-"""Runs: an algorithm, a budget, a seed, and what came of it; each kept as a study."""
+"""Runs: an algorithm with a budget and a seed, and its results; each is kept as a study."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from pymoo_psi.table import TestTable, columns_of, design_matrix, head_of, table
 
 Array = NDArray[np.float64]
 
-_KEPT = ("F", "G", "H", "failure")  # of each evaluation
+_KEPT = ("F", "G", "H", "failure")  # the outputs of an evaluation that are kept
 
 
 @dataclass(frozen=True)
@@ -46,22 +46,24 @@ class Task:
     seed: int | None
 
     def __str__(self) -> str:
-        """Return the run as a message names it."""
-        seed = "" if self.seed is None else f", seed {self.seed}"
-        return f"{self.algorithm}, {counted(self.n_evaluations, 'evaluation')}{seed}"
+        """Return the run as messages name it."""
+        text = f"{self.algorithm}, {counted(self.n_evaluations, 'evaluation')}"
+        if self.seed is None:
+            return text
+        return f"{text}, seed {self.seed}"
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """What an algorithm found with a budget.
+    """The results of a run.
 
     Attributes:
-        task: Which run it is.
+        task: Algorithm, budget and seed.
         X: ``(n, n_var)`` the feasible designs that no evaluated design dominates, as a matrix.
         F: ``(n, m)`` their objectives.
-        n_evaluated: Designs evaluated, counted by the problem.
+        n_evaluated: Number of designs evaluated, counted by the problem.
         seconds: Wall time of the run.
-        evaluation_seconds: The part of it that was spent in the problem.
+        evaluation_seconds: Wall time spent in the problem.
 
     Example:
         >>> from pymoo.problems import get_problem
@@ -78,68 +80,75 @@ class Run:
     evaluation_seconds: float
 
     def __repr__(self) -> str:
-        """Return which run it is and how much it found."""
+        """Return the task and the number of non-dominated designs."""
         return f"Run({self.task}: {len(self.F)} non-dominated designs)"
 
 
 def _run(task: Task, tests: TestTable, **seconds: float) -> Run:
-    """Return a run from all designs that it tested, and what it took."""
+    """Return a run from the table of all its designs and its times."""
     best = tests.pareto()
     return Run(task, tests.X[best], tests.F[best], len(tests), **seconds)
 
 
 def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Run:
-    """Do a run, and keep it as a study in a folder if there is one.
+    """Perform a run, and store it as a study in a folder if there is one.
 
     Raises:
         RunError: The problem or the algorithm raised; the message says in which run.
     """
     observed = ObservedProblem(problem, task.n_evaluations)
+    seed = task.seed or 0  # an algorithm without a seed is deterministic
     began = time.perf_counter()
     try:
-        # Without a seed an algorithm is deterministic, and any number will do.
-        search(observed, task.n_evaluations, task.seed or 0)
+        search(observed, task.n_evaluations, seed)
     except (BudgetSpentError, EvaluationError):
-        pass  # what it evaluated within the budget is measured; the problem knows its failure
+        pass  # the designs within the budget are measured; the problem has kept its failure
     except PsiError:
         raise
     except Exception as error:
         raise RunError(str(task), f"{type(error).__name__}: {error}") from error
-    if observed.failure is not None:  # also where PSI has recorded it and gone on: one rule for all
+    seconds = time.perf_counter() - began
+    # PSI records a failure and goes on; here, a failure ends the run of every algorithm.
+    if observed.failure is not None:
         reason = f"a design that failed: {observed.failure.reason}"
         raise RunError(str(task), reason) from observed.failure
-    took = {"seconds": time.perf_counter() - began}
-    took["evaluation_seconds"] = observed.evaluation_seconds
+    times = {"seconds": seconds, "evaluation_seconds": observed.evaluation_seconds}
     tests = observed.tests()
     if folder is not None:
-        head = {**_head(tests, problem), "run": {**asdict(task), **took}}
-        # a name that can be read, and that no other task has
-        seed = "" if task.seed is None else f"_seed{task.seed}"
-        file = f"{quote(task.algorithm, safe='+ ')}_{task.n_evaluations}{seed}.db"
-        write_study(folder / file, head, columns_of(tests))
-    return _run(task, tests, **took)
+        head = {**_head(tests, problem), "run": {**asdict(task), **times}}
+        write_study(folder / _file_name(task), head, columns_of(tests))
+    return _run(task, tests, **times)
+
+
+def _file_name(task: Task) -> str:
+    """Return a readable name of a file that no other task has."""
+    name = f"{quote(task.algorithm, safe='+ ')}_{task.n_evaluations}"
+    if task.seed is not None:
+        name += f"_seed{task.seed}"
+    return f"{name}.db"
 
 
 class ObservedProblem(WrappedProblem):
-    """A problem that counts, times and keeps what an algorithm evaluates, and ends at a budget.
+    """A problem that counts, times and keeps the evaluations of an algorithm within a budget.
 
-    That the problem counts, not the algorithm, makes the cost of all algorithms the same thing.
+    As the problem counts, and not the algorithm, the cost means the same for all algorithms.
 
     Args:
-        problem: The problem that is wrapped, whose variables, bounds, objectives and constraints
-            it takes over.
-        budget: How many designs may be evaluated.
+        problem: The problem that is wrapped, with its variables, bounds, objectives and
+            constraints.
+        budget: Number of designs that may be evaluated.
 
     Attributes:
         wrapped: The problem.
-        failure: The design that failed last, if one did.
+        failure: The error of the design that failed last, or None.
         evaluation_seconds: Wall time spent in the problem.
     """
 
     def __init__(self, problem: Any, budget: int) -> None:
-        # NaN is replaced where values are checked; pymoo would look for it in the reasons, too.
+        # pymoo would look for NaN in the reasons of failures, too; values are checked elsewhere.
         super().__init__(problem, elementwise=False, replace_nan_values_by=None)
-        self.budget = self.left = budget
+        self.budget = budget
+        self.left = budget
         self._space = design_space(problem)
         self.failure: EvaluationError | None = None
         self.evaluation_seconds = 0.0
@@ -147,12 +156,12 @@ class ObservedProblem(WrappedProblem):
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
-        if len(X) > self.left:  # before a design beyond it is evaluated
+        if len(X) > self.left:
             raise BudgetSpentError(f"the budget of {self.budget} evaluations is spent")
         designs = np.array(self._space.to_matrix(X))  # before a model changes them
         began = time.perf_counter()
         try:
-            # Not by pymoo's `do`, which turns a transposed F round and fills in a missing G.
+            # pymoo's own `do` would transpose a wrong F and fill in a missing G.
             out = evaluate_designs(self.wrapped, X, *args, stop=True, **kwargs)
         except EvaluationError as error:
             self.failure = error
@@ -167,44 +176,57 @@ class ObservedProblem(WrappedProblem):
         layout = problem_layout(self.wrapped, self._space)
         if not self._kept:
             return TestTable.empty(layout)
-        X, F, G, H, failure = (
-            np.concatenate([each[name] for each in self._kept]) for name in ("X", *_KEPT)
+        values = {}
+        for name in ("X", *_KEPT):
+            values[name] = np.concatenate([evaluation[name] for evaluation in self._kept])
+        X = design_matrix("X", values["X"], layout.variables, layout.kinds)
+        numbers = range(1, 1 + len(X))
+        reasons = {}
+        for number, reason in zip(numbers, values["failure"], strict=True):
+            if reason:
+                reasons[number] = reason
+        return TestTable.of(
+            numbers,
+            X,
+            values["F"],
+            values["G"],
+            values["H"],
+            reasons=reasons,
+            layout=layout,
         )
-        numbers = range(1, 1 + len(F))
-        reasons = {number: text for number, text in zip(numbers, failure, strict=True) if text}
-        X = design_matrix("X", X, layout.variables, layout.kinds)
-        return TestTable.of(numbers, X, F, G, H, reasons=reasons, layout=layout)
 
 
 class BudgetSpentError(PsiError):
-    """An algorithm asked for more evaluations than it was given."""
+    """An algorithm requested more evaluations than its budget."""
 
 
-# Runs as studies: each in a file of its own, written whole or not at all, so that processes side by
-# side need no lock. Beside the tests the head has a "run".
+# Each run is stored as a study in its own file, which is written completely or not at all, so that
+# parallel processes need no lock. In addition to the tests, the head has a "run".
 
 
 def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
-    """Give the runs in a folder, which is made if there is none.
+    """Yield the runs in a folder, which is created if it does not exist.
 
     Raises:
-        StudyMismatchError: A study of the folder is no run on this problem.
+        StudyMismatchError: A study in the folder is not a run on this problem.
         StudyError: A file is damaged.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    asked = _head(TestTable.empty(problem_layout(problem, design_space(problem))), problem)
+    layout = problem_layout(problem, design_space(problem))
+    expected = json.dumps(_head(TestTable.empty(layout), problem), sort_keys=True)
     for path in sorted(folder.glob("*.db")):
         facts, columns = Study(path).contents()
         head = facts["head"]
         run = head.pop("run", None)
-        if run is None or json.dumps(head, sort_keys=True) != json.dumps(asked, sort_keys=True):
+        if run is None or json.dumps(head, sort_keys=True) != expected:
             raise StudyMismatchError(
-                f"{path} is no run on this problem, but on another problem, or with other bounds "
-                "or constants; give another folder"
+                f"{path} is not a run on this problem, but on another problem, or with other "
+                "bounds or constants; give another folder"
             )
-        task = Task(*(run.pop(name) for name in ("algorithm", "n_evaluations", "seed")))
+        task = Task(run.pop("algorithm"), run.pop("n_evaluations"), run.pop("seed"))
         yield _run(task, table_of(head, columns, path, TestTable), **run)
 
 
 def _head(tests: TestTable, problem: Any) -> dict[str, Any]:
+    """Return the head of a study of a run, which identifies the problem."""
     return {**head_of(tests), "problem": problem_identity(problem, design_space(problem))}
