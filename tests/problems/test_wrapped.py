@@ -171,6 +171,18 @@ def test_robustness(pair, tolerant):
     assert found[0].to_frame().equals(found[1].to_frame())
 
 
+def test_a_wrapper_may_evaluate_in_its_own_way():
+    class Own(WrappedProblem):
+        def _evaluate(self, X, out, *args, **kwargs):
+            out["F"] = np.column_stack([X[:, 0], 1 - X[:, 0]])
+            out["G"] = np.where(X[:, :1] < 0.5, np.nan, 0.0)
+
+    table = investigate(Restricted(Own(Model(), elementwise=False), {"x2": 0.5}), 8)
+    np.testing.assert_array_equal(table.status == "failed", table.X[:, 0] < 0.5)
+    tested = table.rows(table.status == "ok")
+    np.testing.assert_array_equal(tested.F[:, 0], tested.X[:, 0])
+
+
 def test_a_study_tells_wrappers_with_other_arguments_apart(tmp_path):
     study = tmp_path / "run.db"
     investigate(Priced(Model(), 3.0), 4, study=study)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import count, islice
 from typing import Any
 
@@ -19,7 +18,6 @@ from pymoo_psi.parallel import Values
 from pymoo_psi.problems import (
     WrappedProblem,
     columns_of_values,
-    known_expressions,
     leave_failed_out,
     problem_name,
     require_problem,
@@ -93,6 +91,8 @@ class Recorded(WrappedProblem):
         (50, 20)
     """
 
+    same_columns = True
+
     def __init__(self, problem: Any, **options: Any) -> None:
         points = ("first", "sampling", "seed", "share", "fill", "block_size")
         without = (*points, "limits", "log", "requirements")
@@ -113,11 +113,6 @@ class Recorded(WrappedProblem):
         self._answers = _Answers()
         self._read()
         self.n_evaluated = 0
-
-    @property
-    def known_expressions(self) -> Mapping[str, Any]:
-        """Those of the wrapped problem: the columns are the same."""
-        return known_expressions(self.wrapped)
 
     @property
     def table(self) -> TestTable:

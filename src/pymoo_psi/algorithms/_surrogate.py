@@ -217,7 +217,7 @@ class SurrogatePSI(PSI):
         goal = Goal(n_obj, bounds, low, high, self._required, partial(encoded, space))
         expressions = known_expressions(problem)
         # Expressions are not learned, but the outputs of the program that they are made of.
-        used = {name for output in expressions.values() for name in output.names}
+        used = {name for output in expressions.values() for name in output.operands}
         if not used:
             return goal, further
         made = [n for n in used if n in layout.outputs and n not in expressions]

@@ -1,23 +1,26 @@
-"""pymoo problems: their design spaces and parts of them, and the sphere in the chute-conveyor.
+"""pymoo problems: design spaces, wrappers of problems, and the sphere in the chute-conveyor.
 
-A problem of your own that belongs here: write what it computes as functions of arrays, without
-pymoo, in a subpackage beside ``chute``; then a thin ``Problem`` here that checks its arguments,
-sets bounds and fills ``out["F"]`` and ``out["G"]``, with ``names``, ``units`` and ``maximize`` as
-attributes and ``fingerprint()``, which returns its constants for studies. Test it against values
-known otherwise: a limiting case, an identity, an independent solver.
-``pymoo-psi solve pymoo_psi:YourProblem --points 1024`` runs it.
+To add a problem, write its computation as functions of arrays, without pymoo, in a subpackage
+beside ``chute``. Then write a thin ``Problem`` here that checks its arguments, sets bounds and
+fills ``out["F"]`` and ``out["G"]``. It has attributes ``names``, ``units`` and ``maximize``, and a
+method ``fingerprint()`` that returns its constants for studies. Test it against independent values:
+a limiting case, an identity, another solver. ``pymoo-psi solve pymoo_psi:YourProblem --points
+1024`` runs it.
+
+To add a wrapper of problems, derive it from :class:`WrappedProblem` in a file of its own and add
+its name to ``__init__.pyi``.
 
 A design whose evaluation raises, gives NaN or the wrong shape is kept as failed, with its reason,
-and the run goes on. PSI does so by itself; any other algorithm of pymoo, which NaN would mislead,
-takes a :class:`FailureTolerant` problem. Failed designs are in no algorithm's ``res.F``. A model
+and the run continues. PSI does this itself. Other algorithms of pymoo, for which NaN means wrong
+results, take a :class:`FailureTolerant` problem. Failed designs are never in ``res.F``. A model
 gets a copy of its designs, and its values count only if they have exactly the shape that the
 problem promises.
 
-With many variables, screen: :func:`pymoo_psi.table.sensitivities` of the first tests says which
+With many variables, screen first: :func:`pymoo_psi.table.sensitivities` of some tests shows which
 variables matter, and :class:`Restricted` fixes the others.
 
-Two subsystems that share a variable are investigated apart, with few variables each, and their
-feasible designs combined: pairs that agree on it, with objectives of the whole.
+Two subsystems that share a variable can be investigated separately, with few variables each. Their
+feasible designs are then combined: pairs that agree on that variable, with objectives of the whole.
 
 Example:
     >>> import pandas as pd
@@ -49,5 +52,5 @@ Example:
 
 import lazy_loader
 
-# Each name at its first use: the chute alone needs neither workers nor tables.
+# Each name is imported at its first use: the chute alone needs neither workers nor tables.
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""What a pymoo problem says of its designs and values: variables, columns, identity."""
+"""The design space of a pymoo problem, the columns of its tests, and its identity."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import hashlib
 import inspect
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,16 +31,16 @@ _TYPES = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINAR
 
 @dataclass(frozen=True)
 class Variable:
-    """One design variable and how a number in [0, 1) becomes a value of it.
+    """A design variable, and the mapping from numbers in [0, 1) to its values.
 
     Attributes:
         name: Its name.
-        kind: What it is, in pymoo's words.
+        kind: Real, logarithmic, integer, binary or a choice.
         lower: Lower bound; for a choice the index of the first option.
         upper: Upper bound; for a choice the index of the last option.
         options: The options of a choice; the value of a fixed variable.
-        fixed: Whether it keeps one value; a design as the problem takes it is without it.
-        title: What the problem calls it.
+        fixed: Whether it has one value; a design as the problem takes it does not include it.
+        title: The problem's own name for it.
     """
 
     name: str
@@ -53,38 +54,49 @@ class Variable:
     def values(self, points: Array) -> NDArray[Any]:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
         if self.kind.real:
-            low, high = self._on_scale(np.array([self.lower, self.upper]))
-            found = low + (high - low) * points
-            found = np.exp(found) if self.kind is Kind.LOG else found
-            # of a point 1, which no sequence has, rounding may lie above the bound
-            return np.asarray(np.clip(found, self.lower, self.upper))
-        # n values share [0, 1) in n equal parts; the last one is upper, of a point 1 too
-        steps = self.lower + np.floor((self.upper - self.lower + 1) * points)
+            return self._real_values(points)
+        # n values share [0, 1) in n equal parts; a point 1 gives upper, the last one
+        count = self.upper - self.lower + 1
+        steps = self.lower + np.floor(count * points)
         steps = np.minimum(steps, self.upper)
         if self.kind is Kind.CHOICE:
             # fromiter: options may be sequences themselves
             return np.fromiter((self.options[int(step)] for step in steps), object)
         return steps.astype(bool if self.kind is Kind.BINARY else np.int64)
 
+    def _real_values(self, points: Array) -> Array:
+        low, high = self._on_scale(np.array([self.lower, self.upper]))
+        values = low + (high - low) * points
+        if self.kind is Kind.LOG:
+            values = np.exp(values)
+        # at a point 1, which no sequence has, rounding may lead above the bound
+        return np.asarray(np.clip(values, self.lower, self.upper))
+
     def points(self, values: NDArray[Any]) -> Array:
         """Return ``(n,)`` numbers in [0, 1] that stand for values, as :meth:`values` has them."""
         if self.kind.real:
-            low, high = self._on_scale(np.array([self.lower, self.upper]))
-            steps = self._on_scale(values.astype(np.float64)) - low
-            return np.clip(steps / (high - low), 0, 1) if high > low else np.zeros(len(values))
+            return self._real_points(values.astype(np.float64))
         if self.kind is Kind.CHOICE:
-            texts = [str(option) for option in self.options]  # as a study has them
+            texts = list(map(str, self.options))  # as a study has them
             values = np.array([texts.index(str(value)) for value in values.tolist()])
-        return (values.astype(np.float64) - self.lower + 0.5) / (self.upper - self.lower + 1)
+        count = self.upper - self.lower + 1
+        return (values.astype(np.float64) - self.lower + 0.5) / count
+
+    def _real_points(self, values: Array) -> Array:
+        low, high = self._on_scale(np.array([self.lower, self.upper]))
+        if high <= low:
+            return np.zeros(len(values))
+        steps = self._on_scale(values) - low
+        return np.asarray(np.clip(steps / (high - low), 0, 1))
 
     def _on_scale(self, values: Array) -> Array:
-        """Return real values on the scale on which they are spread."""
+        """Return real values on the scale on which they are evenly distributed."""
         return np.log(values) if self.kind is Kind.LOG else values
 
     def between(self, least: float, greatest: float) -> tuple[float, float]:
-        """Return the numbers in [0, 1] between which numbers lie that are allowed.
+        """Return the part of [0, 1] whose values lie between two limits.
 
-        The options of a choice have any order: all of them may be tried.
+        The options of a choice have no order: it is all of [0, 1].
         """
         if self.kind is Kind.CHOICE:
             return 0.0, 1.0
@@ -97,10 +109,10 @@ class Variable:
 
 @dataclass(frozen=True)
 class DesignSpace:
-    """The variables of a problem, and those that :class:`Restricted` has fixed.
+    """The variables of a problem, including those that :class:`Restricted` has fixed.
 
-    A matrix has a column for each variable, as a test table; designs as the problem takes them have
-    the free variables only, and points those of them that are searched.
+    A matrix has a column for each variable, like a test table. Designs as the problem takes them
+    have the free variables only, and points have a coordinate for each variable that is searched.
 
     Attributes:
         variables: The variables in their order.
@@ -112,13 +124,13 @@ class DesignSpace:
     named: bool
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the variables."""
+    def variable_names(self) -> tuple[str, ...]:
+        """The names of the variables in pymoo: x1, x2, … or the keys of named designs."""
         return tuple(variable.name for variable in self.variables)
 
     @property
     def titles(self) -> tuple[str, ...]:
-        """What the problem calls the variables."""
+        """The problem's own names for the variables."""
         return tuple(variable.title for variable in self.variables)
 
     @property
@@ -133,72 +145,86 @@ class DesignSpace:
 
     @property
     def free(self) -> DesignSpace:
-        """The space of the free variables alone: of the designs as the problem takes them."""
-        return replace(self, variables=tuple(v for v in self.variables if not v.fixed))
+        """The space of the free variables alone, those of designs as the problem takes them."""
+        return replace(self, variables=tuple(compress(self.variables, self._are_free())))
 
     @property
     def searched(self) -> tuple[Variable, ...]:
-        """The variables of which points have a coordinate: those that can take two values."""
-        return tuple(v for v, has in self._coordinates() if has)
+        """The variables for which points have a coordinate: those with two values or more."""
+        return tuple(compress(self.variables, self._are_searched()))
 
     @property
     def finite(self) -> bool:
-        """Whether no variable has more than a finite number of values, so that designs recur."""
-        return all(v.fixed or not v.kind.real or v.lower == v.upper for v in self.variables)
+        """Whether every variable has a finite number of values, so that designs may recur."""
+        varied = self.lower != self.upper
+        return not any(v.kind.real for v in compress(self.variables, varied & self._are_free()))
 
     def matrix(self, points: Array) -> NDArray[Any]:
         """Return the designs at ``(n, n_searched)`` points of [0, 1] as an ``(n, n_var)`` matrix.
 
         Its dtype is that of the variables if they have one in common, else object.
         """
-        given = iter(points.T)
-        # 0 is the lower bound or the first option: the only one of all other variables
+        coordinates = iter(points.T)
         zeros = np.zeros(len(points))
-        columns = [v.values(next(given) if has else zeros) for v, has in self._coordinates()]
-        kinds = {column.dtype for column in columns}
+        columns = []
+        for variable, searched in zip(self.variables, self._are_searched(), strict=True):
+            # 0 is the lower bound or the first option: the only value of all other variables
+            coordinate = next(coordinates) if searched else zeros
+            columns.append(variable.values(coordinate))
+        dtypes = {column.dtype for column in columns}
         # astype(object) gives Python's own int, float and bool, as one would write such a design
-        dtype = kinds.pop() if len(kinds) == 1 else np.dtype(object)
+        dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
         return np.column_stack([column.astype(dtype, copy=False) for column in columns])
 
     def points(self, matrix: NDArray[Any]) -> Array:
-        """Return ``(n, n_searched)`` points of [0, 1] whose designs are the rows of such a matrix.
+        """Return ``(n, n_searched)`` points of [0, 1] whose designs are the rows of a matrix.
 
-        A discrete value is in the middle of its part of [0, 1), a bound of a real one at an end.
+        A discrete value gives the middle of its part of [0, 1), a bound of a real one an end.
         """
-        columns = zip(self._coordinates(), matrix.T, strict=True)
-        points = [variable.points(column) for (variable, has), column in columns if has]
-        return np.column_stack(points) if points else np.zeros((len(matrix), 0))
+        columns = [np.zeros((len(matrix), 0))]
+        for variable, values in zip(self.searched, matrix.T[self._are_searched()], strict=True):
+            columns.append(variable.points(values))
+        return np.column_stack(columns)
 
     def designs(self, matrix: NDArray[Any]) -> NDArray[Any]:
-        """Return the rows of such a matrix as the problem takes them: vectors, or dictionaries."""
+        """Return the rows of a matrix as the problem takes them: vectors, or dictionaries."""
         free = self._are_free()
-        matrix = matrix if free.all() else matrix[:, free]
+        if not free.all():
+            matrix = matrix[:, free]
         if not self.named:
             return matrix
-        names = self.free.names
-        return np.fromiter((dict(zip(names, x, strict=True)) for x in matrix.tolist()), object)
+        names = self.free.variable_names
+        designs = (dict(zip(names, row, strict=True)) for row in matrix.tolist())
+        return np.fromiter(designs, object)
 
     def to_matrix(self, designs: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""
         if self.named:
-            result = np.empty((len(designs), len(self.variables)), dtype=object)
-            for i, design in enumerate(designs):
-                result[i] = [v.options[0] if v.fixed else design[v.name] for v in self.variables]
-            return result
-        free, given = self._are_free(), np.asarray(designs)
+            return self._matrix_of_mappings(designs)
+        free = self._are_free()
+        vectors = np.asarray(designs)
         if free.all():
-            return given
+            return vectors
         fixed = np.array([v.options[0] for v in self.variables if v.fixed])
-        dtype = np.result_type(given, fixed)  # of whole numbers and 0.5, numbers
-        result = np.empty((*given.shape[:-1], len(free)), dtype=dtype)
-        result[..., free], result[..., ~free] = given, fixed
-        return result
+        dtype = np.result_type(vectors, fixed)  # floats for whole numbers beside 0.5
+        matrix = np.empty((*vectors.shape[:-1], len(free)), dtype=dtype)
+        matrix[..., free] = vectors
+        matrix[..., ~free] = fixed
+        return matrix
 
-    def _coordinates(self) -> list[tuple[Variable, bool]]:
-        """Return the variables and which of them are searched; without any, all free ones are."""
-        varied = [not v.fixed and v.lower < v.upper for v in self.variables]
-        has = varied if any(varied) else self._are_free().tolist()
-        return list(zip(self.variables, has, strict=True))
+    def _matrix_of_mappings(self, designs: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
+        matrix = np.empty((len(designs), len(self.variables)), dtype=object)
+        for i, design in enumerate(designs):
+            for j, variable in enumerate(self.variables):
+                fixed = variable.fixed
+                matrix[i, j] = variable.options[0] if fixed else design[variable.name]
+        return matrix
+
+    def _are_searched(self) -> NDArray[np.bool_]:
+        """Return which variables are searched: all free ones if none has two values."""
+        free = self._are_free()
+        varied = free & (self.lower < self.upper)
+        return varied if varied.any() else free
 
     def _are_free(self) -> NDArray[np.bool_]:
         return np.array([not variable.fixed for variable in self.variables], dtype=bool)
@@ -217,37 +243,54 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
         ArgumentValueError: A bound is missing, infinite or above the other one, or a logarithmic
             scale does not begin above 0.
     """
-    space = getattr(problem, "space", None)  # a restricted problem's, also through a wrapper
+    space = getattr(problem, "space", None)  # of a wrapper whose variables differ
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
-    titles = given_names(problem, space)
+    titles = column_titles(problem, space)
     variables = [replace(v, title=titles.get(v.name, v.name)) for v in space.variables]
-    if log is None:  # an attribute of another type is a logger or a file
-        log = getattr(problem, "log", None)
-        log = log if isinstance(log, (list, tuple)) and all(isinstance(n, str) for n in log) else ()
-    for name in collection("log", log, "a list of variables", "one goes into a list too"):
-        known_name("log", name, {n for v in variables for n in (v.name, v.title)})
-    scaled = [_logarithmic(v) if {v.name, v.title} & {*log} else v for v in variables]
-    return replace(space, variables=tuple(scaled))
+    space = replace(space, variables=tuple(variables))
+    if log is None:
+        log = _log_attribute(problem)
+    collection("log", log, "a list of variables", "one goes into a list too")
+    for name in log:
+        known_name("log", name, {*space.variable_names, *space.titles})
+    for j, variable in enumerate(variables):
+        if variable.name in log or variable.title in log:
+            variables[j] = _logarithmic(variable)
+    return replace(space, variables=tuple(variables))
+
+
+def _log_attribute(problem: Any) -> Collection[str]:
+    """Return the variables in a problem's attribute ``log``, if it is a list of names."""
+    log = getattr(problem, "log", None)
+    # an attribute of another type is a logger or a file
+    if isinstance(log, (list, tuple)) and all(isinstance(name, str) for name in log):
+        return log
+    return ()
 
 
 def _logarithmic(variable: Variable) -> Variable:
-    if not variable.kind.real or variable.lower <= 0:
-        found = f"{variable.lower:g}" if variable.kind.real else f"a {variable.kind.value} variable"
-        rule = "that of a real variable and above 0 on a logarithmic scale"
-        raise invalid(f"the lower bound of {variable.title}", rule, Received(found))
+    bound = f"the lower bound of {variable.title}"
+    rule = "that of a real variable and above 0 on a logarithmic scale"
+    if not variable.kind.real:
+        raise invalid(bound, rule, Received(f"a {variable.kind.value} variable"))
+    if variable.lower <= 0:
+        raise invalid(bound, rule, Received(f"{variable.lower:g}"))
     return replace(variable, kind=Kind.LOG)
 
 
-def given_names(problem: Any, space: DesignSpace) -> dict[str, str]:
-    """Return what a problem's attribute ``names`` calls columns, by their default names.
+def column_titles(problem: Any, space: DesignSpace) -> dict[str, str]:
+    """Return the problem's own names for columns, by their default names.
 
-    A list with a text for each variable names these; anything else is not meant for us.
+    They are in its attribute ``names``: a mapping, or a list with a text for each variable. An
+    attribute of another type has another purpose.
     """
-    own = getattr(problem, "names", None)
-    if isinstance(own, (list, tuple, np.ndarray)) and len(own) == len(space.names):
-        return dict(zip(space.names, map(str, own), strict=True))
-    return {str(name): str(own[name]) for name in own} if isinstance(own, Mapping) else {}
+    titles = getattr(problem, "names", None)
+    if isinstance(titles, Mapping):
+        return {str(name): str(title) for name, title in titles.items()}
+    if isinstance(titles, (list, tuple, np.ndarray)) and len(titles) == len(space.variables):
+        return dict(zip(space.variable_names, map(str, titles), strict=True))
+    return {}
 
 
 def problem_layout(
@@ -263,34 +306,40 @@ def problem_layout(
         problem: A pymoo problem, which may have attributes ``names``, ``maximize`` and ``units``.
         space: Its variables.
         names: The user's names of columns by their default names, instead of the attribute.
-        maximize: The objectives that ``out["F"]`` holds with the sign turned, by the user's names;
-            all that the attribute has, unless ``names`` are given.
-        units: Units by the user's names, as for ``names``; also of further outputs.
+        maximize: The objectives that ``out["F"]`` has with the opposite sign, by the user's names;
+            they include those of the attribute, unless ``names`` are given.
+        units: Units by the user's names, instead of the attribute; also for further outputs.
 
     Raises:
-        ArgumentValueError: There is no such column, or two would have one name.
-        ArgumentTypeError: A name or unit is not text, or an argument of another type.
+        ArgumentValueError: There is no such column, or two would have the same name.
+        ArgumentTypeError: A name or unit is not text, or an argument has the wrong type.
     """
-    from pymoo_psi.table import Layout  # pandas, for which selectors would wait
+    from pymoo_psi.table import Layout  # imports pandas, which selectors do not need
 
-    own = getattr(problem, "maximize", None) or ()
-    maximize = own if maximize is None else maximize
+    maximized = getattr(problem, "maximize", None) or ()
+    if maximize is None:
+        maximize = maximized
     collection("maximize", maximize, "a list of objectives", "one goes into a list too")
-    if maximize and names is None and not set(own) <= set(maximize):
-        rule = f"a list with what the problem says itself, {', '.join(own)}"
+    if maximize and names is None and not {*maximized} <= {*maximize}:
+        rule = f"a list that includes the problem's own, {', '.join(maximized)}"
         raise invalid("maximize", rule, maximize, "or change the problem's attribute")
-    names = given_names(problem, space) if names is None else names
-    units = getattr(problem, "units", None) or {} if units is None else units
+    if names is None:
+        names = column_titles(problem, space)
+    if units is None:
+        units = getattr(problem, "units", None) or {}
     mapping("names", names, "names to texts")
     mapping("units", units, "names to texts", "also as an attribute of the problem")
-    kinds = [variable.kind for variable in space.variables]
-    unbounded = [kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds]
-    plain = Layout.of(space.names, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
+    variables = space.variable_names
+    plain = Layout.of(variables, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
     for name in names:
         known_name("names", name, plain.columns)
-    groups = (plain.variables, plain.objectives, plain.inequalities, plain.equalities)
+    groups = []
+    for group in (plain.variables, plain.objectives, plain.inequalities, plain.equalities):
+        groups.append([names.get(name, name) for name in group])
+    kinds = [variable.kind for variable in space.variables]
+    unbounded = [kind in (Kind.BINARY, Kind.CHOICE) for kind in kinds]
     return Layout.of(
-        *([names.get(name, name) for name in group] for group in groups),
+        *groups,
         maximize=list(maximize),
         units=units,
         lower=np.where(unbounded, np.nan, space.lower),
@@ -300,16 +349,17 @@ def problem_layout(
 
 
 def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
-    """Return what is known of a problem without its bounds, as plain values.
+    """Return what identifies a problem for a study, apart from its bounds, as plain values.
 
-    Name, variables, sizes and bounds are not everything, such as a constant of the model: numbers
-    and texts that the problem was made with count too, or else what a method ``fingerprint()`` of
-    it returns, as the chute's does.
+    Name, variables and sizes are not enough, as a model has constants. So numbers and texts that
+    the problem was made with are included, or else what its method ``fingerprint()`` returns, such
+    as the chute's.
     """
     return {
         "problem": problem_name(problem),
         "variables": [[v.name, v.kind.value, *map(str, v.options)] for v in space.variables],
-        "objectives": int(problem.n_obj),  # NumPy's integers, as of OpenMDAO, are none of JSON
+        # int, as JSON has no NumPy integers, which OpenMDAO's problems have
+        "objectives": int(problem.n_obj),
         "inequality constraints": int(problem.n_ieq_constr),
         "equality constraints": int(problem.n_eq_constr),
         "parameters": own_parameters(problem),
@@ -317,66 +367,101 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
 
 
 def own_parameters(problem: Any) -> dict[str, Any]:
-    """Return what ``fingerprint()`` of a problem returns, or numbers and texts it was made with.
+    """Return what a problem's ``fingerprint()`` returns, or numbers and texts it was made with.
 
     These are the arguments of its classes that it keeps as attributes of the same name, or with an
-    underscore before it, but for default values and what pymoo's ``Problem`` takes. A text that is
-    a path says where, not what.
+    underscore before it, except default values and what pymoo's ``Problem`` takes. A text that is
+    a path is left out: it says where something is, not what.
     """
-    if callable(own := getattr(problem, "fingerprint", None)):
-        return dict(own())
+    fingerprint = getattr(problem, "fingerprint", None)
+    if callable(fingerprint):
+        return dict(fingerprint())
     problem = layers(problem)[-1]
-    classes = [c for c in reversed(type(problem).__mro__) if issubclass(c, Problem)]
-    parameters = {n: p for c in classes for n, p in inspect.signature(c).parameters.items()}
-    found = {}
-    for name in [n for n in parameters if n not in inspect.signature(Problem).parameters]:
-        default = parameters[name].default
-        value = getattr(problem, name, getattr(problem, f"_{name}", default))
-        value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-        if _is_plain(value) and value != default:
+    of_pymoo = inspect.signature(Problem).parameters
+    arguments: dict[str, inspect.Parameter] = {}
+    for kind in reversed(type(problem).__mro__):
+        if issubclass(kind, Problem):
+            arguments.update(inspect.signature(kind).parameters)
+    parameters = {}
+    for name, argument in arguments.items():
+        if name in of_pymoo:
+            continue
+        value = getattr(problem, name, getattr(problem, f"_{name}", argument.default))
+        if isinstance(value, (np.ndarray, np.generic)):
+            value = value.tolist()
+        if _is_plain(value) and value != argument.default:
             text = repr(value)
-            long = len(text) > _LONGEST
-            found[name] = hashlib.sha256(text.encode()).hexdigest()[:16] if long else value
-    return found
+            if len(text) > _LONGEST:
+                value = hashlib.sha256(text.encode()).hexdigest()[:16]
+            parameters[name] = value
+    return parameters
 
 
 def _is_plain(value: Any) -> bool:
     if isinstance(value, (list, tuple)):
         return all(map(_is_plain, value))
-    return isinstance(value, (bool, int, float)) or (
-        isinstance(value, str) and not {"/", "\\"} & {*value}
-    )
+    if isinstance(value, str):
+        return "/" not in value and "\\" not in value
+    return isinstance(value, (bool, int, float))
 
 
 def _variables(problem: Any) -> Iterator[Variable]:
-    """Give the variables of a problem, of a mixed one or of vectors, checked."""
-    if named := getattr(problem, "vars", None):
-        for name, given in named.items():
-            kind = next((kind for cls, kind in _CLASSES.items() if isinstance(given, cls)), None)
-            bounds, options = getattr(given, "bounds", ()), tuple(getattr(given, "options", ()))
-            yield _variable(problem, str(name), given, kind, bounds, options)
+    """Yield the variables of a problem, checked."""
+    if getattr(problem, "vars", None):
+        for name, variable in problem.vars.items():
+            kind = _kind_of(variable)
+            bounds = getattr(variable, "bounds", ())
+            options = tuple(getattr(variable, "options", ()))
+            yield _variable(problem, str(name), variable, kind, bounds, options)
         return
-    ends = [np.broadcast_to(end, problem.n_var) for end in problem.bounds()]
-    for j, bounds in enumerate(zip(*ends, strict=True)):
-        yield _variable(problem, f"x{j + 1}", problem.vtype, _TYPES.get(problem.vtype), bounds, ())
+    lower, upper = (np.broadcast_to(ends, problem.n_var) for ends in problem.bounds())
+    kind = _TYPES.get(problem.vtype)
+    for j, bounds in enumerate(zip(lower, upper, strict=True), 1):
+        yield _variable(problem, f"x{j}", problem.vtype, kind, bounds, ())
+
+
+def _kind_of(variable: Any) -> Kind | None:
+    """Return the kind of a variable of pymoo, or None if it has another class."""
+    for cls, kind in _CLASSES.items():
+        if isinstance(variable, cls):
+            return kind
+    return None
 
 
 def _variable(
-    problem: Any, name: str, given: Any, kind: Kind | None, bounds: Any, options: tuple[Any, ...]
+    problem: Any,
+    name: str,
+    variable: Any,
+    kind: Kind | None,
+    bounds: Any,
+    options: tuple[Any, ...],
 ) -> Variable:
+    """Return a variable, checked.
+
+    Args:
+        problem: Its problem, for messages.
+        name: Its name.
+        variable: pymoo's variable, or the type of all variables.
+        kind: What it is; None if unknown.
+        bounds: Lower and upper bound, of integers and real numbers.
+        options: The options of a choice.
+    """
     where = f"{name} of {problem_name(problem)}"
     if kind is None or (kind is Kind.CHOICE and not options):
-        raise wrong_type(f"variable {where}", "real, integer, binary or a choice of some", given)
-    if kind in (Kind.BINARY, Kind.CHOICE):
-        bounds = (0, len(options) - 1 if options else 1)
+        raise wrong_type(f"variable {where}", "real, integer, binary or a choice of some", variable)
+    if kind is Kind.BINARY:
+        bounds = (0, 1)
+    elif kind is Kind.CHOICE:
+        bounds = (0, len(options) - 1)
     try:
         low, high = map(float, bounds)
     except (TypeError, ValueError):  # None, a text
         low = high = np.nan
-    if kind is Kind.INTEGER:
-        low, high = float(np.ceil(low)), float(np.floor(high))  # the integers in between
+    if kind is Kind.INTEGER:  # the integers in between
+        low = float(np.ceil(low))
+        high = float(np.floor(high))
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
-        found = Received(" and ".join(map(str, bounds)))
-        raise invalid(f"bounds of {where}", "finite and in increasing order", found)
+        ends = Received(" and ".join(map(str, bounds)))
+        raise invalid(f"bounds of {where}", "finite and in increasing order", ends)
     return Variable(name, kind, low, high, options)

@@ -1,8 +1,8 @@
-"""The evaluation of designs some of which may fail: values, checked, or the reason for none.
+"""The evaluation of designs that may fail: checked values, or the reason why there are none.
 
-What a model gives counts only where it is what the problem promises. A design fails if its
+Values of a model count only if they are what the problem promises. A design fails if its
 evaluation raises, is lost by a runner, or gives values that are missing, of another shape, no
-numbers, NaN, or infinite though the design is feasible.
+numbers, NaN, or infinite although the design is feasible.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Generator, Sequence
 from contextlib import suppress
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -33,32 +34,34 @@ from pymoo_psi.problems._wrapped import (
     uses_wrapped_values,
 )
 
-# A call for many designs that raises says nothing of any of them. They are evaluated again in
-# parts of this size, and those of a part that raises, one by one: 64 designs so take at most 128
-# evaluations, and one culprit among 65 536 is found in 1100 calls.
+# A call for many designs that raises does not say which of them failed. They are evaluated again
+# in parts of this size, and the designs of a part that raises, one by one: 64 designs take at most
+# 128 evaluations, and one culprit among 65 536 is found in 1100 calls.
 _PART = 64
+# Values of a design that failed.
+_FAILED = {"F": np.inf, "G": 0.0, "H": 0.0}
 
 
 def evaluate_designs(
     problem: Any, X: Any, *args: Any, stop: bool = False, **kwargs: Any
 ) -> dict[str, Any]:
-    """Evaluate designs as pymoo's ``evaluate``; one that fails has a reason instead of values.
+    """Evaluate designs like pymoo's ``evaluate``; one that fails has a reason instead of values.
 
-    The model gets copies of the designs, and its values are copied: whatever it does to either
-    afterwards, or to an array that it returns again and again, the values stay with their design.
+    The model gets copies of the designs, and its values are copied. So values stay with their
+    design even if the model changes a design, or returns the same array again and again.
 
     Args:
         problem: A pymoo problem, elementwise or not.
         X: n designs as the problem takes them.
         *args: For the model, as pymoo passes them.
-        stop: Raise at a design that fails. Designs that are evaluated together or in processes
-            are finished first.
+        stop: Raise if a design fails. Designs that are evaluated together or in processes are
+            finished first.
         **kwargs: For the model, as pymoo passes them.
 
     Returns:
         ``F`` ``(n, m)``, infinite where a design failed; ``G`` ``(n, n_ieq)`` and ``H``
         ``(n, n_eq)``, 0 there; ``failure`` ``(n,)``, the reasons, empty where a design did not
-        fail; and what else the model gives, NaN or None where it does not.
+        fail; and further values of the model, NaN or None where it gives none.
 
     Raises:
         EvaluationError: A design failed and ``stop`` is true.
@@ -70,13 +73,13 @@ def evaluate_designs(
 
         values: dict[str, Any] = problem.values_from(X, within)
         reasons = values.get("failure", [None] * len(X))
-        return values | {"failure": np.array([reason or "" for reason in reasons], dtype=object)}
+        values["failure"] = np.array([reason or "" for reason in reasons], dtype=object)
+        return values
     model = _Model(problem, args, kwargs, stop)
-    # A problem with a `do` of its own transforms designs or values on the way, as pymoo's
-    # ZeroToOne does; its model must not be reached around it.
     with same_folder(), np.errstate():  # both are as before, whatever the model sets
-        if problem.elementwise and type(problem).do is Problem.do:
-            out = columns_of_values(problem, problem.elementwise_runner(model, X))
+        if _is_one_by_one(problem):
+            rows = problem.elementwise_runner(model, X)
+            out = columns_of_values(problem, rows)
         else:
             out = model.together(X)
     if problem.callback is not None:
@@ -87,22 +90,27 @@ def evaluate_designs(
 def streams(problem: Any) -> bool:
     """Whether a problem's designs can go to the workers one after the other.
 
-    Others are evaluated in batches: by a vectorised model, a runner that is not ours, or where a
-    callback of the problem expects batches.
+    Others are evaluated in batches: by a vectorised model, by a runner that is not ours, or because
+    a callback of the problem expects batches.
     """
     while changes_designs_only(problem):
         problem = problem.wrapped
+    ours = (JoblibRunner.__call__, LoopedElementwiseEvaluation.__call__)
     runner = type(problem.elementwise_runner)
-    return bool(
-        problem.elementwise
-        and type(problem).do is Problem.do
-        and problem.callback is None
-        and runner.__call__ in (JoblibRunner.__call__, LoopedElementwiseEvaluation.__call__)
-    )
+    return _is_one_by_one(problem) and problem.callback is None and runner.__call__ in ours
+
+
+def _is_one_by_one(problem: Any) -> bool:
+    """Whether a problem's model is called for one design at a time.
+
+    A problem with a ``do`` of its own transforms designs or values on the way, like pymoo's
+    ``ZeroToOne``; its model must not be reached around it.
+    """
+    return bool(problem.elementwise) and type(problem).do is Problem.do
 
 
 def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result]:
-    """Evaluate the designs of a queue and give the values of each as soon as they are there.
+    """Evaluate the designs of a queue and yield the values of each as soon as they are there.
 
     A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`.
 
@@ -110,7 +118,8 @@ def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result]:
         problem: A pymoo problem that :func:`streams`.
         waiting: The designs with their indices; more may be added while the results are read.
     """
-    model, runner = _Model(problem, (), {}, stop=False), problem.elementwise_runner
+    model = _Model(problem, (), {}, stop=False)
+    runner = problem.elementwise_runner
     if isinstance(runner, JoblibRunner):
         yield from runner.stream(model, waiting)
     else:
@@ -121,11 +130,11 @@ def columns_of_values(problem: Any, rows: Sequence[Values]) -> dict[str, Any]:
     """Return the values of designs, one dictionary each, as :func:`evaluate_designs` does."""
     out: dict[str, Any] = {}
     for name, size in _sizes(problem).items():
-        failed = np.full(size, np.inf if name == "F" else 0.0)
+        failed = np.full(size, _FAILED[name])
         column = [row.get(name, failed) for row in rows]
         out[name] = np.array(column).reshape(len(rows), size)
     out["failure"] = np.fromiter((row["failure"] for row in rows), object)
-    for name in dict.fromkeys(name for row in rows for name in row):
+    for name in dict.fromkeys(chain.from_iterable(rows)):
         if name not in out:
             out[name] = value_column([row.get(name) for row in rows])
     return out
@@ -136,14 +145,17 @@ def _sizes(problem: Any) -> dict[str, int]:
 
 
 class _Model:
-    """What a runner runs: pymoo's function, with checked values or the reason for none."""
+    """The function that a runner calls: pymoo's, with checked values or the reason for none."""
 
     def __init__(self, problem: Any, args: Any, kwargs: Any, stop: bool) -> None:
         self.wrappers: list[WrappedProblem] = []
         while changes_designs_only(problem):
             self.wrappers.append(problem)
             problem = problem.wrapped
-        self.problem, self.args, self.kwargs, self.stop = problem, args, kwargs, stop
+        self.problem = problem
+        self.args = args
+        self.kwargs = kwargs
+        self.stop = stop
         self.sizes = _sizes(problem)
         self.function = problem.elementwise_func(problem, args, kwargs)
 
@@ -154,8 +166,11 @@ class _Model:
             for wrapper in self.wrappers:
                 design = wrapper.designs_within(design)
             raw = self.function(copy.copy(design))
-            row = {n: _floats(x, n, raw.get(n), (size,)) for n, size in self.sizes.items()}
-            if flaw := _flaw(row):
+            row = {}
+            for name, size in self.sizes.items():
+                row[name] = _floats(x, name, raw.get(name), (size,))
+            flaw = _flaw(row)
+            if flaw:
                 raise EvaluationError(x, flaw)
         except KeyboardInterrupt:
             raise
@@ -163,12 +178,13 @@ class _Model:
             return self.failed(x, error)
         for name, value in raw.items():
             if name not in row and value is not None:
-                mutable = isinstance(value, (np.ndarray, list, dict))
-                row[name] = copy.copy(value) if mutable else value
+                if isinstance(value, (np.ndarray, list, dict)):
+                    value = copy.copy(value)
+                row[name] = value
         return row | {"failure": ""}
 
     def lost(self, x: Any, reason: str) -> Values:
-        """Return what stands for the values of a design whose evaluation a runner has lost."""
+        """Return the reason for a design whose evaluation a runner has lost."""
         return self.failed(x, EvaluationError(x, reason))
 
     def failed(self, x: Any, error: BaseException) -> Values:
@@ -181,51 +197,64 @@ class _Model:
 
     def together(self, X: Any) -> dict[str, Any]:
         """Evaluate designs by calls for as many as possible; see :func:`evaluate_designs`."""
-        n = len(X)
         try:
             raw = self._raw(X)
-            out = {k: _floats(X[0], k, raw.get(k), (n, m)) for k, m in self.sizes.items()}
+            out: dict[str, Any] = {}
+            for name, size in self.sizes.items():
+                out[name] = _floats(X[0], name, raw.get(name), (len(X), size))
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # as of one design
-            if n == 1:
+        except BaseException as error:  # as for one design
+            if len(X) == 1:
                 return columns_of_values(self.problem, [self.failed(X[0], error)])
-            size = _PART if n > _PART else 1
-            parts = [self.together(X[i : i + size]) for i in range(0, n, size)]
-            rows = [
-                dict(zip(part, row, strict=True))
-                for part in parts
-                for row in zip(*part.values(), strict=True)
-            ]
-            return columns_of_values(self.problem, rows)
-        feasible = meets_constraints(out["G"], out["H"])
-        doubtful = np.isnan(np.hstack([*out.values()])).any(axis=1)
-        doubtful |= feasible & ~competes(out["F"], feasible)
-        reasons = np.full(n, "", dtype=object)
-        for i in np.flatnonzero(doubtful):
-            flaw = _flaw({name: array[i] for name, array in out.items()})
-            reasons[i] = self.failed(X[i], EvaluationError(X[i], flaw))["failure"]
-            out["F"][i], out["G"][i], out["H"][i] = np.inf, 0.0, 0.0
-        out["failure"] = reasons
+            return self._in_parts(X)
+        out["failure"] = self._failures(X, out)
         for name, value in raw.items():
-            if name not in out and isinstance(value, (list, np.ndarray)) and len(value) == n:
+            if name in out or not isinstance(value, (list, np.ndarray)):
+                continue
+            if len(value) == len(X):
                 out[name] = value_column(value)
         return out
 
+    def _in_parts(self, X: Any) -> dict[str, Any]:
+        """Evaluate designs, some of which have raised, in parts or one by one."""
+        size = _PART if len(X) > _PART else 1
+        rows: list[Values] = []
+        for start in range(0, len(X), size):
+            part = self.together(X[start : start + size])
+            for values in zip(*part.values(), strict=True):
+                rows.append(dict(zip(part, values, strict=True)))
+        return columns_of_values(self.problem, rows)
+
+    def _failures(self, X: Any, out: dict[str, Any]) -> NDArray[Any]:
+        """Return the reasons why designs failed, and clear the values of those that did."""
+        feasible = meets_constraints(out["G"], out["H"])
+        doubtful = np.isnan(np.hstack([*out.values()])).any(axis=1)
+        doubtful |= feasible & ~competes(out["F"], feasible)
+        reasons = np.full(len(X), "", dtype=object)
+        for i in np.flatnonzero(doubtful):
+            flaw = _flaw({name: array[i] for name, array in out.items()})
+            reasons[i] = self.failed(X[i], EvaluationError(X[i], flaw))["failure"]
+            for name, value in _FAILED.items():
+                out[name][i] = value
+        return reasons
+
     def _raw(self, X: Any) -> dict[str, Any]:
-        """Return what a vectorised model gives for designs, as it gives it."""
+        """Return the values of a vectorised model as they are."""
         designs = copy.copy(X)
-        if getattr(self.problem, "vars", None):  # not of their values: a choice may be of any kind
-            designs[:] = [copy.copy(x) for x in X]
+        if getattr(self.problem, "vars", None):
+            # the mappings are copied, not their values: the option of a choice may be anything
+            designs[:] = list(map(copy.copy, X))
         out: dict[str, Any] = dict.fromkeys(self.sizes)
         if type(self.problem).do is Problem.do:
             # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
             self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
         else:
             out |= self.problem.do(designs, [*self.sizes], *self.args, **self.kwargs)
-        # as in pymoo, a list holds the columns
-        lists = {name: out[name] for name in self.sizes if isinstance(out[name], list)}
-        return out | {name: np.column_stack(value) for name, value in lists.items()}
+        for name in self.sizes:
+            if isinstance(out[name], list):  # in pymoo, a list holds the columns
+                out[name] = np.column_stack(out[name])
+        return out
 
 
 def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -236,18 +265,19 @@ def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> NDArr
             raise EvaluationError(design, f"{name} is missing")
         return np.zeros(shape)
     try:
-        if (found := np.asarray(value)).dtype.kind in "cmM":
-            raise TypeError(f"it holds {found.dtype}")  # NumPy would drop a half, or count days
-        array = np.array(found, dtype=np.float64)
+        raw = np.asarray(value)
+        if raw.dtype.kind in "cmM":  # NumPy would drop an imaginary part, or count days
+            raise TypeError(f"it holds {raw.dtype}")
+        array = np.array(raw, dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
         raise EvaluationError(design, f"{name} is not an array of numbers: {error}") from error
     if isinstance(value, np.ma.MaskedArray):
         array[value.mask] = np.nan
-    # Of many designs (m, n) is not (n, m), but the values of one may be a row or a column.
-    one = len(shape) == 1 and array.size == size
-    if not one and array.shape != shape and (size, array.shape) != (1, shape[:1]):
-        rule = f"{name} has shape {array.shape} instead of {shape}"
-        raise EvaluationError(design, rule)
+    # For many designs (m, n) is not (n, m), but the values of one may be a row or a column.
+    row = len(shape) == 1 and array.size == size
+    column = size == 1 and array.shape == shape[:1]
+    if array.shape != shape and not row and not column:
+        raise EvaluationError(design, f"{name} has shape {array.shape} instead of {shape}")
     return array.reshape(shape)
 
 
@@ -255,7 +285,7 @@ def _flaw(values: Values) -> str:
     """Return why values of a design cannot be used, empty if they can."""
     for name in ("F", "G", "H"):
         numbers = values[name]
-        # The greatest of some numbers is NaN if one of them is, and sooner found than all.
+        # The maximum is NaN if one of the numbers is, and faster than isnan of all of them.
         if numbers.size and np.isnan(np.maximum.reduce(numbers)):
             return f"{name} is {numbers.tolist()}"
     if not np.isfinite(values["F"]).all() and meets_constraints(values["G"], values["H"]):
@@ -264,13 +294,13 @@ def _flaw(values: Values) -> str:
 
 
 def value_column(values: list[Any] | NDArray[Any]) -> NDArray[Any]:
-    """Return another value of all designs as an array; NaN or None where a design has none."""
+    """Return a further value of all designs as an array; NaN or None where a design has none."""
     if type(values) is np.ndarray and values.dtype.kind in "fiub":
         return values.copy()
     present = [value for value in values if value is not None]
-    with suppress(ValueError):  # lists in it differ in length
-        found = np.array(present)
-        if found.dtype.kind in "fiub":
-            nothing = np.full(found.shape[1:], np.nan)
-            return np.array([nothing if value is None else value for value in values])
+    with suppress(ValueError):  # its lists may differ in length
+        array = np.array(present)
+        if array.dtype.kind in "fiub":
+            missing = np.full(array.shape[1:], np.nan)
+            return np.array([missing if value is None else value for value in values])
     return np.fromiter(values, object)

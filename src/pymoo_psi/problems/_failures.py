@@ -1,4 +1,4 @@
-"""Problems some of whose designs fail, for any algorithm of pymoo."""
+"""Problems with designs that fail, for any algorithm of pymoo."""
 
 from __future__ import annotations
 
@@ -26,31 +26,32 @@ from pymoo_psi.problems._wrapped import (
 
 Mask = NDArray[np.bool_]
 
-_VIOLATION = 1e10  # of a failed design: above any other, and finite for sums and ratios
+# Constraint violation of a failed design: above any other, and finite for sums and ratios.
+_VIOLATION = 1e10
 
 
 class FailureTolerant(WrappedProblem):
-    """Any pymoo problem, with designs that fail made infeasible and the run going on.
+    """Any pymoo problem, with failed designs as infeasible ones, so that a run continues.
 
     A design fails if its evaluation raises, runs out of time or loses its worker process (see
     :class:`~pymoo_psi.JoblibRunner`), or gives values that are missing, masked, complex, NaN or of
     the wrong shape, or an infinite objective although it is feasible. pymoo's algorithms would
-    stop, or, at NaN, quietly go astray. Here such a design gets infinite objectives and violates
-    one more inequality constraint, the last column of ``G``, which is 0 for every other design.
-    A failed design is never in the ``res.F`` of an algorithm.
+    stop, or give wrong results without a warning after NaN. Here such a design gets infinite
+    objectives and violates one more inequality constraint, the last column of ``G``, which is 0 for
+    every other design. A failed design is never in the ``res.F`` of an algorithm.
 
     MOEAD, ParallelMOEAD, KGB and DNSGA2 accept no constraints. For these ``failed_as="penalty"``
-    gives failed designs finite objectives instead, worse than all before, the same
-    design the same ones; the number of constraints is the wrapped problem's.
+    gives failed designs finite objectives instead, worse than all before and always the same for
+    the same design; the number of constraints is the wrapped problem's.
 
     The reason is kept with the individual, ``pop.get("failure")``, empty for a design that did not
-    fail, and with the design in ``problem.failures``, which also knows designs that an algorithm
-    has long dropped. PSI and ``investigate`` keep failures in their table instead.
+    fail, and with the design in ``problem.failures``, which also has designs that an algorithm
+    has dropped. PSI and ``investigate`` keep failures in their table instead.
 
-    A vectorised problem that raises for many designs is evaluated again one by one, so that only
-    the culprits fail. The model gets copies of the designs, which it may change. Bounds,
+    If a vectorised problem raises for many designs, they are evaluated again one by one, so that
+    only those that raise fail. The model gets copies of the designs, which it may change. Bounds,
     variables, name, Pareto front, callback and runner are the wrapped problem's, and so is every
-    attribute not found here.
+    attribute that this class does not have.
 
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables.
@@ -88,11 +89,13 @@ class FailureTolerant(WrappedProblem):
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.failures: list[EvaluationError] = []
         self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
-        n_ieq_constr = problem.n_ieq_constr + (self.failed_as == "constraint")
+        n_ieq_constr = problem.n_ieq_constr
+        if self.failed_as == "constraint":
+            n_ieq_constr += 1
         super().__init__(problem, n_ieq_constr=n_ieq_constr)
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
-        """Evaluate designs, as pymoo's ``evaluate``; the algorithm's optimum has no failed ones."""
+        """Evaluate designs like pymoo's ``evaluate``, and keep failed ones out of the optimum."""
         algorithm = kwargs.get("algorithm")
         if isinstance(algorithm, Algorithm):
             leave_failed_out(algorithm)
@@ -117,27 +120,28 @@ class FailureTolerant(WrappedProblem):
     def _penalise(self, X: Any, out: dict[str, Any], failed: Mask) -> None:
         """Give failed designs objectives that are worse than any that did not fail so far."""
         F = out["F"]
-        seen = np.where(np.isfinite(F), np.abs(F), -np.inf).max(axis=0, initial=-np.inf)
-        self._largest = np.maximum(self._largest, seen)
-        known = np.where(np.isfinite(self._largest), self._largest, _VIOLATION)
-        # Of the size of the values, since algorithms scale by the range of a population; and the
-        # same design has the same ones again until that doubles: dynamic algorithms evaluate
-        # designs twice and take another value for a change of the problem.
-        level = np.exp2(np.minimum(np.ceil(np.log2(known + 1)), 1022))
+        sizes = np.where(np.isfinite(F), np.abs(F), -np.inf)
+        self._largest = np.maximum(self._largest, sizes.max(axis=0, initial=-np.inf))
+        largest = np.where(np.isfinite(self._largest), self._largest, _VIOLATION)
+        # About as large as other values, since algorithms scale by the range of a population. A
+        # power of 2, so that a design has the same objectives until the values double: dynamic
+        # algorithms evaluate designs twice, and another value is to them a change of the problem.
+        level = np.exp2(np.minimum(np.ceil(np.log2(largest + 1)), 1022))
         for i in np.flatnonzero(failed):
             vector = isinstance(X[i], np.ndarray) and X[i].dtype != object
-            key = X[i].tobytes() if vector else repr(X[i]).encode()
-            # no two designs alike, which some algorithms cannot bear
-            F[i] = level * (1.0 + (1 + zlib.crc32(key)) / 2**33)
-        # pymoo takes a violation from here even where a problem has no constraints, and then
-        # leaves failed designs out of its optimum
+            content = X[i].tobytes() if vector else repr(X[i]).encode()
+            # different for each design, as some algorithms fail with equal ones
+            fraction = (1 + zlib.crc32(content)) / 2**33
+            F[i] = level * (1.0 + fraction)
+        # pymoo reads this violation even if a problem has no constraints, and then leaves failed
+        # designs out of its optimum
         violation = constraint_violation(out["G"], out["H"])
         out["CV"] = np.where(failed, _VIOLATION, violation)[:, None]
 
 
 def leave_failed_out(algorithm: Any) -> None:
     """Keep failed designs out of an algorithm's optimum, and let the seed decide between them."""
-    seed_ties(algorithm)  # failed designs violate their constraint alike
+    seed_ties(algorithm)  # all failed designs have the same violation
     if "_set_optimum" not in vars(algorithm):
         # a partial, unlike a closure, is copied and pickled with its algorithm
         algorithm._set_optimum = partial(_set_optimum, algorithm)
@@ -146,12 +150,12 @@ def leave_failed_out(algorithm: Any) -> None:
 def _set_optimum(algorithm: Any, **kwargs: Any) -> None:
     """Do what the algorithm's ``_set_optimum`` does, and leave failed designs out.
 
-    pymoo's RVEA takes its whole population for optimal as soon as one design of it is feasible.
+    pymoo's RVEA regards its whole population as optimal as soon as one design is feasible.
     """
     type(algorithm)._set_optimum(algorithm, **kwargs)
     if algorithm.opt is not None:
         failed = np.array([bool(individual.get("failure")) for individual in algorithm.opt])
-        if not failed.all():  # of failed designs alone pymoo itself makes no result
+        if not failed.all():  # with failed designs only, pymoo itself returns no result
             algorithm.opt = algorithm.opt[~failed]
 
 

@@ -1,4 +1,4 @@
-"""Identification: parameters of a model such that it reproduces measured series."""
+"""Identification: the parameters with which a model reproduces measured series."""
 
 from __future__ import annotations
 
@@ -24,36 +24,31 @@ from pymoo_psi.problems._named import NamedProblem
 
 Array = NDArray[np.float64]
 
-# Of weighted differences at times, and of several columns.
-_MEASURES: dict[str, tuple[Callable[[Array, Array], Any], Callable[[list[Any]], Any]]] = {
-    "rms": (lambda off, time: np.sqrt(np.mean(off**2)), np.mean),
-    "max": (lambda off, time: abs(off).max(), np.max),
-    "area": (lambda off, time: trapezoid(abs(off), time), np.mean),
-}
+_MEASURES = ("rms", "max", "area")
 
 
 class Identification(NamedProblem):
     """A model and measured series as a problem: one adequacy objective for each experiment.
 
-    Adequacy of PSI's authors (Statnikov and Statnikov, The Parameter Space Investigation Method
-    Toolkit, 2011): how far the simulated series are from the measured ones, to be minimised for
-    all experiments at the same time. The investigation, with limits on each experiment, is that
-    of any other problem.
+    Adequacy is the term of PSI's authors (Statnikov and Statnikov, The Parameter Space
+    Investigation Method Toolkit, 2011) for the distance between simulated and measured series. It
+    is minimised for all experiments at the same time. The problem is investigated like any other,
+    with limits on each experiment.
 
     Args:
-        simulate: ``simulate(parameters, data)`` returns what the model gives for an experiment:
+        simulate: ``simulate(parameters, data)`` returns the series of the model for an experiment:
             ``parameters`` is a value for each variable by name, ``data`` the experiment's frame;
-            the result an ``(n,)`` series for the first measured column, an array of shape
+            the result is an ``(n,)`` series for the first measured column, an array of shape
             ``(n, k)`` for k columns, or series by column.
         experiments: By name, a CSV file or a frame: the first column is time or another abscissa
             in increasing order, each further one a measured series; NaN is not compared.
         variables: Parameters of the model by name, ``(lower, upper)`` or a :class:`Setting` as a
             mapping, such as ``{"bounds": (1e-3, 10), "scale": "log", "unit": "N/m"}``.
-        measure: Of the weighted differences ``"rms"``, the root of the mean square; ``"max"``, the
-            greatest; or ``"area"``, the integral of their size over the abscissa. Several columns
-            are averaged, of ``"max"`` the greatest counts.
-        weights: Of the columns, by name, which bring them to one unit; needed if there are more
-            than one. 1 unless given.
+        measure: How weighted differences are measured: ``"rms"``, the root of their mean square;
+            ``"max"``, the greatest; or ``"area"``, the integral of their absolute values over the
+            abscissa. The adequacy is the mean over the columns, for ``"max"`` the greatest.
+        weights: Factors of the columns, by name, that bring them to one unit; needed if there is
+            more than one column. 1 unless given.
         tolerances: The greatest adequacy that is accepted, by experiment: constraints.
         requirements: Rules on variables, see :class:`Requirement`.
         name: Name of the problem.
@@ -63,8 +58,8 @@ class Identification(NamedProblem):
         experiments: The frames by name.
 
     Raises:
-        ArgumentValueError: A series is not usable, a name not known, or weights are missing.
-        ArgumentTypeError: An argument is of another type.
+        ArgumentValueError: A series is not usable, a name is unknown, or weights are missing.
+        ArgumentTypeError: An argument has the wrong type.
 
     Example:
         >>> import numpy as np, pandas as pd
@@ -93,45 +88,68 @@ class Identification(NamedProblem):
     ) -> None:
         if not callable(simulate):
             raise wrong_type("simulate", "a function of parameters and data", simulate)
-        self.simulate, self.measure = simulate, known_name("measure", measure, _MEASURES)
-        given = mapping("experiments", experiments, "names to files or frames")
-        self.experiments = {n: _series(n, data) for n, data in given.items()}
-        measured = {column for data in self.experiments.values() for column in data.columns[1:]}
-        for column in weights or ():
+        self.simulate = simulate
+        self.measure = known_name("measure", measure, _MEASURES)
+        self.experiments: dict[str, pd.DataFrame] = {}
+        mapping("experiments", experiments, "names to files or frames")
+        for experiment, source in experiments.items():
+            self.experiments[experiment] = _series(experiment, source)
+        self.weights = self._checked_weights(weights)
+        limits = {}
+        tolerances = mapping("tolerances", tolerances or {}, "experiments to numbers")
+        for experiment, greatest in tolerances.items():
+            known_name("tolerances", experiment, self.experiments)
+            limits[experiment] = f"<= {positive_number('tolerances', greatest)!r}"
+        super().__init__(
+            variables,
+            objectives=[*self.experiments],
+            limits=limits,
+            requirements=requirements,
+            units={},
+            name=name,
+            **kwargs,
+        )
+
+    def _checked_weights(self, weights: Mapping[str, float] | None) -> dict[str, float]:
+        """Return the weight of each measured column."""
+        measured: set[str] = set()
+        for data in self.experiments.values():
+            measured.update(data.columns[1:])
+        checked = dict.fromkeys(measured, 1.0)
+        weighted = weights or {}
+        for column in weighted:
             known_name("weights", column, measured)
-        if len(measured) > 1 and {*(weights or ())} != measured:
+        if len(measured) > 1 and weighted.keys() != measured:
             rule = f"given for {', '.join(sorted(measured))}, whose units may differ"
             raise invalid("weights", rule, weights)
-        given = dict.fromkeys(measured, 1.0) | dict(weights or {})
-        self.weights = {column: positive_number("weights", w) for column, w in given.items()}
-        limits = {}
-        for n, most in mapping("tolerances", tolerances or {}, "experiments to numbers").items():
-            known_name("tolerances", n, self.experiments)
-            limits[n] = f"<= {positive_number('tolerances', most)!r}"
-        super().__init__(
-            variables, [*self.experiments], (), limits, requirements, units={}, name=name, **kwargs
-        )
+        for column, weight in weighted.items():
+            checked[column] = positive_number("weights", weight)
+        return checked
 
     def fingerprint(self) -> dict[str, Any]:
         """Return what a study depends on: the measured series and how they are compared."""
-        series = {n: data.to_csv(index=False) for n, data in self.experiments.items()}
+        series = {name: data.to_csv(index=False) for name, data in self.experiments.items()}
         return {"measure": self.measure, "weights": self.weights, "experiments": series}
 
     def series(self, design: Mapping[str, Any], experiment: str) -> pd.DataFrame:
-        """Return what the model gives for an experiment, with the columns of its data.
+        """Return the series of the model for an experiment, with the columns of its data.
 
         Raises:
-            PsiError: The model gives something else.
+            PsiError: The model returns something else.
         """
         data = self.experiments[known_name("experiment", experiment, self.experiments)]
-        columns, found = data.columns[1:], self.simulate(dict(design), data.copy())
-        if isinstance(found, Mapping):
-            each = [found[known_name("a measured series", n, found)] for n in columns]
-            found = np.column_stack([*map(np.asarray, each)])
-        values = real_array("what simulate returns", found)
-        values = values[:, None] if values.ndim == 1 else values
-        if values.shape != (len(data), len(columns)):
-            rule = f"of shape {(len(data), len(columns))} for {experiment!r}"
+        columns = data.columns[1:]
+        simulated = self.simulate(dict(design), data.copy())
+        if isinstance(simulated, Mapping):
+            for column in columns:
+                known_name("a measured series", column, simulated)
+            simulated = np.column_stack([np.asarray(simulated[column]) for column in columns])
+        values = real_array("what simulate returns", simulated)
+        if values.ndim == 1:
+            values = values[:, None]
+        shape = (len(data), len(columns))
+        if values.shape != shape:
+            rule = f"of shape {shape} for {experiment!r}"
             raise invalid("what simulate returns", rule, Received(f"shape {values.shape}"))
         series = pd.DataFrame(values, columns=columns)
         series.insert(0, data.columns[0], data.iloc[:, 0])
@@ -139,35 +157,55 @@ class Identification(NamedProblem):
 
     def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
         """Return the adequacy of a design in each experiment."""
-        return {n: self._adequacy(design, n) for n in self.experiments}
+        return {experiment: self._adequacy(design, experiment) for experiment in self.experiments}
 
     def _adequacy(self, design: Mapping[str, Any], experiment: str) -> float:
-        data, found = self.experiments[experiment], self.series(design, experiment)
-        of_column, of_all = _MEASURES[self.measure]
-        each = []
+        data = self.experiments[experiment]
+        simulated = self.series(design, experiment)
+        abscissa = data.iloc[:, 0].to_numpy()
+        distances = []
         for column in data.columns[1:]:
-            known = data[column].notna().to_numpy()
-            off = (found[column] - data[column]).to_numpy()[known] * self.weights[column]
-            each.append(of_column(off, data.iloc[:, 0].to_numpy()[known]))
-        return float(of_all(each))
+            measured = data[column].notna().to_numpy()
+            differences = (simulated[column] - data[column]).to_numpy()[measured]
+            weighted = differences * self.weights[column]
+            distances.append(_distance(self.measure, weighted, abscissa[measured]))
+        if self.measure == "max":
+            return float(np.max(distances))
+        return float(np.mean(distances))
+
+
+def _distance(measure: str, differences: Array, abscissa: Array) -> Any:
+    """Return the distance between two series, given ``(n,)`` differences at ``(n,)`` abscissas."""
+    if measure == "rms":
+        return np.sqrt(np.mean(differences**2))
+    if measure == "max":
+        return abs(differences).max()
+    return trapezoid(abs(differences), abscissa)
 
 
 def _series(name: str, source: Any) -> pd.DataFrame:
-    """Return measured series as a frame of numbers."""
+    """Return measured series, given as a frame or a CSV file, as a checked frame of numbers."""
     where = f"experiment {name!r}"
-    if not isinstance(source, pd.DataFrame):  # as texts: not every pandas reads the last digit
-        try:
-            source = pd.read_csv(source, dtype=str).apply(
-                lambda cells: cells.map(float, na_action="ignore").astype(np.float64)
-            )
-        except ValueError as error:
-            raise invalid(where, "of numbers with a decimal point", Received(error)) from None
+    if not isinstance(source, pd.DataFrame):
+        source = _numbers_of_file(where, source)
     data: pd.DataFrame = source.reset_index(drop=True)
     for column in data:
         real_array(f"column {column!r} of {where}", data[column].to_numpy())
     if data.shape[1] < 2 or (data.notna().sum() < 2).any():
         rule = "of two columns or more, each with two numbers or more"
         raise invalid(where, rule, Received(f"shape {data.shape}"))
-    if not (np.diff(data.iloc[:, 0]) > 0).all():  # false of NaN, too
+    if not (np.diff(data.iloc[:, 0]) > 0).all():  # false for NaN, too
         raise invalid(f"the first column of {where}", "in increasing order", data.columns[0])
     return data.astype(np.float64)
+
+
+def _numbers_of_file(where: str, path: Any) -> pd.DataFrame:
+    try:
+        # as texts, as not every version of pandas reads the last digit exactly
+        cells = pd.read_csv(path, dtype=str)
+        for column in cells:
+            numbers = cells[column].map(float, na_action="ignore")
+            cells[column] = numbers.astype(np.float64)
+    except ValueError as error:
+        raise invalid(where, "of numbers with a decimal point", Received(error)) from None
+    return cells

@@ -1,4 +1,4 @@
-"""Problems that say the names, units and limits of what they compute."""
+"""Problems whose outputs have names, units and limits."""
 
 from __future__ import annotations
 
@@ -41,31 +41,60 @@ class Setting:
         """Check the settings."""
         known_name("scale", self.scale, ("linear", "log"))
         known_name("kind", self.kind, ("real", "integer"))
-        if len(self.bounds) != 2 * (not self.choices):
+        n_bounds = 0 if self.choices else 2
+        if len(self.bounds) != n_bounds:
             raise invalid("a variable", "given by bounds = [lower, upper] or choices", self.bounds)
-        low, high = (finite_number("a bound", end) for end in self.bounds or (1, 1))
+        if self.choices:
+            return
+        low, high = (finite_number("a bound", end) for end in self.bounds)
         if low > high or (self.scale == "log" and low <= 0):
             rule = "in increasing order, on a logarithmic scale above 0"
             raise invalid("bounds", rule, self.bounds)
 
     @property
     def variable(self) -> Any:
-        """What pymoo calls it."""
+        """The variable in pymoo."""
         if self.choices:
             return Choice(options=list(self.choices))
-        return (Real if self.kind == "real" else Integer)(bounds=tuple(map(float, self.bounds)))
+        kind = Real if self.kind == "real" else Integer
+        return kind(bounds=tuple(map(float, self.bounds)))
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit on an output: a constraint.
+
+    Attributes:
+        output: Name of the output.
+        sign: ``"<="`` or ``">="``.
+        value: The limit.
+    """
+
+    output: str
+    sign: str
+    value: float
+
+    @property
+    def text(self) -> str:
+        """The name of its column in a table."""
+        return f"{self.output}{self.sign}{self.value:.12g}"
+
+    def violation(self, output: Any) -> Any:
+        """Return the amounts by which values of the output violate it, <= 0 where they meet it."""
+        excess = output - self.value
+        return excess if self.sign == "<=" else -excess
 
 
 class NamedProblem(ElementwiseProblem):
-    """A problem of named variables, one design at a time; what it computes is found by name.
+    """A problem with named variables and outputs that evaluates one design at a time.
 
     Args:
         variables: Settings of variables by name; two numbers are bounds.
-        objectives: Names of what is optimised.
+        objectives: Names of the outputs that are optimised.
         maximize: Those of them that are maximised.
-        limits: On what is computed, such as ``{"stress": "<= 250", "f": ">= 1, <= 5"}``.
+        limits: On outputs, such as ``{"stress": "<= 250", "f": ">= 1, <= 5"}``.
         requirements: Rules on variables, see :class:`Requirement`.
-        units: Units of what is computed.
+        units: Units of outputs.
         name: Name of the problem.
         **kwargs: pymoo's own.
     """
@@ -83,79 +112,110 @@ class NamedProblem(ElementwiseProblem):
         **kwargs: Any,
     ) -> None:
         require_known_keywords(type(self).__name__, ElementwiseProblem, kwargs, taken=OF_A_MODEL)
-        given = mapping("variables", variables, "names to settings")
-        given = {n: {"bounds": v} if isinstance(v, (tuple, list)) else v for n, v in given.items()}
-        settings = sections("variables", Setting, given)
-        self.variables = {n: setting.variable for n, setting in settings.items()}
-        self.log = [n for n, setting in settings.items() if setting.scale == "log"]
-        self.units = {n: s.unit for n, s in settings.items() if s.unit} | dict(units)
-        self.objectives, self.maximize, self._name = [*objectives], [*maximize], name
-        given = mapping("limits", limits or {}, "names to limits")
-        self.limits = [limit for n, text in given.items() for limit in _limits(n, text)]
+        settings = _settings(variables)
+        self.variables: dict[str, Any] = {}
+        self.log: list[str] = []
+        for variable_name, setting in settings.items():
+            self.variables[variable_name] = setting.variable
+            if setting.scale == "log":
+                self.log.append(variable_name)
+        self.units = units_of(settings) | dict(units)
+        self.objectives = [*objectives]
+        self.maximize = [*maximize]
+        self._name = name
+        self.limits: list[Limit] = []
+        for output, text in mapping("limits", limits or {}, "names to limits").items():
+            self.limits += _limits(output, text)
         self.requirements = requirements or {}
         self._required = requirements_of(self.requirements, [*self.variables])
-        names = {f"f{j + 1}": n for j, n in enumerate(self.objectives)}
-        names |= {f"g{j + 1}": f"{n}{s}{end:.12g}" for j, (n, s, end) in enumerate(self.limits)}
+        self.names = {f"f{j}": title for j, title in enumerate(self.objectives, 1)}
+        for j, limit in enumerate(self.limits, 1):
+            self.names[f"g{j}"] = limit.text
         kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
-        if all(isinstance(v, Real) for v in self.variables.values()):
-            low, high = zip(*(v.bounds for v in self.variables.values()), strict=True)
-            super().__init__(n_var=len(low), xl=np.array(low), xu=np.array(high), **kwargs)
-            names |= {f"x{j + 1}": n for j, n in enumerate(self.variables)}
+        if all(isinstance(variable, Real) for variable in self.variables.values()):
+            for j, title in enumerate(self.variables, 1):
+                self.names[f"x{j}"] = title
+            bounds = [variable.bounds for variable in self.variables.values()]
+            lower, upper = map(np.array, zip(*bounds, strict=True))
+            super().__init__(n_var=len(bounds), xl=lower, xu=upper, **kwargs)
         else:
             super().__init__(vars=self.variables, **kwargs)
-        self.names = names
 
     def name(self) -> str:
         """Return the name of the problem."""
         return self._name
 
     def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
-        """Return what the model computes for a design, by name.
+        """Return the outputs of a design by name.
 
         Raises:
             EvaluationError: The design fails.
         """
         raise NotImplementedError
 
-    def objectives_and_constraints(self, found: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
-        """Return pymoo's F and G of what is computed, numbers or arrays."""
-        F = [-found[n] if n in self.maximize else found[n] for n in self.objectives]
-        return F, [(found[n] - end) * (1 if sign == "<=" else -1) for n, sign, end in self.limits]
+    def objectives_and_constraints(self, outputs: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
+        """Return pymoo's F and G for outputs, numbers or arrays."""
+        F = []
+        for name in self.objectives:
+            value = outputs[name]
+            if name in self.maximize:
+                value = -value
+            F.append(value)
+        G = [limit.violation(outputs[limit.output]) for limit in self.limits]
+        return F, G
 
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        design = dict(x) if isinstance(x, Mapping) else dict(zip(self.variables, x, strict=True))
-        columns = {n: np.array([value]) for n, value in design.items()}
+        design = dict(x if isinstance(x, Mapping) else zip(self.variables, x, strict=True))
+        columns = {name: np.array([value]) for name, value in design.items()}
         for required in self._required:
             if required.violation(columns)[0] > 0:
                 remedy = "give the algorithm Required(problem)"
                 raise EvaluationError(x, f"it violates the requirement {required.name}; {remedy}")
-        found = self.values(design)
-        out["F"], out["G"] = self.objectives_and_constraints(found)
-        out.update({n: value for n, value in found.items() if n not in self.objectives})
+        outputs = self.values(design)
+        out["F"], out["G"] = self.objectives_and_constraints(outputs)
+        for name, value in outputs.items():
+            if name not in self.objectives:
+                out[name] = value
 
 
-def sections(where: str, kind: type[Any], given: Any) -> dict[str, Any]:
-    """Return named entries as values of a class."""
-    entries = mapping(where, given, "names to settings")
+def _settings(variables: Any) -> dict[str, Setting]:
+    """Return the settings of variables, of which some may be given by their bounds alone."""
+    entries: dict[str, Any] = {}
+    for name, entry in mapping("variables", variables, "names to settings").items():
+        entries[name] = {"bounds": entry} if isinstance(entry, (tuple, list)) else entry
+    return sections("variables", Setting, entries)
+
+
+def units_of(entries: Mapping[str, Any]) -> dict[str, str]:
+    """Return the units of variables or outputs that have one, by name."""
+    return {name: entry.unit for name, entry in entries.items() if entry.unit}
+
+
+def sections(where: str, kind: type[Any], entries: Any) -> dict[str, Any]:
+    """Return named entries of a file as values of a class."""
+    entries = mapping(where, entries, "names to settings")
     return {name: section(f"{where}: {name}", kind, entry) for name, entry in entries.items()}
 
 
-def section(where: str, kind: type[Any], given: Any) -> Any:
-    """Return a section of the file as a value of its class."""
-    kinds = {f.name: f.type for f in fields(kind)}
-    for word, value in mapping(where, given, "settings to values").items():
-        if kinds[known_name(f"a setting of {where}", word, kinds)] == "str":
+def section(where: str, kind: type[Any], entry: Any) -> Any:
+    """Return a section of a file as a value of its class."""
+    types = {field.name: field.type for field in fields(kind)}
+    for word, value in mapping(where, entry, "settings to values").items():
+        known_name(f"a setting of {where}", word, types)
+        if types[word] == "str":
             instance(f"{where}: {word}", value, str)
     try:
-        return kind(**given)
+        return kind(**entry)
     except (ArgumentValueError, ArgumentTypeError) as error:
         raise type(error)(f"{where}: {error}") from None
 
 
-def _limits(name: str, text: str) -> list[tuple[str, str, float]]:
-    """Return the limits of a text such as ``>= 3, <= 250``: output, sign and number."""
-    found = [_LIMIT.fullmatch(part) for part in str(text).split(",")]
-    limits = [(name, each[1], float(each[2])) for each in found if each]
-    if len(limits) < len(found):
-        raise invalid(f"the limit on {name}", "such as '<= 250' or '>= 3, <= 250'", text)
+def _limits(output: str, text: str) -> list[Limit]:
+    """Return the limits on an output that a text such as ``>= 3, <= 250`` says."""
+    limits = []
+    for part in str(text).split(","):
+        match = _LIMIT.fullmatch(part)
+        if match is None:
+            raise invalid(f"the limit on {output}", "such as '<= 250' or '>= 3, <= 250'", text)
+        limits.append(Limit(output, match[1], float(match[2])))
     return limits

@@ -1,4 +1,4 @@
-"""An external program as a pymoo problem: values into its files, numbers out of them."""
+"""An external program as a pymoo problem, with values in its input files and numbers as outputs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from os import PathLike
@@ -35,7 +35,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.problems._design_space import design_space
-from pymoo_psi.problems._named import NamedProblem, section, sections
+from pymoo_psi.problems._named import NamedProblem, section, sections, units_of
 from pymoo_psi.table import Expression
 
 if sys.version_info >= (3, 11):
@@ -53,20 +53,21 @@ class RunError(Exception):
 
 @dataclass(frozen=True)
 class Output:
-    """Where a number comes from: an entry of the section ``[outputs]``.
+    """The source of a number: an entry of the section ``[outputs]``.
 
     Attributes:
         file: File in the design's folder; ``stdout.txt`` has what the program prints.
         pattern: Regular expression with one group, which is the number.
-        key: Path in a file of JSON, such as ``"tip.u"`` or ``"loads.0"``.
+        key: Path in a JSON file, such as ``"tip.u"`` or ``"loads.0"``.
         column: Column in a table with a header, separated by tabs, semicolons, commas or blanks.
-        row: Which match of the pattern, or row of the table: from 0, or from -1 backwards. Unless
-            it is given, there must be exactly one.
+        row: Number of the match of the pattern, or of the table's row: from 0, or from -1
+            backwards. Unless it is given, there must be exactly one.
         expression: Arithmetic of variables and of the outputs above, instead of a file.
         unit: Its unit.
 
     Raises:
-        ArgumentValueError: Not exactly one way to find the number is given, or the pattern is none.
+        ArgumentValueError: There is not exactly one way to find the number, or the pattern cannot
+            be used.
     """
 
     file: str = ""
@@ -79,22 +80,25 @@ class Output:
 
     def __post_init__(self) -> None:
         """Check that there is one way to find the number."""
-        ways = [w for w in ("pattern", "key", "column", "expression") if getattr(self, w)]
+        ways = []
+        for way in ("pattern", "key", "column", "expression"):
+            if getattr(self, way):
+                ways.append(way)
         if len(ways) != 1 or bool(self.file) == bool(self.expression):
             rule = "given as file with one of pattern, key and column, or as expression"
             raise invalid("an output", rule, Received(" and ".join(ways) or "none of these"))
-        try:
-            one = not self.pattern or re.compile(self.pattern).groups == 1
-        except re.error:
-            one = False
-        if not one:
+        if self.pattern and _n_groups(self.pattern) != 1:
             rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
             raise invalid("the pattern of an output", rule, self.pattern)
 
     @property
-    def names(self) -> list[str]:
+    def operands(self) -> list[str]:
         """The variables and outputs that its expression uses."""
         return Expression.of(self.expression).columns if self.expression else []
+
+    def values(self, columns: Mapping[str, Any]) -> Any:
+        """Return ``(n,)`` values of its expression, for ``(n,)`` columns by name."""
+        return Expression.of(self.expression).values(columns)
 
     def read(self, folder: Path) -> float:
         """Return the number that a program has left in a folder.
@@ -105,59 +109,83 @@ class Output:
         if not (folder / self.file).is_file():
             raise RunError(f"the program left no file {self.file}")
         text = text_of(folder / self.file).removeprefix("\ufeff").replace("\r\n", "\n")
-        cell = (self._value(text) if self.key else self._cell(text)).strip()
+        if self.key:
+            cell = self._value_at_key(text)
+        elif self.pattern:
+            matches = re.findall(self.pattern, text, re.MULTILINE)
+            cell = self._only(matches, f"match of {self.pattern!r}")
+        else:
+            cell = self._only(self._cells(text), f"row of {self.column!r}")
+        cell = cell.strip()
         if not _NUMBER.fullmatch(cell):
             raise RunError(f"{cell!r:.60} in {self.file} is no plain number")
         return float(cell.lower().replace("d", "e"))
 
-    def _value(self, text: str) -> str:
-        """Return what is at the path in JSON."""
+    def _value_at_key(self, text: str) -> str:
+        """Return the value at the path in JSON."""
         try:
-            found = json.loads(text)
+            value = json.loads(text)
             for part in self.key.split("."):
-                found = found[int(part)] if isinstance(found, list) else found[part]
+                value = value[int(part)] if isinstance(value, list) else value[part]
         except (ValueError, LookupError, TypeError) as error:
             reason = f"{type(error).__name__}: {error}"
             raise RunError(f"no {self.key} in {self.file} ({reason:.80})") from None
-        return str(found)
+        return str(value)
 
-    def _cell(self, text: str) -> str:
-        """Return the match of the pattern, or the cell of the column."""
-        what = f"match of {self.pattern!r}" if self.pattern else f"row of {self.column!r}"
-        cells = re.findall(self.pattern, text, re.MULTILINE) if self.pattern else self._column(text)
-        if self.row is None and len(cells) > 1:
+    def _only(self, texts: Sequence[str], kind: str) -> str:
+        """Return the text that ``row`` selects, or the only one."""
+        if self.row is None and len(texts) > 1:
             remedy = "say which one by row, -1 for the last"
-            raise RunError(f"{self.file} has {len(cells)} times a {what}; {remedy}")
+            raise RunError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
         row = self.row or 0
-        if not -len(cells) <= row < len(cells):
-            which = "" if self.row is None else f" number {row}"
-            raise RunError(f"{self.file} has no {what}{which}")
-        return str(cells[row])
+        if not -len(texts) <= row < len(texts):
+            number = "" if self.row is None else f" number {row}"
+            raise RunError(f"{self.file} has no {kind}{number}")
+        return str(texts[row])
 
-    def _column(self, text: str) -> list[str]:
-        lines = [line for line in text.splitlines() if line.strip()] or [""]
-        mark = next((mark for mark in "\t;," if mark in lines[0]), None)
-        rows = [*csv.reader(lines, delimiter=mark)] if mark else [line.split() for line in lines]
-        header = [cell.strip() for cell in rows[0]]
+    def _cells(self, text: str) -> list[str]:
+        """Return the cells of the column, empty where a row is too short."""
+        rows = _rows_of_table(text)
+        header = list(map(str.strip, next(rows)))
         if header.count(self.column) != 1:
-            found = ", ".join(header)
-            raise RunError(f"{self.file} has {found:.80}, not one column {self.column!r}")
+            columns = ", ".join(header)
+            raise RunError(f"{self.file} has {columns:.80}, not one column {self.column!r}")
         index = header.index(self.column)
-        return [row[index] if index < len(row) else "" for row in rows[1:]]
+        cells = []
+        for row in rows:
+            cells.append(row[index] if index < len(row) else "")
+        return cells
+
+
+def _n_groups(pattern: str) -> int:
+    """Return how many groups a regular expression has, -1 if it is none."""
+    try:
+        return re.compile(pattern).groups
+    except re.error:
+        return -1
+
+
+def _rows_of_table(text: str) -> Iterator[list[str]]:
+    """Return the rows of a table, the header first; its first line shows the separator."""
+    lines = list(filter(str.strip, text.splitlines())) or [""]
+    for separator in "\t;,":
+        if separator in lines[0]:
+            return csv.reader(lines, delimiter=separator)
+    return map(str.split, lines)
 
 
 @dataclass(frozen=True)
 class Program:
-    """How a program is run: the section ``[program]``.
+    """The way in which a program is run: the section ``[program]``.
 
     Attributes:
         command: The program with its arguments, as in a shell but without one; ``{width}`` is
-            replaced in it, too.
+            replaced here, too.
         template: Folder that is copied for each design; the command runs in the copy.
         files: Files of it in which ``{width}`` or ``{width:.6g}`` is replaced by a value.
         timeout: Seconds that it may run; None is any number.
-        keep: Which folders are kept: of designs that ``"failed"``, ``"all"``, or ``"none"``.
-        folder: Where the folders of the designs are made.
+        keep: Which folders are kept: those of designs that ``"failed"``, ``"all"``, or ``"none"``.
+        folder: Folder in which the folders of the designs are made.
     """
 
     command: str = ""
@@ -184,16 +212,17 @@ class Program:
             raise invalid("files", "given with template, the folder they are in", self.files)
 
     def run(self, words: Sequence[str], folder: Path) -> None:
-        """Run the command in a folder to its end; end it with all that it has started.
+        """Run the command in a folder, then kill it and all processes that it has started.
 
         Args:
             words: The command with all values in it.
-            folder: Where it runs and what it prints is written.
+            folder: Folder in which it runs and in which its output is written.
 
         Raises:
             RunError: It takes too long, or ends with another exit code than 0.
         """
-        out, err = folder / "stdout.txt", folder / "stderr.txt"
+        out = folder / "stdout.txt"
+        err = folder / "stderr.txt"
         program = shutil.which(words[0]) or str(folder / words[0])
         with out.open("wb") as stdout, err.open("wb") as stderr:
             process = subprocess.Popen(
@@ -215,10 +244,11 @@ class Program:
                 process.kill()
             process.wait()
         if code != 0:
-            lines = (text_of(err).strip() or text_of(out).strip() or "no message").splitlines()
-            how = f"exit code {code}" if code > 0 else f"ended by {signal.Signals(-code).name}"
-            last = lines[-1].encode(errors="surrogateescape").decode(errors="replace")
-            raise RunError(f"{how}: {last:.120}")
+            message = text_of(err).strip() or text_of(out).strip() or "no message"
+            last = message.splitlines()[-1]
+            last = last.encode(errors="surrogateescape").decode(errors="replace")
+            end = f"exit code {code}" if code > 0 else f"ended by {signal.Signals(-code).name}"
+            raise RunError(f"{end}: {last:.120}")
 
 
 @dataclass
@@ -226,9 +256,9 @@ class ProgramRun:
     """One run of a program.
 
     Attributes:
-        folder: Where it ran.
+        folder: The folder in which it ran.
         words: The command as it ran.
-        written: The values written, by file and placeholder; other braces as they are.
+        written: The texts written, by file and placeholder; other braces are unchanged.
         outputs: The numbers that were read.
         seconds: How long it took.
         flaw: What is wrong; empty if nothing is.
@@ -248,7 +278,7 @@ class ProgramProblem(NamedProblem):
     For each design a template folder is copied, values are written into its files, the command
     runs there, and numbers are read from the files that it leaves. Each design has a folder of its
     own, so that workers can run at the same time. A design whose program fails, hangs or leaves no
-    number has failed, with the reason and the folder, which is kept.
+    number counts as failed, with a reason that names its folder, which is kept.
 
     The arguments are the sections of the TOML file that :meth:`from_toml` reads.
 
@@ -264,19 +294,19 @@ class ProgramProblem(NamedProblem):
             algorithms take a :class:`Required` problem.
         name: Name of the problem.
         key: Version of the model, part of the study's key.
-        base: Folder that relative paths start from.
+        base: Folder from which relative paths start.
         **kwargs: pymoo's own, such as ``elementwise_runner``.
 
     Attributes:
-        names: The names of all columns by pymoo's.
+        names: The names of all columns by pymoo's names.
         units: Units by name.
-        maximize: Objectives whose sign is turned in ``F``.
+        maximize: Objectives whose sign is changed in ``F``.
         log: Variables of logarithmic scale.
 
     Raises:
-        ArgumentValueError: A section does not fit, a file or the program is missing, or a variable
-            is used nowhere.
-        ArgumentTypeError: A value is of a type that it cannot have.
+        ArgumentValueError: A section cannot be used, a file or the program is missing, or a
+            variable is used nowhere.
+        ArgumentTypeError: A value has the wrong type.
 
     Example:
         >>> problem = ProgramProblem(
@@ -302,27 +332,36 @@ class ProgramProblem(NamedProblem):
         base: str | PathLike[str] = ".",
         **kwargs: Any,
     ) -> None:
-        self.base, self.key = Path(base).absolute(), str(key)
+        self.base = Path(base).absolute()
+        self.key = str(key)
         self.program: Program = section("program", Program, program)
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
-        units = {n: output.unit for n, output in self.outputs.items() if output.unit}
         for word, goals in mapping("objectives", objectives, "minimize and maximize").items():
             known_name("an entry of objectives", word, ("minimize", "maximize"))
-            for n in collection(f"objectives: {word}", goals, "a list of outputs"):
-                known_name("an objective", n, self.outputs)
-        most = [*objectives.get("maximize", ())]
-        every = [*objectives.get("minimize", ()), *most]
-        if not every or len({*every}) < len(every):
+            for goal in collection(f"objectives: {word}", goals, "a list of outputs"):
+                known_name("an objective", goal, self.outputs)
+        maximize = [*objectives.get("maximize", ())]
+        every = [*objectives.get("minimize", ()), *maximize]
+        if not every or len(set(every)) < len(every):
             raise invalid("objectives", "outputs named once, one or more", every)
-        for n in limits or ():
-            remedy = "of variables there are bounds, and requirements"
-            known_name("what is limited", n, self.outputs, remedy)
+        for limited in limits or ():
+            remedy = "variables have bounds and requirements"
+            known_name("what is limited", limited, self.outputs, remedy)
         super().__init__(
-            variables, every, most, limits, requirements, units=units, name=str(name), **kwargs
+            variables,
+            every,
+            maximize,
+            limits,
+            requirements,
+            units=units_of(self.outputs),
+            name=str(name),
+            **kwargs,
         )
-        if both := self.variables.keys() & self.outputs.keys():
+        both = self.variables.keys() & self.outputs.keys()
+        if both:
             raise invalid("the name of an output", "unlike those of variables", min(both))
-        self._check_files()
+        self._check_folders()
+        self._check_variables()
 
     @classmethod
     def from_toml(cls, path: str | PathLike[str], **kwargs: Any) -> ProgramProblem:
@@ -335,7 +374,7 @@ class ProgramProblem(NamedProblem):
             **kwargs: pymoo's own, such as ``elementwise_runner``.
 
         Raises:
-            ArgumentValueError: It is no TOML, or what it says does not fit; see the class.
+            ArgumentValueError: It is no TOML, or a section cannot be used; see the class.
             OSError: The file cannot be opened.
         """
         path = Path(path)
@@ -348,22 +387,36 @@ class ProgramProblem(NamedProblem):
                 mapping(f"[{word}]", sections.get(word), "names to settings")
             return cls(**sections, base=path.parent, **kwargs)
         except (ValueError, ArgumentTypeError) as error:  # tomllib's own is a ValueError
-            remedy = "; between '…' it stays as it is" if "Unescaped" in str(error) else ""
-            raise ArgumentValueError(f"{path}: {error}{remedy}") from error
+            message = f"{path}: {error}"
+            if "Unescaped" in str(error):
+                message += "; between '…' it stays as it is"
+            raise ArgumentValueError(message) from error
 
     def fingerprint(self) -> dict[str, Any]:
         """Return what a study depends on: key, command, and a hash of the template and outputs."""
-        outputs = {n: asdict(output) for n, output in self.outputs.items()}
+        outputs = {name: asdict(output) for name, output in self.outputs.items()}
         content = hashlib.sha256(json.dumps([outputs, [*self.program.files]]).encode())
-        for path in sorted(self._template.rglob("*")) if self.program.template else ():
-            inside = path.relative_to(self._template)
-            # A run copies all of it, too. Editors, systems and Python hide what they keep there.
-            hidden = any(part[0] == "." or part == "__pycache__" for part in inside.parts)
+        for path in self._template_files():
+            content.update(path.relative_to(self._template).as_posix().encode())
+            content.update(path.read_bytes())
+        return {
+            "key": self.key,
+            "command": self.program.command,
+            "template and outputs": content.hexdigest()[:16],
+        }
+
+    def _template_files(self) -> Iterator[Path]:
+        """Yield the files of the template in order, except hidden ones.
+
+        A run copies these, too, but they belong to editors, operating systems and Python.
+        """
+        if not self.program.template:
+            return
+        for path in sorted(self._template.rglob("*")):
+            parts = path.relative_to(self._template).parts
+            hidden = any(part[0] == "." or part == "__pycache__" for part in parts)
             if path.is_file() and not hidden:
-                content.update(inside.as_posix().encode())
-                content.update(path.read_bytes())
-        known = {"key": self.key, "command": self.program.command}
-        return known | {"template and outputs": content.hexdigest()[:16]}
+                yield path
 
     def run(self, values: Mapping[str, Any], *, keep: bool = False) -> ProgramRun:
         """Run the program for one design.
@@ -381,94 +434,118 @@ class ProgramProblem(NamedProblem):
         run = ProgramRun(Path(tempfile.mkdtemp(prefix=prefix, dir=folder)))
         began = time.monotonic()
         try:
-            if self.program.template:
-                shutil.copytree(self._template, run.folder, dirs_exist_ok=True)
-            for file in self.program.files:
-                written = run.written.setdefault(file, {})
-                text = filled(text_of(run.folder / file), values, written)
-                (run.folder / file).write_bytes(text.encode(errors="surrogateescape"))
-            run.words = [filled(w, values, {}) for w in shlex.split(self.program.command)]
+            self._fill_template(run, values)
             self.program.run(run.words, run.folder)
             self._read(run, values)
         except (RunError, OSError) as error:
             run.flaw = str(error)
         run.seconds = time.monotonic() - began
-        if keep or self.program.keep in ({"failed", "all"} if run.flaw else {"all"}):
+        keep = keep or self.program.keep == "all"
+        if keep or (run.flaw and self.program.keep == "failed"):
             text = json.dumps({**values, **run.outputs}, indent=1, default=str)
-            with suppress(OSError):  # of a full disk, which is the flaw already
+            with suppress(OSError):  # the disk may be full, which is the flaw already
                 (run.folder / "design.json").write_text(text, encoding="utf-8")
         else:
             shutil.rmtree(run.folder, ignore_errors=True)
         return run
 
+    def _fill_template(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
+        """Copy the template into the folder of a run and write values for its placeholders."""
+        if self.program.template:
+            shutil.copytree(self._template, run.folder, dirs_exist_ok=True)
+        for file in self.program.files:
+            path = run.folder / file
+            text, run.written[file] = filled(text_of(path), values)
+            path.write_bytes(text.encode(errors="surrogateescape"))
+        for word in shlex.split(self.program.command):
+            text, _ = filled(word, values)
+            run.words.append(text)
+
     @property
     def _template(self) -> Path:
         return Path(self.base, self.program.template)
 
-    def _check_files(self) -> None:
-        """Refuse before the first run what would make each run fail or have no effect."""
-        program, template = self.program, self._template
+    def _check_folders(self) -> None:
+        """Refuse a missing program, template or file, and runs within the template."""
+        program = self.program
+        template = self._template
         if program.template:
             if not template.is_dir():
                 raise invalid("template", f"a folder in {self.base}", program.template)
             if (self.base / program.folder).resolve().is_relative_to(template.resolve()):
                 raise invalid("folder", "outside of the template, which is copied", program.folder)
-        word, texts = shlex.split(program.command)[0], {"the command": program.command}
-        if not shutil.which(word) and not (program.template and (template / word).is_file()):
+        word = shlex.split(program.command)[0]
+        in_template = bool(program.template) and (template / word).is_file()
+        if not shutil.which(word) and not in_template:
             rule = "a program that is on PATH or in the template"
             raise invalid("command", rule, word, "install it, or give its whole path")
         for file in program.files:
             if not (template / file).is_file():
                 raise invalid("files", f"files in the folder {program.template}", file)
-            texts[f"the file {file}"] = text_of(template / file)
-        used: set[str] = set()
-        known = [*self.variables]
-        for n, output in self.outputs.items():
-            used |= {known_name(f"a name in the expression of {n}", m, known) for m in output.names}
-            known.append(n)
+
+    def _check_variables(self) -> None:
+        """Refuse placeholders that cannot be filled, and variables that are used nowhere."""
+        used = self._operands()
+        texts = {"the command": self.program.command}
+        for file in self.program.files:
+            texts[f"the file {file}"] = text_of(self._template / file)
         space = design_space(self)
         lowest = space.matrix(np.zeros((1, len(space.searched))))[0].tolist()
         values = dict(zip(self.variables, lowest, strict=True))
         for where, text in texts.items():
             try:
-                filled(text, values, {})
+                filled(text, values)
             except ValueError as error:
                 rule = "with formats that fit, such as {width:.6g}"
                 raise invalid(f"a placeholder in {where}", rule, Received(error)) from None
             for name, _ in _PLACEHOLDER.findall(text):
                 near = difflib.get_close_matches(name, self.variables, n=1, cutoff=0.8)
-                if name not in self.variables and near:  # other braces stay as they are
+                if name not in self.variables and near:  # other braces are no placeholders
                     rule = f"{{{near[0]}}}, or unlike a variable"
                     raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
                 used.add(name)
-        for n in self.variables:
-            if n not in used:
+        for name in self.variables:
+            if name not in used:
                 rule = "in the command, in one of files or in an expression"
-                remedy = f"write {{{n}}} where its value belongs"
-                raise invalid(f"the variable {n}", rule, Received("in none"), remedy)
+                remedy = f"write {{{name}}} where its value belongs"
+                raise invalid(f"the variable {name}", rule, Received("in none"), remedy)
+
+    def _operands(self) -> set[str]:
+        """Return the variables and outputs that expressions use; each must be above its use."""
+        used: set[str] = set()
+        known = [*self.variables]
+        for name, output in self.outputs.items():
+            for operand in output.operands:
+                known_name(f"a name in the expression of {name}", operand, known)
+                used.add(operand)
+            known.append(name)
+        return used
 
     def _read(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
-        """Read the outputs, or compute them, in their order; all that can be read is there.
+        """Read or compute the outputs in their order, and keep all that can be read.
 
         Raises:
             RunError: Some cannot be read.
         """
-        columns, wrong = {n: np.array([value]) for n, value in values.items()}, []
-        for n, output in self.outputs.items():
+        columns = {name: np.array([value]) for name, value in values.items()}
+        flaws = []
+        for name, output in self.outputs.items():
+            if not columns.keys() >= {*output.operands}:  # an operand has a flaw already
+                continue
             try:
-                if not output.expression:
+                if output.expression:
+                    value = float(output.values(columns)[0])
+                else:
                     value = output.read(run.folder)
-                elif {*output.names} <= columns.keys():
-                    value = float(Expression.of(output.expression).values(columns)[0])
-                else:  # what it is computed from is wrong already
-                    continue
                 if not math.isfinite(value):
                     raise RunError(f"it is {value}")
-                run.outputs[n], columns[n] = value, np.array([value])
             except RunError as error:
-                wrong.append(f"output {n}: {error}")
-        if wrong:
-            raise RunError("; ".join(wrong))
+                flaws.append(f"output {name}: {error}")
+                continue
+            run.outputs[name] = value
+            columns[name] = np.array([value])
+        if flaws:
+            raise RunError("; ".join(flaws))
 
     @property
     def known_expressions(self) -> dict[str, Output]:
@@ -481,35 +558,42 @@ class ProgramProblem(NamedProblem):
         Args:
             columns: ``(n,)`` each, by name: variables, and outputs of the program.
         """
-        found = dict.fromkeys(self.outputs, np.nan) | dict(columns)
-        for n, output in self.outputs.items():
-            if output.expression:
-                found[n] = Expression.of(output.expression).values(found)
-        F, G = self.objectives_and_constraints(found)
-        names = [*self.objectives, *(n for n, *_ in self.limits)]
-        each = enumerate(zip(names, F + G, strict=True))
-        return {j: values for j, (n, values) in each if self.outputs[n].expression}
+        outputs = dict.fromkeys(self.outputs, np.nan) | dict(columns)
+        expressions = self.known_expressions
+        for name, output in expressions.items():
+            outputs[name] = output.values(outputs)
+        F, G = self.objectives_and_constraints(outputs)
+        names = self.objectives + [limit.output for limit in self.limits]
+        computed = {}
+        for j, (name, values) in enumerate(zip(names, F + G, strict=True)):
+            if name in expressions:
+                computed[j] = values
+        return computed
 
     def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
         """Return the outputs of a design; see :class:`NamedProblem`."""
         run = self.run(design)
         if run.flaw:
-            where = f"; see {run.folder}" if run.folder.exists() else ""
-            raise EvaluationError(dict(design), run.flaw + where)
+            reason = run.flaw
+            if run.folder.exists():
+                reason += f"; see {run.folder}"
+            raise EvaluationError(dict(design), reason)
         return run.outputs
 
 
-def filled(text: str, values: Mapping[str, Any], written: dict[str, str]) -> str:
-    """Return a text with values for placeholders, and note them in ``written``."""
+def filled(text: str, values: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
+    """Return a text with values for placeholders, and what was written for each placeholder."""
+    written: dict[str, str] = {}
 
-    def value(found: re.Match[str]) -> str:
-        name, form = found.groups("")
-        text = format(values[name], form) if name in values else found[0]
-        return written.setdefault(found[0], text)
+    def replacement(match: re.Match[str]) -> str:
+        name, form = match.groups("")
+        # other braces stay as they are
+        written[match[0]] = format(values[name], form) if name in values else match[0]
+        return written[match[0]]
 
-    return _PLACEHOLDER.sub(value, text)
+    return _PLACEHOLDER.sub(replacement, text), written
 
 
 def text_of(path: Path) -> str:
-    """Return the text of a file; bytes that are no UTF-8 pass through it unchanged."""
+    """Return the text of a file; bytes that are no UTF-8 are the same when it is written."""
     return path.read_bytes().decode(errors="surrogateescape")

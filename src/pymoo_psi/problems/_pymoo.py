@@ -15,10 +15,17 @@ from pymoo.core.problem import Problem
 from pymoo_psi._validation import invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
-# Keywords of pymoo's Problem that follow from a model: given beside it they would contradict it.
+# Keywords of pymoo's Problem that follow from a model, and would contradict it if given.
 OF_A_MODEL = (
-    *("n_var", "n_obj", "n_ieq_constr", "n_eq_constr", "xl", "xu"),
-    *("vtype", "vars", "elementwise"),
+    "n_var",
+    "n_obj",
+    "n_ieq_constr",
+    "n_eq_constr",
+    "xl",
+    "xu",
+    "vtype",
+    "vars",
+    "elementwise",
 )
 
 
@@ -30,7 +37,7 @@ def require_known_keywords(
     taken: Collection[str] = (),
     more: Collection[str] = (),
 ) -> None:
-    """Refuse keyword arguments that ``base`` does not name; pymoo itself swallows any.
+    """Refuse keyword arguments that ``base`` does not name; pymoo itself ignores these.
 
     Args:
         owner: Name of the callable, for the message.
@@ -42,26 +49,34 @@ def require_known_keywords(
     Raises:
         ArgumentTypeError: There is a keyword that is not allowed.
     """
-    # every class on the way to object, since pymoo's constructors pass **kwargs up by name
-    signatures = [inspect.signature(cls).parameters for cls in base.__mro__[:-1]]
-    known = {n for s in signatures for n, p in s.items() if p.kind != p.VAR_KEYWORD}
-    known = known - {*taken} | {*more}
+    known: set[str] = set()
+    # every class on the way to object, as pymoo's constructors pass **kwargs up by name
+    for cls in base.__mro__[:-1]:
+        for name, parameter in inspect.signature(cls).parameters.items():
+            if parameter.kind != parameter.VAR_KEYWORD:
+                known.add(name)
+    known -= {*taken}
+    known |= {*more}
     for name in given:
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
-            if name == "n_jobs":
-                hint = "; workers are the problem's: problem.elementwise_runner = JoblibRunner(2)"
-            raise ArgumentTypeError(f"{owner} got an unknown keyword argument {name!r}{hint}")
+        if name in known:
+            continue
+        message = f"{owner} got an unknown keyword argument {name!r}"
+        near = difflib.get_close_matches(name, known, n=1)
+        if name == "n_jobs":
+            message += "; workers are the problem's: problem.elementwise_runner = JoblibRunner(2)"
+        elif near:
+            message += f"; did you mean {near[0]!r}?"
+        raise ArgumentTypeError(message)
 
 
 def require_problem(problem: object, uncertain: Collection[str] = ()) -> None:
-    """Refuse anything that is not a pymoo problem, or does not read its uncertain parameters."""
+    """Refuse anything but a pymoo problem that takes the uncertain parameters."""
+    if isinstance(problem, type):
+        raise wrong_type("problem", "a pymoo Problem", problem, "pass an instance, not the class")
     if not isinstance(problem, Problem):
-        hint = "pass an instance, not the class" if isinstance(problem, type) else ""
-        raise wrong_type("problem", "a pymoo Problem", problem, hint)
+        raise wrong_type("problem", "a pymoo Problem", problem)
     for name in uncertain:
-        # There pymoo puts keywords that it does not know: a misspelt one would change nothing.
+        # pymoo puts keywords that it does not know there: a misspelt one would change nothing.
         if isinstance(problem.data, dict) and name in problem.data:
             rule = f"of parameters that {type(problem).__name__} takes"
             remedy = "pymoo only keeps it; name an argument so, or correct the name"
@@ -77,20 +92,22 @@ def problem_name(problem: Any) -> str:
         'SphereChute'
     """
     name = getattr(problem, "name", None)
-    return str((name() if callable(name) else name) or type(problem).__name__)
+    if callable(name):
+        name = name()
+    return str(name or type(problem).__name__)
 
 
 def seed_ties(algorithm: Any) -> None:
-    """Let the tournament of pymoo's NSGA-III or U-NSGA-III follow the algorithm's seed alone.
+    """Make the tournament of pymoo's NSGA-III or U-NSGA-III depend on the algorithm's seed alone.
 
-    Between two designs of the same violation, such as two that failed, pymoo 0.6.1.6 and 0.6.2
-    draw from a new generator without a seed, so that no run that meets such a pair can be
-    repeated. All other runs stay as they are, and so does every other algorithm.
+    For two designs with the same violation, such as two that failed, pymoo 0.6.1.6 and 0.6.2 draw
+    from a new generator without a seed, so that a run with such a pair cannot be repeated. All
+    other runs and algorithms are unchanged.
 
     Args:
         algorithm: A pymoo algorithm that has selected no parents yet.
     """
-    # Here, as pymoo's algorithms take longer to import than all of its problems.
+    # imported here, as pymoo's algorithms take longer to import than all of its problems
     from pymoo.algorithms.moo.nsga3 import comp_by_cv_then_random
     from pymoo.algorithms.moo.unsga3 import comp_by_rank_and_ref_line_dist
     from pymoo.operators.selection.tournament import TournamentSelection
@@ -111,8 +128,8 @@ def _with_seeded_ties(
 ) -> NDArray[np.int_]:
     """Return the winners of pymoo's comparison; of equally infeasible designs the first wins.
 
-    A pair stands in random order, that of a permutation which the tournament draws with the seed.
-    So the first of it is a fair draw, and takes nothing more from the run's random numbers.
+    The tournament draws the order of a pair as part of a permutation, with the seed. So its first
+    design is a fair choice that takes no further random numbers from the run.
 
     Args:
         compare: pymoo's comparison.

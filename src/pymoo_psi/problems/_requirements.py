@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, collection, invalid, known_name, wrong_type
-from pymoo_psi.problems._design_space import design_space, given_names
+from pymoo_psi.problems._design_space import column_titles, design_space
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import (
     Evaluate,
     WrappedProblem,
     checks_requirements,
-    known_expressions,
 )
 
 Array = NDArray[np.float64]
@@ -43,17 +42,23 @@ class Requirement:
 
     @property
     def columns(self) -> list[str]:
-        """The names that its expressions use; empty of a function."""
-        return [] if callable(self.rule) else [n for term in self._terms[0] for n in term.columns]
+        """The variables that its expressions use; empty for a function."""
+        if callable(self.rule):
+            return []
+        columns = []
+        for term in self._terms[0]:
+            columns += term.columns
+        return columns
 
     @property
     def text(self) -> str:
-        """What a table calls it."""
-        own = callable(self.rule) or self.rule == self.name
-        return self.name if own else f"{self.name}: {self.rule}"
+        """The name of its column in a table."""
+        if callable(self.rule) or self.rule == self.name:
+            return self.name
+        return f"{self.name}: {self.rule}"
 
     def violation(self, columns: Columns) -> Array:
-        """Return ``(n,)`` by how much designs violate the rule, <= 0 where they meet it.
+        """Return ``(n,)`` amounts by which designs violate the rule, <= 0 where they meet it.
 
         Args:
             columns: ``(n,)`` values of the variables by name.
@@ -65,48 +70,52 @@ class Requirement:
             terms, sign = self._terms
             values = [term.values(columns) for term in terms]
             with np.errstate(invalid="ignore"):
-                above = np.max([sign * (b - a) for a, b in pairwise(values)], 0)
-            return np.where(np.isnan(above), np.inf, above)  # what is no number keeps no rule
+                differences = [sign * (b - a) for a, b in pairwise(values)]
+                amounts = np.max(differences, 0)
+            return np.where(np.isnan(amounts), np.inf, amounts)  # NaN meets no rule
         met = np.asarray(self.rule(columns))
         shape = next(iter(columns.values())).shape
         if met.shape != shape or met.dtype != bool:
-            found = Received(f"an array of shape {met.shape} and dtype {met.dtype}")
-            raise invalid(f"what {self.name!r} returns", f"truth values of shape {shape}", found)
+            received = Received(f"an array of shape {met.shape} and dtype {met.dtype}")
+            raise invalid(f"what {self.name!r} returns", f"truth values of shape {shape}", received)
         return np.where(met, 0.0, 1.0)
 
     @cached_property
     def _terms(self) -> tuple[list[Any], float]:
-        from pymoo_psi.table import Expression  # pandas, for which a problem would wait
+        """The expressions between the signs, and the factor of b - a for neighbours a, b."""
+        from pymoo_psi.table import Expression  # imports pandas, which most problems do not need
 
         parts = _SIGN.split(str(self.rule))
-        if len(parts) == 1 or len({*parts[1::2]}) > 1:
+        signs = parts[1::2]
+        if len(set(signs)) != 1:
             rule = "an inequality such as 'height <= 4*width' or '1 <= height/width <= 4'"
             raise invalid(f"the requirement {self.name!r}", rule, self.rule)
-        return [Expression.of(part) for part in parts[::2]], -1.0 if parts[1] == "<=" else 1.0
+        terms = [Expression.of(part) for part in parts[::2]]
+        return terms, -1.0 if signs[0] == "<=" else 1.0
 
 
-def requirements_of(given: Any, variables: Sequence[str]) -> tuple[Requirement, ...]:
-    """Return requirements from what a user gives.
+def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, ...]:
+    """Return checked requirements.
 
     Args:
-        given: Rules by name, or a list of rules; None is none.
+        rules: Rules by name, or a list of rules; None is none.
         variables: The names of the variables.
 
     Raises:
-        ArgumentValueError: A rule cannot be read, or uses what is no variable.
+        ArgumentValueError: A rule cannot be read, or uses an unknown variable.
         ArgumentTypeError: A rule is neither a text nor a function.
     """
-    if not isinstance(given, Mapping):
-        rules = collection("requirements", given or (), "rules by name, or a list of rules")
-        given = {getattr(rule, "__name__", rule): rule for rule in rules}
-    found = [Requirement(str(name), rule) for name, rule in given.items()]
-    for each in found:
-        where = f"the requirement {each.name!r}"
-        if not isinstance(each.rule, str) and not callable(each.rule):
-            raise wrong_type(where, "an inequality as text, or a function", each.rule)
-        for column in each.columns:
+    if not isinstance(rules, Mapping):
+        rules = collection("requirements", rules or (), "rules by name, or a list of rules")
+        rules = {getattr(rule, "__name__", rule): rule for rule in rules}
+    requirements = [Requirement(str(name), rule) for name, rule in rules.items()]
+    for requirement in requirements:
+        where = f"the requirement {requirement.name!r}"
+        if not isinstance(requirement.rule, str) and not callable(requirement.rule):
+            raise wrong_type(where, "an inequality as text, or a function", requirement.rule)
+        for column in requirement.columns:
             known_name(f"a name in {where}", column, variables)
-    return tuple(found)
+    return tuple(requirements)
 
 
 class Required(WrappedProblem):
@@ -114,8 +123,8 @@ class Required(WrappedProblem):
 
     Each requirement is one more inequality constraint, the last columns of ``G``. A design that
     violates one has infinite objectives and 0 for all other constraints, and the model does not
-    see it. PSI, ``SurrogatePSI`` and ``investigate`` make this of a problem by themselves where it
-    has an attribute ``requirements`` or where they are given some.
+    run for it. PSI, ``SurrogatePSI`` and ``investigate`` wrap a problem in this themselves if it
+    has an attribute ``requirements`` or if they are given some.
 
     Args:
         problem: A pymoo problem.
@@ -126,10 +135,10 @@ class Required(WrappedProblem):
 
     Attributes:
         required: The requirements.
-        n_not_run: How many designs violated one when they were to be evaluated.
+        n_not_run: How many designs were not evaluated because they violate one.
 
     Raises:
-        ArgumentValueError: A rule cannot be read, or uses what is no variable.
+        ArgumentValueError: A rule cannot be read, or uses an unknown variable.
         ArgumentTypeError: A rule is neither a text nor a function, or ``problem`` is no problem.
 
     Example:
@@ -141,6 +150,7 @@ class Required(WrappedProblem):
     """
 
     same_front = False
+    same_columns = True
     checks_requirements = True
 
     def __init__(self, problem: Any, requirements: Any = None) -> None:
@@ -149,67 +159,71 @@ class Required(WrappedProblem):
             requirements = getattr(problem, "requirements", None)
         self._space = design_space(problem)
         self.required = requirements_of(requirements, self._space.titles)
-        self.given = requirements
+        self.rules = requirements
         self.n_not_run = 0
         n = problem.n_ieq_constr
         super().__init__(problem, n_ieq_constr=n + len(self.required))
         self.requirements = None  # they are constraints here
-        texts = {f"g{n + k}": each.text for k, each in enumerate(self.required, 1)}
-        self.names = given_names(problem, self._space) | texts
+        self.names = column_titles(problem, self._space)
+        for k, requirement in enumerate(self.required, n + 1):
+            self.names[f"g{k}"] = requirement.text
 
     def amounts(self, matrix: NDArray[Any]) -> Array:
-        """Return ``(n, k)`` by how much n designs violate the k requirements, <= 0 where met.
+        """Return ``(n, k)`` amounts by which n designs violate k requirements, <= 0 where met.
 
         Args:
             matrix: ``(n, n_var)`` designs, rows of a test table.
         """
-        # lists, as a matrix of several kinds of variables holds objects
-        rows = zip(self._space.titles, matrix.T, strict=True)
-        columns = {name: np.array(column.tolist()) for name, column in rows}
-        none = np.zeros((len(matrix), 0))
-        return np.column_stack([none, *(each.violation(columns) for each in self.required)])
+        columns: dict[str, NDArray[Any]] = {}
+        for title, column in zip(self._space.titles, matrix.T, strict=True):
+            # by a list, as a matrix of several kinds of variables holds objects
+            columns[title] = np.array(column.tolist())
+        violations = [requirement.violation(columns) for requirement in self.required]
+        return np.column_stack([np.zeros((len(matrix), 0)), *violations])
 
     def values_from(self, X: Any, evaluate: Evaluate) -> dict[str, Any]:
         """Return the values of all designs; those that meet the requirements are evaluated.
 
         Args:
             X: n designs as the problem takes them.
-            evaluate: Returns values of some of them for the problem within.
+            evaluate: Returns the values of designs of the wrapped problem.
         """
-        above, n = self.amounts(self._space.to_matrix(X)), len(X)
-        met, n_ieq = np.flatnonzero((above <= 0).all(axis=1)), self.wrapped.n_ieq_constr
-        out: dict[str, Any] = {  # of designs that are not evaluated
+        n = len(X)
+        n_ieq = self.wrapped.n_ieq_constr
+        amounts = self.amounts(self._space.to_matrix(X))
+        met = np.flatnonzero((amounts <= 0).all(axis=1))
+        self.n_not_run += n - len(met)
+        out: dict[str, Any] = {  # values of designs that are not evaluated
             "F": np.full((n, self.n_obj), np.inf),
-            "G": np.hstack([np.zeros((n, n_ieq)), above]),
+            "G": np.hstack([np.zeros((n, n_ieq)), amounts]),
             "H": np.zeros((n, self.n_eq_constr)),
         }
-        self.n_not_run += n - len(met)
-        for name, values in evaluate(X[met]).items() if len(met) else ():
-            if name not in out:  # what else the model gives, nothing where it did not run
+        if not len(met):
+            return out
+        for name, values in evaluate(X[met]).items():
+            if name not in out:  # a further value of the model, None where it did not run
                 out[name] = np.full(n, None, dtype=object)
-            column = out[name][:, :n_ieq] if name == "G" else out[name]
+            column = out[name]
+            if name == "G":
+                column = column[:, :n_ieq]
             for row, value in zip(met, values, strict=True):
                 column[row] = value
         return out
 
     def around(self, problem: Any) -> Required:
-        """Return the same requirements around another problem, which has other constraints."""
-        return Required(problem, self.given)
-
-    @property
-    def known_expressions(self) -> Mapping[str, Any]:
-        """Those of the wrapped problem: the columns are the same."""
-        return known_expressions(self.wrapped)
+        """Return the same requirements around another problem, with constraints of its own."""
+        return Required(problem, self.rules)
 
 
 def required(problem: Any, requirements: Any = None) -> Any:
     """Return a problem with its requirements, or those given, as :class:`Required`."""
     if checks_requirements(problem):
-        if requirements is None or requirements == problem.given:
+        if requirements is None or requirements == problem.rules:
             return problem
         problem = problem.wrapped
-    given = requirements if requirements is not None else getattr(problem, "requirements", None)
-    return Required(problem, given) if given else problem
+    if requirements is None:
+        requirements = getattr(problem, "requirements", None)
+    return Required(problem, requirements) if requirements else problem
 
 
 def without_requirements(problem: Any) -> Any:

@@ -13,7 +13,7 @@ from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 
 
 class _ChuteProblem(Problem):
-    """What both classes share: parameters and bounds."""
+    """The parameters and bounds of both classes."""
 
     def __init__(
         self,
@@ -30,11 +30,12 @@ class _ChuteProblem(Problem):
         require_known_keywords(type(self).__name__, Problem, kwargs, taken=OF_A_MODEL)
         self.parameters = ChuteParameters(mu, c, r, omega0)
         for value in self.parameters.columns:
-            finite_number("a parameter", value)  # one for all designs
+            finite_number("a parameter", value)  # the same for all designs
         self.model = known_name("model", model, MODELS)
         xl = _pair("lower", lower)
-        # Eq. 2.12: above u1 = 3.5 mu the sphere cannot roll.
-        xu = _pair("upper", (3.5 * self.parameters.mu, 6.0) if upper is None else upper)
+        if upper is None:  # Eq. 2.12: above u1 = 3.5 mu the sphere cannot roll
+            upper = (3.5 * self.parameters.mu, 6.0)
+        xu = _pair("upper", upper)
         if (xl < 0).any() or (xl > xu).any():
             both = Received(f"lower={xl.tolist()}, upper={xu.tolist()}")
             raise invalid("lower", ">= 0 and at most upper in each variable", both)
@@ -54,8 +55,8 @@ class _ChuteProblem(Problem):
         # (n, 2) designs of VectorizedSphereChute or one (2,) of SphereChute
         solved = motion(x[..., 0], x[..., 1], self.parameters, model=self.model)
         out["F"] = criteria(solved)
-        # above 0 where the sphere stalls, by the part of the way that is left: algorithms feel
-        # how far a design is from reaching the exit
+        # above 0 where the sphere stalls, by the rest of the way: algorithms see how far a design
+        # is from reaching the exit
         out["G"] = 1.0 - solved.reached[..., None]
 
 
@@ -78,11 +79,11 @@ class SphereChute(_ChuteProblem, ElementwiseProblem):
         model: ``"full"``, the paper's model MM, or ``"rolling"``, from which its printed tables
             follow.
         lower: Lower bounds of (u1, u2), not negative.
-        upper: Upper bounds; ``None`` is (3.5 μ, 6). Up to u1 = 3.5 μ rolling is possible (2.12).
+        upper: Upper bounds; ``None`` is (3.5 μ, 6), as the sphere can roll up to u1 = 3.5 μ (2.12).
         **kwargs: pymoo's own, such as ``elementwise_runner`` or ``callback``.
 
     Raises:
-        ArgumentValueError: A parameter is not positive or finite, a bound does not fit, or the
+        ArgumentValueError: A parameter is not positive or finite, bounds cannot be used, or the
             model is unknown.
         ArgumentTypeError: A parameter is not a number, or a keyword is unknown.
 

@@ -18,46 +18,48 @@ from pymoo_psi.problems._wrapped import WrappedProblem
 
 
 class Transformed(WrappedProblem):
-    """A problem whose designs are others for the problem within, which gives their values.
+    """A problem with other variables for the model of another one.
 
     Args:
-        problem: The problem within.
-        space: The variables here; each has its place in the space of the problem within.
+        problem: The other problem.
+        space: The variables here, in the order of the other problem's.
     """
 
     same_front = False
 
     def __init__(self, problem: Any, space: DesignSpace) -> None:
-        self.space, self._within, free = space, design_space(problem), space.free
+        self.space = space
+        self._space_within = design_space(problem)
+        free = space.free
+        changed: dict[str, Any] = {"n_var": len(free.variables)}
         if space.named:
-            changed: dict[str, Any] = {"vars": {v.name: _pymoo_variable(v) for v in free.variables}}
-        elif problem.xl is None:  # of binary variables
-            changed = {"n_var": len(free.variables)}
-        else:
-            changed = {"n_var": len(free.variables), "xl": free.lower, "xu": free.upper}
+            changed = {"vars": {v.name: _pymoo_variable(v) for v in free.variables}}
+        elif problem.xl is not None:  # binary variables have no bounds
+            changed |= {"xl": free.lower, "xu": free.upper}
         super().__init__(problem, **changed)
 
     def original(self, X: Any) -> Any:
-        """Return designs, or one, as the problem within takes them."""
-        one = isinstance(X, Mapping) or (not self.space.named and np.ndim(X) == 1)
-        matrix = self.space.to_matrix([X] if one else X)
-        designs = self._within.designs(self._values_within(matrix))
-        return designs[0] if one else designs
+        """Return designs, or one, as the wrapped problem takes them."""
+        if isinstance(X, Mapping) or (not self.space.named and np.ndim(X) == 1):
+            return self.original([X])[0]
+        matrix = self._values_within(self.space.to_matrix(X))
+        return self._space_within.designs(matrix)
 
     designs_within = original
 
     def _values_within(self, matrix: NDArray[Any]) -> NDArray[Any]:
+        """Return the wrapped problem's values of variables for a matrix of values here."""
         return matrix
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
-        """Evaluate designs, or one, as pymoo's ``evaluate``, by that of the problem within."""
+        """Evaluate designs, or one, by the wrapped problem's ``evaluate``."""
         return self.wrapped.evaluate(self.original(X), *args, **kwargs)
 
 
 class LogScaled(Transformed):
-    """Any pymoo problem, its logarithmic variables given by their common logarithms.
+    """Any pymoo problem, with its logarithmic variables given by their common logarithms.
 
-    For algorithms of pymoo, which search evenly between bounds. PSI, ``SurrogatePSI``,
+    It is for algorithms of pymoo, which search evenly between bounds. PSI, ``SurrogatePSI``,
     ``investigate``, samplings and ``nsga3`` take such variables as they are.
 
     Args:
@@ -81,21 +83,23 @@ class LogScaled(Transformed):
 
     def __init__(self, problem: Any, log: Collection[str] | None = None) -> None:
         require_problem(problem)
-        given = design_space(problem, log=log)
-        self._log = [
-            (j, v) for j, v in enumerate(given.variables) if v.kind is Kind.LOG and not v.fixed
-        ]
-        variables = [*given.variables]
-        for j, v in self._log:
-            ends = {"lower": np.log10(v.lower), "upper": np.log10(v.upper)}
-            variables[j] = replace(v, kind=Kind.REAL, **ends)
+        space = design_space(problem, log=log)
+        variables = [*space.variables]
+        self._log: dict[int, Variable] = {}
+        for j, variable in enumerate(space.variables):
+            if variable.kind is Kind.LOG and not variable.fixed:
+                self._log[j] = variable
+                lower = np.log10(variable.lower)
+                upper = np.log10(variable.upper)
+                variables[j] = replace(variable, kind=Kind.REAL, lower=lower, upper=upper)
         self.log = ()  # to others, these variables are plain ones
-        super().__init__(problem, replace(given, variables=tuple(variables)))
+        super().__init__(problem, replace(space, variables=tuple(variables)))
 
     def _values_within(self, matrix: NDArray[Any]) -> NDArray[Any]:
         matrix = matrix.astype(np.result_type(matrix, np.float64))
-        for j, v in self._log:
-            matrix[:, j] = np.clip(10.0 ** matrix[:, j].astype(np.float64), v.lower, v.upper)
+        for j, variable in self._log.items():
+            values = 10.0 ** matrix[:, j].astype(np.float64)
+            matrix[:, j] = np.clip(values, variable.lower, variable.upper)
         return matrix
 
 
@@ -167,18 +171,22 @@ class Restricted(Transformed):
     def __init__(self, problem: Any, box: Mapping[str, Any] | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
-        given = _by_name(box, space.titles)
-        variables = tuple(
-            _fixed(_part(v, f"{v.title} of box", given[v.title]) if v.title in given else v)
-            for v in space.variables
-        )
-        self.box = {v.title: _kept(v) for v in variables if v.title in given}
-        if isinstance(problem, Restricted):  # one layer: its space has what both of them fix
+        parts = _parts_by_title(box, space.titles)
+        self.box = {}
+        variables = []
+        for variable in space.variables:
+            title = variable.title
+            if title in parts:
+                variable = _fixed_if_single(_part(variable, f"{title} of box", parts[title]))
+                self.box[title] = _box_entry(variable)
+            variables.append(_fixed_if_single(variable))
+        if isinstance(problem, Restricted):  # one layer, whose space has what both of them fix
             self.box = problem.box | self.box
             problem = problem.wrapped
-        if all(v.fixed for v in variables):
+        space = replace(space, variables=tuple(variables))
+        if not space.free.variables:
             raise invalid("box", "one that leaves a variable free", Received("all of them fixed"))
-        super().__init__(problem, replace(space, variables=variables))
+        super().__init__(problem, space)
 
     def completed(self, X: Any) -> Any:
         """Return designs, or one, with the fixed variables in their places.
@@ -192,63 +200,81 @@ class Restricted(Transformed):
         return self.original(X)
 
 
-def _by_name(box: Any, variables: Sequence[str]) -> dict[str, Any]:
-    """Return what is given for each variable by name; of two arrays, where they are not NaN."""
+def _parts_by_title(box: Any, titles: Sequence[str]) -> dict[str, Any]:
+    """Return the parts of a box by the titles of variables; of two arrays, those without NaN."""
+    parts: dict[str, Any] = {}
     if isinstance(box, Mapping):
-        return {known_name("a variable of box", name, variables): box[name] for name in box}
+        for title, part in box.items():
+            parts[known_name("a variable of box", title, titles)] = part
+        return parts
     bounds = real_array("box", box)
-    if bounds.shape != (2, len(variables)):
+    if bounds.shape != (2, len(titles)):
         rule = "a mapping from variables to bounds or values, or the two arrays of refined_bounds"
         raise invalid("box", rule, Received(f"shape {bounds.shape}"))
-    pairs = [tuple(None if np.isnan(end) else end for end in pair) for pair in bounds.T.tolist()]
-    return {name: pair for name, pair in zip(variables, pairs, strict=True) if pair != (None, None)}
+    for title, pair in zip(titles, bounds.T, strict=True):
+        if not np.isnan(pair).all():
+            parts[title] = tuple(None if np.isnan(end) else end for end in pair.tolist())
+    return parts
 
 
-def _part(variable: Variable, where: str, given: Any) -> Variable:
-    """Return what is left of a variable.
+def _part(variable: Variable, where: str, part: Any) -> Variable:
+    """Return a variable restricted to a part of its values.
 
     Args:
-        variable: The whole of it.
+        variable: The whole variable.
         where: Its name for messages.
-        given: A tuple of bounds, a value, or a list of options.
+        part: A tuple of bounds, a value, or a list of options.
     """
     if variable.kind is Kind.CHOICE:
-        wanted = given if isinstance(given, list) else [given]
-        if not wanted or not all(option in variable.options for option in wanted):
-            rule = f"one of {', '.join(map(repr, variable.options))}, or a list of some"
-            raise invalid(where, rule, given)
-        kept = tuple(option for option in variable.options if option in wanted)
-        return replace(variable, upper=len(kept) - 1.0, options=kept)
-    whole = (variable.lower, variable.upper)
+        return _choice_of(variable, where, part)
     if variable.kind is Kind.BINARY:
-        given = int(boolean(where, given))
-    pair = given if isinstance(given, tuple) and len(given) == 2 else (given, given)
-    lower, upper = (
-        end if value is None else finite_number(where, value)
-        for value, end in zip(pair, whole, strict=True)
-    )
-    fits = variable.kind.real or (lower.is_integer() and upper.is_integer())
-    if not whole[0] <= lower <= upper <= whole[1] or not fits:
-        rule = f"a value, or (lower, upper) in increasing order, from {whole[0]} to {whole[1]}"
-        rule += ", of whole numbers" if variable.kind is Kind.INTEGER else ""
-        raise invalid(where, rule, Received(f"{given}"))
+        part = int(boolean(where, part))
+    if isinstance(part, tuple) and len(part) == 2:
+        lower, upper = part
+    else:
+        lower = upper = part
+    lower = variable.lower if lower is None else finite_number(where, lower)
+    upper = variable.upper if upper is None else finite_number(where, upper)
+    fits = variable.lower <= lower <= upper <= variable.upper
+    if not variable.kind.real:
+        fits = fits and lower.is_integer() and upper.is_integer()
+    if not fits:
+        ends = f"{variable.lower} to {variable.upper}"
+        rule = f"a value, or (lower, upper) in increasing order, from {ends}"
+        if variable.kind is Kind.INTEGER:
+            rule += ", of whole numbers"
+        raise invalid(where, rule, Received(f"{part}"))
     return replace(variable, lower=lower, upper=upper)
 
 
-def _fixed(part: Variable) -> Variable:
+def _choice_of(variable: Variable, where: str, part: Any) -> Variable:
+    """Return a choice with some of its options, given as a list or as one of them."""
+    chosen = part if isinstance(part, list) else [part]
+    if not chosen or not all(option in variable.options for option in chosen):
+        rule = f"one of {', '.join(map(repr, variable.options))}, or a list of some"
+        raise invalid(where, rule, part)
+    options = tuple(option for option in variable.options if option in chosen)
+    return replace(variable, upper=len(options) - 1.0, options=options)
+
+
+def _fixed_if_single(variable: Variable) -> Variable:
     """Return a variable as fixed if it has one value only."""
-    if part.lower < part.upper or part.fixed:
-        return part
-    types = {Kind.REAL: float, Kind.LOG: float, Kind.INTEGER: int, Kind.BINARY: bool}
-    options = part.options or (types[part.kind](part.lower),)
-    return replace(part, options=options, fixed=True)
+    if variable.lower < variable.upper or variable.fixed:
+        return variable
+    options = variable.options
+    if not options:
+        types = {Kind.REAL: float, Kind.LOG: float, Kind.INTEGER: int, Kind.BINARY: bool}
+        options = (types[variable.kind](variable.lower),)
+    return replace(variable, options=options, fixed=True)
 
 
-def _kept(part: Variable) -> Any:
-    """Return a part of a variable as it is given in a box."""
-    if part.fixed:
-        return part.options[0]
-    return list(part.options) if part.kind is Kind.CHOICE else (part.lower, part.upper)
+def _box_entry(variable: Variable) -> Any:
+    """Return the part of a variable as a box has it."""
+    if variable.fixed:
+        return variable.options[0]
+    if variable.kind is Kind.CHOICE:
+        return list(variable.options)
+    return (variable.lower, variable.upper)
 
 
 def _pymoo_variable(variable: Variable) -> Any:
@@ -257,7 +283,6 @@ def _pymoo_variable(variable: Variable) -> Any:
         return Choice(options=list(variable.options))
     if variable.kind is Kind.BINARY:
         return Binary()
-    ends = (variable.lower, variable.upper)
     if variable.kind is Kind.INTEGER:
-        return Integer(bounds=tuple(map(int, ends)))
-    return Real(bounds=ends)
+        return Integer(bounds=(int(variable.lower), int(variable.upper)))
+    return Real(bounds=(variable.lower, variable.upper))

@@ -1,4 +1,4 @@
-"""Problems around other problems: what a wrapper has to say, with a default for all of it."""
+"""Wrappers of problems: the protocol that they share, with defaults for all of it."""
 
 from __future__ import annotations
 
@@ -16,20 +16,19 @@ Evaluate = Callable[[Any], dict[str, Any]]
 class WrappedProblem(Problem):
     """A problem around another one, and the protocol of all wrappers.
 
-    A wrapper has the wrapped problem's sizes, variables, bounds, runner and name, and every
-    attribute that is not found in itself, such as ``names``, ``units``, ``maximize`` and ``log``.
-    A new one overrides what differs:
+    A wrapper has the wrapped problem's sizes, variables, bounds, runner and name. Attributes that
+    it does not have, such as ``names``, ``units``, ``maximize`` and ``log``, are the wrapped
+    problem's. A new wrapper overrides what differs:
 
-    - ``designs_within(X)``, if its designs are others for the wrapped problem. If its variables
-      differ too, it has an attribute ``space``, the :class:`DesignSpace` of a table's columns.
-    - ``values_from(X, evaluate)``, if its values are others, or some designs need no evaluation.
-      They are values of ``evaluate_designs``: a design that failed has its reason as ``failure``.
-    - ``do`` or ``_evaluate``, with ``do = Problem.do``, if it evaluates in its own way; the
-      package then calls it as it calls a model.
-    - ``fingerprint()``, if the values depend on arguments of its own: a study compares them.
-    - ``around(problem)``, if a copy around another problem takes more than a new ``wrapped``.
+    - ``designs_within(X)`` if the wrapped problem takes other designs. If variables differ in more
+      than their values, an attribute ``space`` is the :class:`DesignSpace` of a table's columns.
+    - ``values_from(X, evaluate)`` if values differ, or if some designs need no evaluation.
+    - ``do`` or ``_evaluate`` if it evaluates in its own way. The package then calls it like any
+      model.
+    - ``fingerprint()`` if values depend on arguments of the wrapper: a study compares them.
+    - ``around(problem)`` if a copy around another problem differs in more than ``wrapped``.
 
-    The rest of the package asks wrappers for nothing else and knows none of their classes.
+    The rest of the package asks wrappers for nothing else and does not know their classes.
 
     Args:
         problem: The other problem.
@@ -38,26 +37,45 @@ class WrappedProblem(Problem):
     Attributes:
         wrapped: The other problem.
         same_front: Whether the Pareto front and set are the wrapped problem's.
-        checks_requirements: Whether it has ``amounts(matrix)``, by how much rows of a table
-            violate requirements, and adds these to the constraints, without further effect on
-            designs that meet them; and ``n_not_run``, a count of the others.
-        tolerates_failures: Whether it has ``tolerated(X, out, names)``, which gives values to
-            designs that failed.
+        same_columns: Whether variables, objectives and outputs in a table are the wrapped
+            problem's, so that expressions between them hold, too.
+        checks_requirements: Whether its last constraints are requirements, with the methods and
+            attributes of :class:`Required`.
+        tolerates_failures: Whether it gives values to designs that failed, by a method
+            ``tolerated`` as that of :class:`FailureTolerant`.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> class Priced(WrappedProblem):
+        ...     def values_from(self, X, evaluate):
+        ...         values = evaluate(X)
+        ...         return values | {"F": values["F"] * 3}
+        >>> chute = VectorizedSphereChute(0.4)
+        >>> bool((investigate(Priced(chute), 64).F == investigate(chute, 64).F * 3).all())
+        True
     """
 
     same_front = True
+    same_columns = False
     checks_requirements = False
     tolerates_failures = False
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        """Make pymoo's ``do`` call a subclass's ``_evaluate``, which would have no effect here."""
+        super().__init_subclass__(**kwargs)
+        if "_evaluate" in vars(cls):
+            cls.do = Problem.do  # type: ignore[method-assign]
 
     def __init__(self, problem: Any, **changed: Any) -> None:
         self.wrapped = problem
         # without replace_nan_values_by: pymoo would look for NaN in the reasons of failures, too
         same = ["n_obj", "n_ieq_constr", "n_eq_constr", "elementwise", "elementwise_runner"]
+        same.append("requires_kwargs")
         if getattr(problem, "vars", None):
-            same += ["vars"]
+            same.append("vars")
         else:
             same += ["n_var", "xl", "xu", "vtype"]
-        arguments = {name: getattr(problem, name) for name in [*same, "requires_kwargs"]}
+        arguments = {name: getattr(problem, name) for name in same}
         super().__init__(**{**arguments, **changed})
         self.data = problem.data  # pymoo's further arguments, or what the model has called so
 
@@ -73,11 +91,12 @@ class WrappedProblem(Problem):
         return X
 
     def values_from(self, X: Any, evaluate: Evaluate) -> dict[str, Any]:
-        """Return the values of n designs by name: ``F`` ``(n, m)``, ``G``, ``H`` and others.
+        """Return the values of designs, given those of the wrapped problem.
 
         Args:
-            X: The designs.
-            evaluate: Returns the values of designs of the wrapped problem.
+            X: n designs.
+            evaluate: Returns the wrapped problem's values of designs by name: ``F`` ``(n, m)``,
+                ``G``, ``H`` and others, like :func:`evaluate_designs` or pymoo's ``do``.
         """
         return evaluate(self.designs_within(X))
 
@@ -90,15 +109,12 @@ class WrappedProblem(Problem):
 
     @property
     def known_expressions(self) -> Mapping[str, Any]:
-        """Outputs that are expressions of a table's columns; see :func:`known_expressions`.
-
-        A wrapper whose tables hold the wrapped problem's columns returns those of that problem.
-        """
-        return {}
+        """The outputs that are expressions of other columns; see :func:`known_expressions`."""
+        return known_expressions(self.wrapped) if self.same_columns else {}
 
     @property
     def elementwise_runner(self) -> Any:
-        """What runs the evaluations: the wrapped problem's, also where it is changed here."""
+        """The wrapped problem's runner; to assign another one changes that of both."""
         return self.wrapped.elementwise_runner
 
     @elementwise_runner.setter
@@ -123,10 +139,10 @@ class WrappedProblem(Problem):
 
         return self.formatted(X, self.values_from(X, evaluate), return_values_of)
 
-    def formatted(self, X: Any, out: dict[str, Any], names: Any) -> dict[str, Any]:
+    def formatted(self, X: Any, out: dict[str, Any], return_values_of: Any) -> dict[str, Any]:
         """Return values of designs as pymoo's ``do`` returns them."""
-        out = dict.fromkeys(names) | out
-        return dict(self._format_dict(out, len(X), names))
+        out = dict.fromkeys(return_values_of) | out
+        return dict(self._format_dict(out, len(X), return_values_of))
 
     def _calc_pareto_front(self, *args: Any, **kwargs: Any) -> Any:
         return self.wrapped._calc_pareto_front(*args, **kwargs) if self.same_front else None
@@ -137,10 +153,9 @@ class WrappedProblem(Problem):
 
 def layers(problem: Any) -> list[Any]:
     """Return a problem and those within it, the innermost last."""
-    found = [problem]
-    while isinstance(found[-1], WrappedProblem):
-        found.append(found[-1].wrapped)
-    return found
+    if not isinstance(problem, WrappedProblem):
+        return [problem]
+    return [problem, *layers(problem.wrapped)]
 
 
 def uses_wrapped_values(problem: Any) -> bool:
@@ -167,7 +182,7 @@ def tolerates_failures(problem: Any) -> bool:
 def known_expressions(problem: Any) -> Mapping[str, Any]:
     """Return the outputs of a problem that are expressions of other columns, by name.
 
-    A problem that has some also has ``computed(columns)``, as :class:`ProgramProblem`.
+    A problem that has some also has a method ``computed`` as that of :class:`ProgramProblem`.
     """
     expressions: Mapping[str, Any] = getattr(problem, "known_expressions", {})
     return expressions
