@@ -76,7 +76,7 @@ def test_what_cannot_be_meant_is_refused(told, error, message):
 
 
 def test_no_direction_of_the_problem_is_lost_to_an_argument():
-    with pytest.raises(ArgumentValueError, match="what the problem says itself, gain, got"):
+    with pytest.raises(ArgumentValueError, match="that includes the problem's own, gain, got"):
         investigate(Model(**TOLD), 4, maximize=["f1"])
     both = investigate(Model(**TOLD), 4, maximize=["f1", "gain"])
     assert both.layout.maximize == ("f1", "gain")

@@ -63,7 +63,7 @@ class WrappedProblem(Problem):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         """Make pymoo's ``do`` call a subclass's ``_evaluate``, which would have no effect here."""
         super().__init_subclass__(**kwargs)
-        if "_evaluate" in vars(cls):
+        if "_evaluate" in vars(cls) and "do" not in vars(cls):
             cls.do = Problem.do  # type: ignore[method-assign]
 
     def __init__(self, problem: Any, **changed: Any) -> None:
