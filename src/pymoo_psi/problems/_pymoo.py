@@ -32,7 +32,7 @@ OF_A_MODEL = (
 def require_known_keywords(
     owner: str,
     base: type,
-    given: Mapping[str, Any],
+    keywords: Mapping[str, Any],
     *,
     taken: Collection[str] = (),
     more: Collection[str] = (),
@@ -42,7 +42,7 @@ def require_known_keywords(
     Args:
         owner: Name of the callable, for the message.
         base: The pymoo class; keywords of its constructor and its bases' are allowed.
-        given: The keyword arguments received.
+        keywords: The keyword arguments received.
         taken: Keywords of ``base`` that the owner sets itself.
         more: Keywords that the owner takes itself.
 
@@ -57,7 +57,7 @@ def require_known_keywords(
                 known.add(name)
     known -= {*taken}
     known |= {*more}
-    for name in given:
+    for name in keywords:
         if name in known:
             continue
         message = f"{owner} got an unknown keyword argument {name!r}"

@@ -108,33 +108,34 @@ class Restricted(Transformed):
 
     A variable whose bounds are equal in the problem itself is fixed, too.
 
-    Objectives and constraints of a design are the whole problem's, bit for bit. An algorithm sees
-    the free variables only, and its ``res.X`` has no others; :meth:`completed` puts the fixed ones
-    in. In the table of PSI and ``investigate`` every variable keeps its column and its name, so
-    that tests of several parts and of the whole stand in one table; a fixed variable takes no
-    dimension of the test points.
+    Objectives and constraints of a design are bit-identical to the whole problem's. An algorithm
+    searches the free variables only, and its ``res.X`` has no others; :meth:`completed` adds the
+    fixed ones. In the table of PSI and ``investigate`` every variable keeps its column and its
+    name, so that one table can hold tests of several parts and of the whole; a fixed variable takes
+    no dimension of the test points.
 
-    Constraints, runner, callback and name are the wrapped problem's, and so is every attribute not
-    found here, but not its gradients and known Pareto front, which is that of the whole.
+    Constraints, runner, callback and name are the wrapped problem's, and so is every attribute that
+    this class does not have. Gradients and the known Pareto front, which belong to the whole
+    problem, are not.
 
     Args:
         problem: A pymoo problem with finite bounds, elementwise or not, with variables of any
-            kind; one that is restricted already is restricted further.
-        box: For the names of variables (x1, x2, … of a vector, or those of the problem's attribute
-            ``names``): a tuple ``(lower, upper)``, of which ``None`` keeps the bound that there
-            is; or a value, at which the variable is fixed; or, of a choice, a list of the options
-            to keep. What is not named stays as it is. Instead of a mapping, the two arrays that
+            kind; it may be restricted already.
+        box: For names of variables (x1, x2, … of a vector, or those of the problem's attribute
+            ``names``): a tuple ``(lower, upper)``, in which ``None`` keeps the problem's bound; or
+            a value, at which the variable is fixed; or, for a choice, a list of the options to
+            keep. Other variables are unchanged. Instead of a mapping, the two arrays that
             :meth:`~pymoo_psi.TestTable.refined_bounds` of the problem's table returns.
 
     Attributes:
         wrapped: The problem, not restricted.
-        box: What is kept of each variable that was named, by name, as it may be given again.
+        box: The bounds, value or options of each restricted variable, as they can be given again.
 
     Raises:
         ArgumentValueError: There is no such variable, a bound or value lies outside the problem's
             bounds, or no variable is left free.
-        ArgumentTypeError: ``problem`` is no pymoo problem, or what is given for a variable is of
-            a type that it cannot have.
+        ArgumentTypeError: ``problem`` is no pymoo problem, or a bound or value has a type that the
+            variable cannot have.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -145,7 +146,7 @@ class Restricted(Transformed):
         (array([0.31, 0.12]), array([1.39, 5.95]))
         >>> part = investigate(Restricted(chute, bounds), 256)
 
-        One variable fixed, and what a table shows of it:
+        A fixed variable in a table:
 
         >>> slope = Restricted(chute, {"x1": 0.5})
         >>> slope.n_var, investigate(slope, 3).X
@@ -153,8 +154,8 @@ class Restricted(Transformed):
                [0.5  , 3.05 ],
                [0.5  , 1.575]]))
 
-        Of many variables the eight that explain most, the others fixed at the best design so far;
-        the next eight would follow, and so on:
+        The eight most important of many variables, with the others fixed at the best design so
+        far; the next eight would follow, and so on:
 
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi.table import sensitivities
@@ -189,7 +190,7 @@ class Restricted(Transformed):
         super().__init__(problem, space)
 
     def completed(self, X: Any) -> Any:
-        """Return designs, or one, with the fixed variables in their places.
+        """Return designs, or one, with the fixed variables in their columns.
 
         Example:
             >>> from pymoo_psi import SphereChute

@@ -165,8 +165,9 @@ def uses_wrapped_values(problem: Any) -> bool:
 
 def changes_designs_only(problem: Any) -> bool:
     """Whether a problem is a wrapper that has the wrapped problem's values for other designs."""
-    own = type(problem)
-    return uses_wrapped_values(problem) and own.values_from is WrappedProblem.values_from
+    if not uses_wrapped_values(problem):
+        return False
+    return type(problem).values_from is WrappedProblem.values_from
 
 
 def checks_requirements(problem: Any) -> bool:
