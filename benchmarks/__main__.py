@@ -26,8 +26,9 @@ import numpy as np
 from benchmarks.cores import compare_cores
 from benchmarks.machine import describe_machine, processor_seconds
 from benchmarks.motion import compare_speed, designs
-from pymoo_psi import TestTable, VectorizedSphereChute, investigate, rank_of_efficiency
+from pymoo_psi import VectorizedSphereChute, investigate, rank_of_efficiency
 from pymoo_psi.chute import ChuteParameters, criteria, motion
+from pymoo_psi.table import read_table
 
 README = Path(__file__).with_name("README.md")
 BEGIN, END = "<!-- figures: written by python -m benchmarks -->", "<!-- end figures -->"
@@ -49,7 +50,7 @@ def motions() -> Iterator[Row]:
 def fronts() -> Iterator[Row]:
     """Give the figures of Pareto sets, beside moocore's filter of the same rows."""
     problem = VectorizedSphereChute(0.4)
-    whole = processor_seconds(lambda: investigate(problem, 2**20).ranking(normalize=False))
+    whole = processor_seconds(lambda: investigate(problem, 2**20).under(normalize=False).ranking())
     what = "2^20 points of the chute tested, filtered and ranked"
     yield what, f"{whole:.1f} s", "5 s", whole / 5, ""
     spread = np.random.default_rng(0).exponential(size=(10**6, 4))
@@ -107,7 +108,7 @@ def stores(folder: str) -> Iterator[Row]:
     problem, path = VectorizedSphereChute(0.4), os.path.join(folder, "study.db")
     bare = processor_seconds(lambda: investigate(problem, TESTS))
     stored = processor_seconds(lambda: investigate(problem, TESTS, study=path)) - bare
-    read = processor_seconds(lambda: TestTable.read_study(path))
+    read = processor_seconds(lambda: read_table(path))
     with closing(sqlite3.connect(path)) as db:
         (table,) = db.execute("SELECT sql FROM sqlite_master WHERE name = 'tests'").fetchone()
         fetched = processor_seconds(lambda: db.execute("SELECT * FROM tests").fetchall())

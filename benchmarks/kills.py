@@ -34,6 +34,7 @@ from benchmarks.machine import describe_machine
 from pymoo_psi import FailureTolerant, JoblibRunner, Recorded, SurrogatePSI, TestTable, nsga3
 from pymoo_psi.algorithms import _run
 from pymoo_psi.study import Study
+from pymoo_psi.table import read_table
 
 EVALUATIONS = 20  # for each kill
 FURTHER = 3  # evaluations in one of which, or between which, a kill comes
@@ -196,7 +197,7 @@ def _checked(
         again = [line for line in lines(log)[checked:] if line in designs]
         assert not again, f"{len(again)} stored designs were evaluated again"
         checked = len(lines(log))
-        table = TestTable.read_study(path) if path.exists() else TestTable.empty()
+        table = read_table(path) if path.exists() else TestTable.empty()
         left = table.rows(np.isin(table.numbers, stored.numbers))
         assert len(stored) == 0 or left.equals(stored), "stored tests were lost or changed"
         stored = table

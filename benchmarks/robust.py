@@ -40,7 +40,7 @@ def chute(mu: float = 0.4, c: float = 0.32) -> VectorizedSphereChute:
 def optimum(table) -> np.ndarray:
     """Return the design of the Salukvadze optimum, with plain distances as in the paper."""
     front = table.rows(table.pareto())
-    return front.X[table.ranking(normalize=False).salukvadze[0]]
+    return front.X[table.under(normalize=False).ranking().salukvadze[0]]
 
 
 def lives(design: np.ndarray) -> np.ndarray:

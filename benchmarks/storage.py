@@ -32,7 +32,8 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
-from pymoo_psi import PSI, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import PSI, VectorizedSphereChute, investigate
+from pymoo_psi.table import read_table
 
 T = TypeVar("T")
 
@@ -101,7 +102,7 @@ def kill(kills: int) -> None:
 
         def started(k: int) -> Any:
             path = os.path.join(folder, f"share-{k}-of-{SHARES}.db")
-            stored = TestTable.read_study(path).X if os.path.exists(path) else ()
+            stored = read_table(path).X if os.path.exists(path) else ()
             runs.append((os.path.join(parent, f"{len(runs)}.log"), {x.tobytes() for x in stored}))
             process = fork.Process(target=test_share, args=(folder, k, runs[-1][0]))
             process.start()
@@ -128,7 +129,7 @@ def kill(kills: int) -> None:
             designs = [content[i : i + 16] for i in range(0, len(content), 16)]
             assert not stored.intersection(designs), "a stored test was evaluated again"
             calls += len(designs)
-        table = TestTable.read_study(folder)
+        table = read_table(folder)
     whole = minimize(Noted(), PSI(POINTS)).algorithm.table
     assert table.equals(whole), "the folder is not the run that nobody disturbed"
     print(
@@ -147,7 +148,7 @@ def main(tests: int) -> None:
         table = timed("investigate without a study", tests, lambda: investigate(problem, tests))
         timed("investigate with a study", tests, lambda: investigate(problem, tests, study=study))
         print(f"{os.path.getsize(study) / tests:.0f} bytes a test")
-        stored = timed("TestTable.read_study", tests, lambda: TestTable.read_study(study))
+        stored = timed("read_table", tests, lambda: read_table(study))
         assert stored.equals(table), "the study does not give back what was tested"
         timed("the finished run again", tests, lambda: investigate(problem, tests, study=study))
         plain_copy(study, os.path.join(folder, "plain.db"))

@@ -29,8 +29,18 @@ def case() -> Any:
     return solve_case(0.4, "rolling", 4096)
 
 
+@pytest.fixture(scope="session", name="TestTable")
+def test_table() -> Any:
+    """The class of which the examples of its bases are."""
+    from pymoo_psi import TestTable
+
+    return TestTable
+
+
 # What the examples of a file go on with; to compute it for each would take most of their time.
 SHARED = {
+    "table/_tests.py": ["TestTable"],
+    "table/_questions.py": ["TestTable"],
     "comparison/_comparison.py": ["bnh", "result"],
     "comparison/_quality.py": ["bnh", "result"],
     "comparison/_runs.py": ["result"],

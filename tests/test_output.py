@@ -91,7 +91,7 @@ def test_written_tables_hold_no_formulas_and_come_back(tmp_path, monkeypatch):
     )  # fmt: skip
     path = tmp_path / "tests.csv"
     table.to_csv(path)
-    assert TestTable.read_csv(path).equals(table)
+    assert read_table(path).equals(table)
     assert live(path) == []
     monkeypatch.chdir(tmp_path)
     assert main(["rank", "tests.csv", "--maximize", "＝b", "--out", "ranks.csv"]) == 0

@@ -1,5 +1,7 @@
 """What holds for any table, formulation, interruption and file of designs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,7 +10,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, Formulation, SurrogatePSI, TestTable, investigate
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Layout, read_table
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -28,34 +30,35 @@ LIMITS = {"gain": (-1.5, None), "heat": 1.0, "x": (0.1, 0.9)}
 
 
 @given(seed=SEEDS, data=st.data())
-def test_a_formulation_of_a_formulated_table_is_one_formulation(seed, data):
-    """Limits, relaxed constraints and computed columns add up; objectives are the last ones named."""
+def test_a_formulation_takes_the_place_of_the_one_before(seed, data):
+    """Whatever was asked before; attributes given alone take the place of those attributes."""
     table = smooth_table(np.random.default_rng(seed))
     some = lambda names, most: data.draw(  # noqa: E731
         st.lists(st.sampled_from(names), unique=True, max_size=most)
     )
-    columns = ["mass", "gain", "heat", "both"]
-    first, second = some(columns, 3), some([*columns, "quotient"], 3)
-    relaxed = some(["stress", "bend"], 2)
-    again = [name for name in some(["stress", "bend"], 2) if name not in relaxed]
-    limits, others = some(["gain", "heat"], 2), some(["x"], 1)
-    both, quotient = {"both": "mass + heat"}, {"quotient": "both / (3 + gain ** 2)"}
-    a = Formulation(
-        first, limits={name: LIMITS[name] for name in limits}, relaxed=relaxed, computed=both
+    columns = ["mass", "gain", "heat"]
+    first = Formulation(
+        some([*columns, "both"], 3),
+        limits={name: LIMITS[name] for name in some(["gain", "heat"], 2)},
+        relaxed=some(["stress", "bend"], 2),
+        computed={"both": "mass + heat"},
     )
-    b = Formulation(
-        second, limits={name: LIMITS[name] for name in others}, relaxed=again, computed=quotient
+    second = Formulation(
+        some([*columns, "ratio"], 3),
+        limits={name: LIMITS[name] for name in some(["x", "heat"], 2)},
+        relaxed=some(["stress", "bend"], 2),
+        computed={"ratio": "heat / (3 + gain ** 2)"},
+        normalize=data.draw(st.booleans()),
     )
-    c = Formulation(
-        second or first, limits={name: LIMITS[name] for name in [*limits, *others]},
-        relaxed=[*relaxed, *again], computed=both | quotient,
-    )  # fmt: skip
-    twice, once = table.under(a).under(b), table.under(c)
-    assert twice.layout.objectives == once.layout.objectives
-    np.testing.assert_array_equal(twice.layout.sign, once.layout.sign)
-    np.testing.assert_array_equal(twice.F, once.F)
-    np.testing.assert_array_equal(twice.status, once.status)
-    np.testing.assert_array_equal(twice.pareto(), once.pareto())
+    before = table.under(first)
+    assert before.under(second).equals(table.under(second))
+    assert before.tested is table
+    assert before.under(Formulation()).equals(table)
+    limits, normalize = second.limits, second.normalize
+    loosened = before.under(limits=limits).under(normalize=normalize)
+    whole = table.under(replace(first, limits=limits, normalize=normalize))
+    assert loosened.equals(whole)
+    assert loosened.formulation == whole.formulation
 
 
 class Beam(ElementwiseProblem):
@@ -104,4 +107,4 @@ def test_an_interrupted_run_that_is_continued_is_one_run(tmp_path_factory, run, 
         Beam.left = np.inf
     table = run(18, study=study, block_size=block)
     assert table.equals(run(18))
-    assert TestTable.read_study(study).rows(np.arange(18)).equals(table)
+    assert read_table(study).rows(np.arange(18)).equals(table)

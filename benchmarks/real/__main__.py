@@ -56,7 +56,7 @@ def load(name: str) -> Any:
 
 def front(table: TestTable, limits: dict[str, Any]) -> Any:
     """Return the objectives of the Pareto-optimal feasible designs, all minimised."""
-    return table.F[table.pareto(limits)]
+    return table.F[table.under(limits=limits).pareto()]
 
 
 def main() -> None:
@@ -99,7 +99,10 @@ def main() -> None:
     indicator = HV(ref_point=np.full(every.shape[1], 1.1))
     print(f"{given.example}, limits {limits}, {given.jobs} jobs")
     for (what, table), F in zip(steps.items(), fronts, strict=True):
-        failed, eligible = int((table.status == "failed").sum()), table.eligible(limits).sum()
+        failed, eligible = (
+            int((table.status == "failed").sum()),
+            table.under(limits=limits).eligible().sum(),
+        )
         volume = indicator((F - low) / (high - low)) / 1.1 ** F.shape[1] if len(F) else 0.0
         print(
             f"  {what}: {len(table)} tests, {failed} failed, {eligible} within the limits, "
@@ -108,7 +111,7 @@ def main() -> None:
     decision_page(proposed, Formulation(limits=limits), title=given.example).save(
         folder / "page.html"
     )
-    report = decision_report(proposed, limits, title=given.example)
+    report = decision_report(proposed.under(limits=limits), title=given.example)
     report.save(folder / "report.html")
     print(f"  {report}; page and report in {folder}")
 

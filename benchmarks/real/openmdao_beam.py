@@ -79,7 +79,7 @@ def main() -> None:
     table = by_the_driver()
     print(table, table.best().to_frame(), sep="\n")
     table = minimize(Beam(), PSI(64)).algorithm.table
-    print(table, table.best({"stress": 70}).to_frame(), sep="\n")
+    print(table, table.under(limits={"stress": 70}).best().to_frame(), sep="\n")
 
 
 if __name__ == "__main__":

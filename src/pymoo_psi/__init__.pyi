@@ -26,6 +26,7 @@ from .algorithms import investigate as investigate
 from .algorithms import nsga3 as nsga3
 from .comparison import compare as compare
 from .errors import PsiError as PsiError
+from .page import decision_page as decision_page
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
 from .pareto import cautions as cautions
@@ -42,6 +43,7 @@ from .problems import Restricted as Restricted
 from .problems import Robust as Robust
 from .problems import SphereChute as SphereChute
 from .problems import VectorizedSphereChute as VectorizedSphereChute
+from .report import decision_report as decision_report
 from .selection import CompromiseProgramming as CompromiseProgramming
 from .selection import EfficientSubset as EfficientSubset
 from .selection import Knee as Knee
@@ -51,5 +53,6 @@ from .selection import robustness as robustness
 from .sequences import lp_tau as lp_tau
 from .table import Formulation as Formulation
 from .table import TestTable as TestTable
+from .table import read_table as read_table
 
 __version__: str

@@ -48,12 +48,12 @@ class StudyError(PsiError):
     Example:
         Whatever is wrong with a study, a damaged file or another problem's, it is caught so:
 
-        >>> from pymoo_psi import TestTable
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> try:
-        ...     TestTable.read_study("absent.db")
+        ...     investigate(VectorizedSphereChute(), 8, study="absent/chute.db")
         ... except StudyError as error:
         ...     print("no study:", error)
-        no study: study ...absent.db does not exist; check the name
+        no study: ...absent/chute.db...
     """
 
 
@@ -79,12 +79,12 @@ class StudyCorruptError(StudyError):
 
     Example:
         >>> import pathlib, tempfile
-        >>> from pymoo_psi import TestTable
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     path = pathlib.Path(folder, "notes.db")
         ...     size = path.write_text("no study at all")
         ...     try:
-        ...         TestTable.read_study(path)
+        ...         investigate(VectorizedSphereChute(), 8, study=path)
         ...     except StudyCorruptError:
         ...         print(path.read_text())
         no study at all
@@ -96,14 +96,14 @@ class StudyVersionError(StudyError):
 
     Example:
         >>> import contextlib, os, sqlite3, tempfile
-        >>> from pymoo_psi import TestTable
+        >>> from pymoo_psi import read_table
         >>> later = "PRAGMA application_id = 0x50534931; PRAGMA user_version = 99;"
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     path = os.path.join(folder, "chute.db")
         ...     with contextlib.closing(sqlite3.connect(path)) as file:
         ...         done = file.executescript(later + "CREATE TABLE t (x);")
         ...     try:
-        ...         TestTable.read_study(path)
+        ...         read_table(path)
         ...     except StudyVersionError as error:
         ...         print(error)
         study ...chute.db has format 99, but this version of pymoo-psi reads format ...
@@ -118,9 +118,9 @@ class StudyAccessError(StudyError, OSError):
     """The study file is not there, or cannot be read or written: rights, a full disk.
 
     Example:
-        >>> from pymoo_psi import TestTable
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> try:
-        ...     TestTable.read_study("absent.db")
+        ...     investigate(VectorizedSphereChute(), 8, study="absent/chute.db")
         ... except OSError as error:
         ...     print(type(error).__name__)
         StudyAccessError

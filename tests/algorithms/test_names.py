@@ -5,8 +5,9 @@ import pytest
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, TestTable, investigate
+from pymoo_psi import PSI, FailureTolerant, investigate
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
+from pymoo_psi.table import read_table
 
 NAMES = {"x1": "width", "f2": "gain", "g1": "stress"}
 TOLD = {"names": NAMES, "maximize": ["gain"], "units": {"width": "mm", "heat": "K"}}
@@ -93,7 +94,7 @@ def test_outputs_are_those_of_the_model_however_the_tests_are_made(tmp_path):
     investigate(One(**TOLD), 20, study=study)
     result = minimize(One(**TOLD), PSI(48, study=study))
     assert result.algorithm.table.equals(whole)
-    assert TestTable.read_study(study).equals(whole)
+    assert read_table(study).equals(whole)
     assert np.array_equal(result.pop.get("heat"), whole.column("heat"), equal_nan=True)
     for told in (PSI(48, study=study, block_size=9), PSI(48, block_size=9)):
         told.setup(FailureTolerant(One(**TOLD)))

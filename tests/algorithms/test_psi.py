@@ -13,11 +13,11 @@ from pymoo_psi import (
     PsiError,
     QMCSampling,
     SphereChute,
-    TestTable,
     VectorizedSphereChute,
     investigate,
     lp_tau,
 )
+from pymoo_psi.table import read_table
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -128,11 +128,14 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_p
     heat, gain = whole.column("heat"), whole.column("gain")
     rows = (whole.status == "ok") & (whole.X[:, 0] >= 0.25) & (heat <= 2) & (gain >= -0.5)
     assert 0 < rows.sum() < 64
-    assert whole.feasible(limits).tolist() == rows.tolist()
+    assert whole.under(limits=limits).feasible().tolist() == rows.tolist()
     for study in (None, tmp_path / "heated.db", tmp_path / "heated.db"):
         psi = PSI(64, limits=limits, block_size=block_size, study=study)
         result = minimize(Heated(), psi)
-        assert result.opt.get("test_point").tolist() == whole.numbers[whole.pareto(limits)].tolist()
+        assert (
+            result.opt.get("test_point").tolist()
+            == whole.numbers[whole.under(limits=limits).pareto()].tolist()
+        )
         violation = result.pop.get("CV")[:, 0]
         assert (violation <= 0).tolist() == rows.tolist()
         low, high = np.maximum(0.25 - whole.X[:, 0], 0), np.maximum(heat - 2, 0)
@@ -140,7 +143,7 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_p
         ok = whole.status == "ok"
         np.testing.assert_allclose(violation[ok], expected[ok], atol=1e-15)
         kept = investigate(Heated(), 64, limits=limits, keep="feasible", block_size=block_size)
-        assert kept.equals(whole.rows(rows))
+        assert kept.equals(whole.under(limits=limits).rows(rows))
     told = PSI(64, limits=limits, block_size=block_size)
     told.setup(Heated())
     while (block := told.ask()) is not None:
@@ -173,7 +176,7 @@ def test_tests_without_an_output_that_has_a_limit_are_infeasible(keep, block_siz
     np.testing.assert_array_equal(asked.feasible(), expected)
     kept = investigate(Sometimes(), 64, limits=limits, keep=keep, block_size=block_size)
     rows = expected if keep == "feasible" else asked.pareto()
-    assert kept.equals(whole.rows(rows))
+    assert kept.equals(asked.rows(rows))
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
@@ -182,7 +185,7 @@ def test_a_limit_on_an_output_that_no_test_has_is_refused_at_the_end(keep, tmp_p
     problem, limits, study = Sometimes(gives=False), {"heat": 0.5}, tmp_path / "s.db"
     with pytest.raises(PsiError, match="a limit must be one of .*'heat'"):
         investigate(problem, 32, limits=limits, keep=keep, study=study)
-    assert TestTable.read_study(study).equals(investigate(problem, 32))
+    assert read_table(study).equals(investigate(problem, 32))
 
 
 def test_a_run_with_a_limit_on_an_output_that_no_test_has_finds_nothing_before_it_is_refused():

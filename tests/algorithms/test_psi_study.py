@@ -19,11 +19,11 @@ from pymoo_psi import (
     QMCSampling,
     Restricted,
     SphereChute,
-    TestTable,
     VectorizedSphereChute,
     investigate,
 )
 from pymoo_psi.errors import StudyMismatchError
+from pymoo_psi.table import read_table
 
 
 class Counted(ElementwiseProblem):
@@ -65,7 +65,7 @@ def test_a_study_is_continued_and_extended(tmp_path, first_by, then_by):
     more = Counted()
     assert go(more, 100, then_by).equals(whole)
     assert len(more.seen) == 60
-    assert TestTable.read_study(path).equals(whole)
+    assert read_table(path).equals(whole)
 
 
 def test_blocks_and_vectorisation_do_not_change_a_study(tmp_path):
@@ -148,8 +148,8 @@ def test_threads_share_a_study(tmp_path):
     assert all(table.equals(whole) for table in tables)
     # SQLite's log may stay where two threads end at once; the file alone holds everything
     alone = shutil.copy(path, tmp_path / "alone.db")
-    assert TestTable.read_study(alone).equals(TestTable.read_study(path))
-    assert len(TestTable.read_study(alone)) == 127
+    assert read_table(alone).equals(read_table(path))
+    assert len(read_table(alone)) == 127
 
 
 # The modules are imported once: every run is a fork of this script, begun by the name of its log,
@@ -227,7 +227,7 @@ def test_processes_share_a_study_and_test_nothing_twice(server, whole):
     assert run(*(f"{log}@" for log in logs)) == [0] * 3
     lines = [line for log in logs if log.exists() for line in log.read_text().splitlines()]
     assert sorted(tuple(json.loads(line)) for line in lines) == sorted(map(tuple, whole.X.tolist()))
-    assert TestTable.read_study(path).equals(whole)
+    assert read_table(path).equals(whole)
     for file in path.parent.glob("s.db*"):  # a log too, if the last reader left one
         file.unlink()
 
@@ -243,7 +243,7 @@ def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
     rng, kills, ended = random.Random(1), 0, None
     by_design = {tuple(x): n for x, n in zip(whole.X.tolist(), whole.numbers.tolist(), strict=True)}
     while kills < KILLS or ended != 0:
-        committed = set(TestTable.read_study(path).numbers.tolist()) if path.exists() else set()
+        committed = set(read_table(path).numbers.tolist()) if path.exists() else set()
         if ended == 0:  # finished before its kill: begin a new study
             for file in path.parent.glob("s.db*"):  # a log too, if there was nothing left to test
                 file.unlink()
@@ -254,7 +254,7 @@ def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
         kills += ended == signal.SIGALRM
         assert ended in (0, signal.SIGALRM)
         assert not _evaluated(log, by_design) & committed
-    assert TestTable.read_study(path).equals(whole)
+    assert read_table(path).equals(whole)
 
 
 def _evaluated(log, by_design):

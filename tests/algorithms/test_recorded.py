@@ -19,9 +19,10 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, PsiError, Recorded, TestTable
+from pymoo_psi import PSI, FailureTolerant, PsiError, Recorded
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
+from pymoo_psi.table import read_table
 
 
 class Model(ElementwiseProblem):
@@ -105,7 +106,7 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
     first = make(stop=len(plain.seen) * 3 // 5)
     with pytest.raises(KeyboardInterrupt):
         solved(recorded(first, tmp_path / "s.db"), algorithm())
-    stored = TestTable.read_study(tmp_path / "s.db")
+    stored = read_table(tmp_path / "s.db")
     second = make()
     problem = recorded(second, tmp_path / "s.db")
     result = solved(problem, algorithm())
@@ -148,7 +149,7 @@ def test_two_runs_at_once_share_the_work(tmp_path):
     with ThreadPoolExecutor(2) as threads:
         first, second = threads.map(run, models)
     seen = models[0].seen + models[1].seen
-    assert len(seen) == len(set(seen)) == len(TestTable.read_study(tmp_path / "s.db"))
+    assert len(seen) == len(set(seen)) == len(read_table(tmp_path / "s.db"))
     assert first == second
 
 
@@ -257,13 +258,13 @@ def test_a_failure_ends_the_run_when_everything_is_stored_and_comes_again(tmp_pa
             Recorded(model, study=tmp_path / "s.db").evaluate(X)
         messages.append(str(raised.value))
     assert messages[0] == messages[1]
-    assert len(model.seen) == len(TestTable.read_study(tmp_path / "s.db")) == 12
+    assert len(model.seen) == len(read_table(tmp_path / "s.db")) == 12
 
 
 def test_failures_are_tried_again_if_asked_for(tmp_path):
     X, path = batch(12), tmp_path / "s.db"
     recorded(Model(fails=True), path).evaluate(X)
-    before = TestTable.read_study(path)
+    before = read_table(path)
     failed = before.numbers[before.status == "failed"].tolist()
     model = Model()
     problem = recorded(model, path, retry="failed")

@@ -7,8 +7,9 @@ import pytest
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, QMCSampling, TestTable, VectorizedSphereChute, investigate
+from pymoo_psi import PSI, QMCSampling, VectorizedSphereChute, investigate
 from pymoo_psi.errors import PsiError
+from pymoo_psi.table import read_table
 
 CHUTE = VectorizedSphereChute(0.4)
 
@@ -42,7 +43,7 @@ def test_shares_together_are_the_run(tmp_path, by, sampling):
         parts.append(by(300, first=3, sampling=sampling, share=(k, 3), study=tmp_path / "runs"))
     assert sum(map(len, parts)) == 300
     assert parts[0].merge(parts[1]).merge(parts[2]).equals(whole)
-    assert TestTable.read_study(tmp_path / "runs").equals(whole)
+    assert read_table(tmp_path / "runs").equals(whole)
 
 
 def test_the_first_results_of_all_shares_are_the_beginning_of_the_run():
@@ -54,7 +55,7 @@ def test_a_share_is_continued_and_extended(tmp_path):
     for n in (100, 100, 200):
         for k in (1, 2):
             of_psi(n, share=(k, 2), study=tmp_path)
-    assert TestTable.read_study(tmp_path).equals(of_psi(200))
+    assert read_table(tmp_path).equals(of_psi(200))
 
 
 @pytest.mark.parametrize(
@@ -100,10 +101,10 @@ def test_many_cores_give_the_table_of_one(keep):
     whole = investigate(CHUTE, 5000)
     rows = {
         "all": np.ones(5000, dtype=bool),
-        "feasible": whole.feasible(limits),
-        "pareto": whole.pareto(limits),
+        "feasible": whole.under(limits=limits).feasible(),
+        "pareto": whole.under(limits=limits).pareto(),
     }[keep]
-    assert one.equals(whole.rows(rows))
+    assert one.equals(whole.under(limits=limits).rows(rows))
     two = investigate(CHUTE, 5000, keep=keep, limits=limits, n_jobs=2, block_size=1000)
     assert two.equals(one)
 
@@ -112,7 +113,7 @@ def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path
     whole = investigate(CHUTE, 3000)
     kept = investigate(CHUTE, 3000, n_jobs=2, keep="pareto", study=tmp_path / "s.db")
     assert kept.equals(whole.rows(whole.pareto()))
-    assert TestTable.read_study(tmp_path / "s.db").equals(whole)
+    assert read_table(tmp_path / "s.db").equals(whole)
     again = investigate(CHUTE, 3500, n_jobs=2, study=tmp_path / "s.db")
     assert again.equals(investigate(CHUTE, 3500))
     assert os.listdir(tmp_path) == ["s.db"]

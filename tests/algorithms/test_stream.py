@@ -15,7 +15,8 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Binary, Choice, Integer
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, JoblibRunner, TestTable, investigate
+from pymoo_psi import PSI, JoblibRunner, investigate
+from pymoo_psi.table import read_table
 from tests.processes import posix, until
 
 
@@ -100,7 +101,7 @@ def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
         result = minimize(problem, PSI(500, block_size=10, study=path), ("n_eval", 10))
     assert result.algorithm.n_tested == result.algorithm.evaluator.n_eval == 10
     assert len(held.seen()) == 26
-    stored = TestTable.read_study(path)
+    stored = read_table(path)
     plain = minimize(Sum(), PSI(500)).algorithm.table
     assert stored.equals(plain.rows(stored.numbers - 1))
     assert 10 <= len(stored) <= 26
@@ -157,14 +158,14 @@ def test_results_of_long_computing_do_not_wait_for_others_to_be_stored(tmp_path,
     Nor is there a commit for each result, which would take longer than to compute quick ones.
     """
     path, stored = tmp_path / "s.db", []
-    runner = TakingLong(seconds, lambda n: stored.append(len(TestTable.read_study(path))))
+    runner = TakingLong(seconds, lambda n: stored.append(len(read_table(path))))
     began = time.monotonic()
     investigate(Sum(elementwise_runner=runner), 64, study=path)
     passed = time.monotonic() - began
     lost = np.arange(1, 65) - stored
     assert (lost * seconds < 20).all()
     assert len({*stored}) <= 64 * max(seconds, 20 / 64) / 20 + passed + 1
-    assert len(TestTable.read_study(path)) == 64
+    assert len(read_table(path)) == 64
 
 
 ENDED = """
@@ -220,7 +221,7 @@ def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, r
         os.kill(process.pid, how)
     assert process.returncode in (-how, 128 + how, 1)
     assert process.returncode == -how or how == signal.SIGINT
-    assert TestTable.read_study(path).numbers.tolist() == [1]
+    assert read_table(path).numbers.tolist() == [1]
     assert os.listdir(tmp_path) == ["s.db"]  # nor does a lock lie beside it
 
 
@@ -290,7 +291,7 @@ def test_no_design_is_computed_twice(tmp_path, by, study):
     np.testing.assert_array_equal(table.outputs[~failed, 0], 2.0 * table.X[~failed, 0])
     assert set(table.reasons.values()) == {"ValueError: no convergence"}
     if study:
-        assert TestTable.read_study(path).equals(table)
+        assert read_table(path).equals(table)
         problem = Few()  # other points of the same designs
         assert len(go(problem, 100, first=201)) == 100
         assert problem.calls == []

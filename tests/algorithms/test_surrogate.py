@@ -19,13 +19,12 @@ from pymoo_psi import (
     PsiError,
     Recorded,
     SurrogatePSI,
-    TestTable,
     investigate,
 )
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
-from pymoo_psi.table import Expression
+from pymoo_psi.table import Expression, read_table
 from tests.processes import posix
 
 
@@ -80,7 +79,7 @@ def test_one_criterion_and_an_optimum_on_no_test_point():
 def test_limits_lead_the_proposals_and_change_no_test():
     table = run(get_problem("bnh"), 44, limits={"f1": 20}).table
     assert (table.F[20:, 0] <= 21).mean() > 0.8
-    assert table.feasible().sum() > table.feasible({"f1": 20}).sum()
+    assert table.under(limits={}).feasible().sum() > table.feasible().sum()
 
 
 @pytest.mark.parametrize("limit", [(None, 20.0), (60.0, None), (5.0, 30.0)])
@@ -204,11 +203,11 @@ def test_proposals_are_stored_before_they_are_tested(tmp_path, undisturbed):
     assert [(number, number_of_round) for number, number_of_round, *_ in stored] == [
         (n, 1) for n in range(21, 25)
     ]
-    assert len(TestTable.read_study(path)) == 22
+    assert len(read_table(path)) == 22
     longer = run(Mixed(), 44, study=path)
     assert longer.evaluator.n_eval == 22
     assert longer.table.equals(undisturbed.table)
-    assert TestTable.read_study(path).equals(undisturbed.table)
+    assert read_table(path).equals(undisturbed.table)
 
 
 @posix
@@ -251,7 +250,7 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     options |= {"study": path, "asynchronous": True, "limits": {"weight": (2, 5)}}
     with pytest.raises(KeyboardInterrupt):
         run(Mixed(elementwise_runner=first), 70, **options)
-    stored, proposed = TestTable.read_study(path), Study(path).proposals(1, 100)
+    stored, proposed = read_table(path), Study(path).proposals(1, 100)
     assert len(stored) == 40
     assert first.most == workers
     # each was made from all tests before it but for those that were being made
@@ -263,7 +262,7 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     assert last.most == min(workers, 30)
     assert algorithm.evaluator.n_eval == 30
     assert algorithm.table.numbers.tolist() == list(range(1, 71))
-    assert algorithm.table.rows(stored.numbers - 1).equals(stored)
+    assert algorithm.table.tested.rows(stored.numbers - 1).equals(stored)
     units = [content["point"] for *_, content in proposed]
     tested = design_space(Mixed()).matrix(np.array(units))[: 70 - 20]
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)

@@ -23,12 +23,12 @@ from pymoo_psi import (
     Recorded,
     Restricted,
     SurrogatePSI,
-    TestTable,
     VectorizedSphereChute,
     investigate,
     nsga3,
     rank_of_efficiency,
 )
+from pymoo_psi.table import read_table
 from tests.table.exact_csv import EXACT
 
 
@@ -115,8 +115,8 @@ def test_the_suggested_part_is_taken_at_any_scale(run, low, width):
     assert code == 0
     (box,) = shlex.split(printed.partition("--box ")[2].split()[0])
     assert run(*words, "--box", box, "--study", "b.db")[0] == 0
-    table, part = TestTable.read_study("a.db"), TestTable.read_study("b.db").layout
-    X = table.X[table.feasible({"f1": 0.8})]
+    table, part = read_table("a.db"), read_table("b.db").layout
+    X = table.X[table.under(limits={"f1": 0.8}).feasible()]
     assert (part.lower <= X.min(axis=0)).all()
     assert (X.max(axis=0) <= part.upper).all()
     assert (part.upper - part.lower <= 1.01 * np.ptp(X, axis=0)).all()
@@ -125,7 +125,7 @@ def test_the_suggested_part_is_taken_at_any_scale(run, low, width):
 def test_mixed_variables_are_restricted(run):
     words = ["solve", "models:Mixed", "--points", 64, "--out", "o.csv"]
     assert run(*words, "--box", "n=2:4,steel=S235|S460", "--study", "s.db")[0] == 0
-    table = TestTable.read_study("s.db")
+    table = read_table("s.db")
     assert {*table.column("steel")} == {"S235", "S460"}
     assert {*table.column("n")} == {2, 3, 4}
     assert run(*words, "--box", "steel=S355", "--limits", "n<=3")[0] == 0
@@ -159,7 +159,7 @@ def test_nsga3_continues_a_study(run):
         assert f"200 evaluated, {stored} of them from the study" in printed
     same = [written(path).drop(columns="test_point") for path in ("o.csv", "alone.csv")]
     pd.testing.assert_frame_equal(*same, check_exact=True)
-    assert len(TestTable.read_study("osy.db")) == 200
+    assert len(read_table("osy.db")) == 200
 
 
 def test_a_model_that_hangs_or_dies_fails_alone(run):
@@ -182,7 +182,7 @@ def test_failures_are_counted_and_tried_again(run):
     assert (nsga[0], " × OSError: no licence" in nsga[1]) == (0, True)
     for given, left in (([], 32), (["--retry", "failed"], 0)):
         assert run("solve", "models:Mended", *words, *given)[0] == 0
-        assert (TestTable.read_study("s.db").status == "failed").sum() == left
+        assert (read_table("s.db").status == "failed").sum() == left
 
 
 def test_a_problem_is_made_of_options(run):
@@ -220,7 +220,7 @@ def test_an_interruption_is_reported_in_a_line(run, more, interruptible):
     kept = "see s.db; the same command" if "s.db" in more else "nothing is kept"
     assert (code, printed, err.count("\n")) == (130, "", 1)
     assert err.startswith(f"pymoo-psi: interrupted; {kept}")
-    assert "s.db" not in more or len(TestTable.read_study("s.db")) == 6
+    assert "s.db" not in more or len(read_table("s.db")) == 6
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
 
 
@@ -252,5 +252,5 @@ def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, 
     out, err = process.communicate()
     assert (process.returncode, out) == (130 if how == signal.SIGINT else -how, "")
     assert err.startswith("pymoo-psi: interrupted; nothing is kept") == (how == signal.SIGINT)
-    assert "s.db" not in more or len(TestTable.read_study("s.db")) > 1
+    assert "s.db" not in more or len(read_table("s.db")) > 1
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]

@@ -1,6 +1,7 @@
 """The decision page in Python: what it holds, what it opens with, and what is refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -90,7 +91,8 @@ def test_it_opens_with_a_formulation_and_further_limits():
     asked = Formulation(
         ["mass", "ratio"], limits={"mass": 0.9}, computed={"ratio": "strength / mass"}
     )
-    page = decision_page(beams(), asked, limits={"width": (3, None)})
+    asked = replace(asked, limits={**asked.limits, "width": (3, None)})
+    page = decision_page(beams(), asked)
     sent = payload_of(page)["opens_with"]
     assert sent["limits"] == {"mass": [None, 0.9], "width": [3.0, None]}
     assert sent["computed"] == {"ratio": "strength / mass"}
@@ -139,9 +141,22 @@ def test_hostile_and_foreign_decisions_are_refused(tmp_path, made):
     ("change", "message"),
     [
         ({"formulation": Formulation(["mas"])}, "got 'mas'; did you mean 'mass'?"),
-        ({"limits": {"depth": 1.0}}, "a limit must be one of .* got 'depth'"),
-        ({"limits": {"mass": (2, 1)}}, r"the limit on 'mass' must be \(lower, upper\)"),
-        ({"limits": {"strength": 0.5}}, r"\(0.5, None\) for at least"),
+        (
+            {"formulation": Formulation(OBJECTIVES, limits={"depth": 1.0})},
+            "a limit must be one of .* got 'depth'",
+        ),
+        (
+            {"formulation": Formulation(OBJECTIVES, limits={"material": 1.0})},
+            "only columns of numbers can be limited",
+        ),
+        (
+            {
+                "formulation": Formulation(
+                    OBJECTIVES, maximize=["strength"], limits={"strength": 0.5}
+                )
+            },
+            r"\(0.5, None\) for at least",
+        ),
         ({"source": beams().iloc[:0]}, "a frame with rows"),
     ],
 )

@@ -483,7 +483,8 @@ def test_a_csv_comes_back_with_objectives_and_directions(cases, answers, tmp_pat
         assert set(layout.maximize) == set(case.maximize)
         assert layout.units[case.names[0]] == "kg"
         chosen = found["state"]["chosen"]
-        assert table.chosen == (() if chosen is None else (chosen, found["state"]["reason"]))
+        assert table.formulation.chosen == chosen
+        assert table.formulation.reason == ("" if chosen is None else found["state"]["reason"])
         order = found["order"][case.seed % 2 :]
         expected = case.frame.iloc[order][case.names].to_numpy()
         np.testing.assert_array_equal(table.F * layout.sign, expected)

@@ -172,7 +172,7 @@ def test_anything_that_holds_objectives_is_taken():
     table = investigate(get_problem("bnh"), 64)
     result = minimize(get_problem("bnh"), PSI(64), seed=1)
     F = table.F[table.feasible()]
-    _, ranking = table.ranked()
+    ranking = table.feasible_ranking()
     told = [str(caution) for caution in cautions(ranking)]
     assert [str(caution) for caution in cautions(table)] == told
     best = table.best().names[0]

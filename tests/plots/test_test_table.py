@@ -20,7 +20,7 @@ def points(ax):
 
 def in_groups(table, limits):
     """The group of every test, one by one."""
-    feasible, front = table.feasible(limits), table.pareto(limits)
+    feasible, front = table.under(limits=limits).feasible(), table.under(limits=limits).pareto()
     for status, ok, best in zip(table.status, feasible, front, strict=True):
         name = "Pareto optimal" if best else "feasible, dominated" if ok else "beyond the limits"
         yield {"ok": name, "infeasible": "infeasible", "failed": ""}[str(status)]
@@ -28,7 +28,7 @@ def in_groups(table, limits):
 
 @pytest.mark.parametrize("limits", [None, LIMITS])
 def test_every_test_is_in_its_group_in_every_plane(chute, limits):
-    figure = plot_objectives(chute, limits)
+    figure = plot_objectives(chute.under(limits=limits))
     names = np.array([*in_groups(chute, limits)])
     for ax, pair in zip(shown(figure), [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)],
                         strict=True):  # fmt: skip
@@ -60,7 +60,9 @@ def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):
 
 
 def test_limits_are_shaded_and_those_far_away_named_in_the_legend(chute):
-    figure = plot_objectives(chute, {"f1": 2.2, "f4": (None, 60)}, objectives=["f1", "f4"])
+    figure = plot_objectives(
+        chute.under(limits={"f1": 2.2, "f4": (None, 60)}), objectives=["f1", "f4"]
+    )
     (ax,) = shown(figure)
     shade = ax.patches[0]
     assert (shade.get_x(), shade.get_x() + shade.get_width()) == (2.2, ax.get_xlim()[1])
@@ -88,7 +90,7 @@ def test_values_are_in_the_original_direction_and_units():
 
 
 def test_the_figure_of_a_table_is_a_matrix(osy):
-    figure = plot_table(osy, {"f1": -50}, title="OSY")
+    figure = plot_table(osy.under(limits={"f1": -50}), title="OSY")
     assert len(figure.axes) == 3 * 6
     assert [ax.get_xlabel() for ax in figure.axes[-6:]] == [f"x{j}" for j in range(1, 7)]
     assert [ax.get_ylabel() for ax in figure.axes[::6]] == ["% of each group", "f1", "f2"]
@@ -96,7 +98,7 @@ def test_the_figure_of_a_table_is_a_matrix(osy):
     assert figure.axes[-1].get_title(loc="left") == "(r)"
     for column in zip(*(figure.axes[k : k + 6] for k in (0, 6, 12)), strict=True):
         assert len({ax.get_xlim() for ax in column}) == 1
-    found = histogram(osy, "x1", limits={"f1": -50})
+    found = histogram(osy.under(limits={"f1": -50}), "x1")
     for bars, group in zip(
         figure.axes[0].containers, ("tested", "feasible", "pareto"), strict=True
     ):
@@ -151,7 +153,7 @@ def test_any_name_can_be_drawn():
     layout = Layout.of(names, ["$f$", "_g"])
     random = np.random.default_rng(1)
     table = TestTable.of(range(1, 6), random.random((5, 3)), random.random((5, 2)), layout=layout)
-    figure = plot_table(table, {"_g": 0.5})
+    figure = plot_table(table.under(limits={"_g": 0.5}))
     assert r"\$x_1\$" in [ax.get_xlabel() for ax in figure.axes]
     assert "limit _g ≤ 0.5" in texts(figure)
     assert_whole(figure, draw=True)
@@ -162,7 +164,7 @@ def test_any_name_can_be_drawn():
     [
         (lambda t: plot_table(t, variables=["x9"]), "variables must be one of .*'x9'"),
         (lambda t: plot_objectives(t, objectives=["f1"]), "objectives must be from 2 to 7"),
-        (lambda t: plot_objectives(t, design=0), "design must be the number of a test point"),
+        (lambda t: plot_objectives(t, design=0), "design must be the number of a test"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(chute, call, message):

@@ -49,15 +49,15 @@ def test_noisy_series_of_two_experiments_give_the_parameters_back(measure):
 
 def test_curves_of_the_best_designs_lie_over_the_measurements():
     model, limits = problem(), {"decay": 0.5}
-    table = investigate(model, 64)
-    figure = plot_identification(model, table, limits, best=2)
+    table = investigate(model, 64).under(limits=limits)
+    figure = plot_identification(model, table, best=2)
     assert [ax.get_title() for ax in figure.axes] == ["decay", "step"]
-    rows, ranking = table.ranked(limits)
+    ranking = table.feasible_ranking()
     for ax, (name, data) in zip(figure.axes, model.experiments.items(), strict=True):
         measured, *curves = ax.lines
         np.testing.assert_array_equal(measured.get_ydata(), data[name])
         assert len(curves) == 2
-        for curve, row in zip(curves, rows[ranking.order], strict=False):
+        for curve, row in zip(curves, ranking.rows[ranking.order], strict=False):
             design = dict(zip(BOX, table.X[row], strict=True))
             np.testing.assert_array_equal(curve.get_ydata(), model.series(design, name)[name])
             assert curve.get_label() == table.names[row]
@@ -84,7 +84,7 @@ def test_tolerances_are_constraints_and_limits_are_those_of_any_table():
     np.testing.assert_array_equal(table.status == "ok", table.column("step") <= 0.3)
     assert table.layout.objectives == ("decay", "step")
     assert table.layout.constraints == ("step<=0.3",)
-    within = table.feasible({"decay": 0.3})
+    within = table.under(limits={"decay": 0.3}).feasible()
     np.testing.assert_array_equal(
         within, (table.column("decay") <= 0.3) & (table.column("step") <= 0.3)
     )

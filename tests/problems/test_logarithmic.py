@@ -15,12 +15,11 @@ from pymoo_psi import (
     QMCSampling,
     Restricted,
     SurrogatePSI,
-    TestTable,
     investigate,
     nsga3,
 )
 from pymoo_psi.plots import plot_table
-from pymoo_psi.table import histogram, sensitivities
+from pymoo_psi.table import histogram, read_table, sensitivities
 
 
 def values(exponent, height):
@@ -113,8 +112,8 @@ def test_a_part_of_the_bounds_stays_logarithmic():
     table = investigate(Restricted(Wide(), {"area": (1e-2, 1e2)}), 64)
     expected = investigate(Restricted(Plain(), {"x1": (-2.0, 2.0)}), 64)
     np.testing.assert_allclose(exponents(table.X), expected.X, atol=1e-9)
-    low, high = table.refined_bounds({"f1": 1.0}, margin=0.1)
-    plain_low, plain_high = expected.refined_bounds({"f1": 1.0}, margin=0.1)
+    low, high = table.under(limits={"f1": 1.0}).refined_bounds(margin=0.1)
+    plain_low, plain_high = expected.under(limits={"f1": 1.0}).refined_bounds(margin=0.1)
     np.testing.assert_allclose([np.log10(low[0]), np.log10(high[0])], [plain_low[0], plain_high[0]])
 
 
@@ -130,8 +129,8 @@ def test_analysis_is_that_of_the_logarithm(tmp_path):
     table.to_csv(tmp_path / "table.csv")
     table.to_study(tmp_path / "table.db")
     for read in (
-        TestTable.read_csv(tmp_path / "table.csv"),
-        TestTable.read_study(tmp_path / "table.db"),
+        read_table(tmp_path / "table.csv"),
+        read_table(tmp_path / "table.db"),
     ):
         assert read.equals(table)
         assert read.layout.is_log("area")

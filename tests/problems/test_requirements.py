@@ -18,10 +18,10 @@ from pymoo_psi import (
     Required,
     Restricted,
     SurrogatePSI,
-    TestTable,
     investigate,
     nsga3,
 )
+from pymoo_psi.table import read_table
 
 
 def model(x, y):
@@ -177,7 +177,7 @@ def test_a_study_continues_with_them(tmp_path):
     whole = investigate(Plain(), 48)
     investigate(Plain(), 20, study=tmp_path / "run.db")
     assert investigate(Plain(), 48, study=tmp_path / "run.db").equals(whole)
-    read = TestTable.read_study(tmp_path / "run.db")
+    read = read_table(tmp_path / "run.db")
     assert read.equals(whole)
     with pytest.raises(PsiError):
         investigate(Plain(), 48, study=tmp_path / "run.db", requirements=["height <= width"])

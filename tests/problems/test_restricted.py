@@ -21,11 +21,11 @@ from pymoo_psi import (
     PsiError,
     Restricted,
     SphereChute,
-    TestTable,
     VectorizedSphereChute,
     investigate,
 )
 from pymoo_psi.errors import StudyMismatchError
+from pymoo_psi.table import read_table
 
 DENSITY = {"iron": 7.8, "steel": 7.7, "wood": 0.6}
 
@@ -113,7 +113,7 @@ def test_every_way_of_testing_gives_one_table(tmp_path):
     for n in (16, 48):
         result = minimize(Restricted(Beam(), box), PSI(n, study=study))
     assert result.algorithm.table.equals(table)
-    assert TestTable.read_study(study).equals(table)
+    assert read_table(study).equals(table)
     assert investigate(FailureTolerant(Restricted(Beam(), box)), 48).equals(table)
     assert investigate(Restricted(FailureTolerant(Beam()), box), 48).equals(table)
 
@@ -155,7 +155,7 @@ def test_a_part_of_a_part_is_the_part_by_both(width):
 def test_refined_bounds_lead_to_a_part(make):
     table = investigate(make(), 128)
     limits = {"f1": float(np.median(table.F[table.feasible(), 0]))}
-    lower, upper = table.refined_bounds(limits)
+    lower, upper = table.under(limits=limits).refined_bounds()
     finer = investigate(Restricted(make(), (lower, upper)), 128)
     numeric = ~np.isnan(lower)
     np.testing.assert_array_equal(finer.layout.lower[numeric], lower[numeric])

@@ -12,6 +12,6 @@ def freed(table, *names):
 
 def violations(table, limits=None):
     """The names of the constraints and limits that designs violate, by test point."""
-    mask, names = table.violations(limits)
+    mask, names = table.under(limits=limits).violations()
     pairs = zip(table.numbers.tolist(), mask.tolist(), strict=True)
     return {n: tuple(itertools.compress(names, row)) for n, row in pairs if any(row)}

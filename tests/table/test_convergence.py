@@ -19,16 +19,16 @@ def bnh():
 @pytest.mark.parametrize("limits", [None, LIMITS])
 @pytest.mark.parametrize("normalize", [True, False])
 def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
-    found = convergence(bnh, limits, normalize=normalize)
+    found = convergence(bnh.under(limits=limits, normalize=normalize))
     assert found.tests.tolist() == [9, 18, 37, 75, 150, 300]
-    last = bnh.ranking(limits, normalize=normalize)
+    last = bnh.under(limits=limits, normalize=normalize).ranking()
     for k, n in enumerate(found.tests.tolist()):
         few = investigate(get_problem("bnh"), n)
-        assert found.feasible[k] == few.feasible(limits).sum()
-        front = few.F[few.pareto(limits)]
+        assert found.feasible[k] == few.under(limits=limits).feasible().sum()
+        front = few.F[few.under(limits=limits).pareto()]
         assert found.pareto[k] == len(front)
         best = rank_of_efficiency(front, normalize=normalize).salukvadze[0]
-        assert found.optimum[k] == few.numbers[few.pareto(limits)][best]
+        assert found.optimum[k] == few.numbers[few.under(limits=limits).pareto()][best]
         span = (last.nadir - last.ideal) if normalize else 1.0
         assert found.mu1[k] == pytest.approx(np.linalg.norm((front[best] - last.ideal) / span))
         np.testing.assert_array_equal(found.best[k], front[best])

@@ -182,14 +182,14 @@ def test_every_column_stays_a_column():
     )  # fmt: skip
     layout = anew.layout
     assert layout.outputs == ("heat", "mass", "stress")
-    assert layout.constraints == ("bend", "width>=0.25", "width<=0.75", "stress<=0.1", "volume")
+    assert layout.constraints == ("bend", "volume")
+    assert anew.violations()[1] == ("bend", "volume", "0.25<=width<=0.75", "stress<=0.1")
     for name in table.layout.columns:
         np.testing.assert_array_equal(anew.column(name), table.column(name))
-    np.testing.assert_array_equal(anew.column("width<=0.75"), X[:, 0] - 0.75)
     assert (layout.units, layout.maximize) == ({"mass": "kg"}, ("gain",))
     assert layout.lower.tolist() == [0, 0]
     beyond = X[:, 0] > 0.75
-    assert all("width<=0.75" in v for v in anew.to_frame()["violated"][beyond])
+    assert all("0.25<=width<=0.75" in v for v in anew.to_frame()["violated"][beyond])
 
 
 # Limits without a formulation
@@ -204,15 +204,18 @@ def test_limits_are_those_of_a_formulation(name, ends):
     if None not in ends:
         ends = tuple(sorted(ends))
     anew = table.under(Formulation(limits={name: ends}))
-    np.testing.assert_array_equal(table.feasible({name: ends}), anew.feasible())
-    np.testing.assert_array_equal(table.pareto({name: list(ends)}), anew.pareto())
+    np.testing.assert_array_equal(table.under(limits={name: ends}).feasible(), anew.feasible())
+    np.testing.assert_array_equal(table.under(limits={name: list(ends)}).pareto(), anew.pareto())
     np.testing.assert_array_equal(
-        table.violations({name: ends})[0].any(axis=1), anew.violations()[0].any(axis=1)
+        table.under(limits={name: ends}).violations()[0].any(axis=1),
+        anew.violations()[0].any(axis=1),
     )
     low, high = (np.inf * s if e is None else e for s, e in zip((-1, 1), ends, strict=True))
     values = table.column(name)
     inside = (low <= values) & (values <= high) & np.isfinite(values) | (ends == (None, None))
-    np.testing.assert_array_equal(table.feasible({name: ends}), table.feasible() & inside)
+    np.testing.assert_array_equal(
+        table.under(limits={name: ends}).feasible(), table.feasible() & inside
+    )
 
 
 @pytest.mark.parametrize(
@@ -227,7 +230,7 @@ def test_limits_are_those_of_a_formulation(name, ends):
 )  # fmt: skip
 def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, message):
     with pytest.raises(PsiError, match=message):
-        beam_tests().feasible(limits)
+        beam_tests().under(limits=limits).feasible()
     with pytest.raises(PsiError, match=message):
         beam_tests().under(Formulation(limits=limits))
 
@@ -280,13 +283,15 @@ def test_a_limit_that_rejects_nothing_is_a_remark():
     anew = table.under(Formulation(limits={"mass": 100, "width": (0.25, 2)}))
     said = ("The limit width<=2 rejects no design.", "The limit mass<=100 rejects no design.")
     assert anew.remarks == said
-    assert anew.under(Formulation(limits={"gain": (-5, None)})).remarks[:2] == said
+    assert anew.under(normalize=False).remarks == said
+    loosened = anew.under(limits={"gain": (-5, None)})
+    assert loosened.remarks == ("The limit gain>=-5 rejects no design.",)
     # What is not finite keeps no limit, so that this one rejects.
     assert not table.under(Formulation(limits={"heat": 1e300})).remarks
 
 
 def test_ranges_are_fixed_kept_or_given_up(tmp_path):
-    """None keeps those of the table, empty ones are those of the Pareto set."""
+    """None are those of the tests, empty ones those of the Pareto set."""
     table, fixed = beam_tests(), {"mass": [0, 10], "gain": [-5, 5]}
     own = table.ranking().criteria
     path = tmp_path / "asked.json"
@@ -298,13 +303,14 @@ def test_ranges_are_fixed_kept_or_given_up(tmp_path):
     F = np.column_stack([table.column("mass"), table.column("gain")])[table.pareto()]
     mu1 = np.hypot(F[:, 0] / 10, (5 - F[:, 1]) / 10)
     np.testing.assert_allclose(wide.ranking().criteria[:, 0], mu1)
-    assert wide.under(Formulation()).equals(wide)
-    assert wide.under(Formulation(limits={"width": 1})).ranking().ideal.tolist() == [0, 5]
+    assert wide.under(Formulation()).equals(table)
+    assert wide.under(limits={"width": 1}).ranking().ideal.tolist() == [0, 5]
     assert wide.under(Formulation(ranges={})).equals(table)
     np.testing.assert_array_equal(wide.under(Formulation(ranges={})).ranking().criteria, own)
     # fixed for other objectives, they say nothing
     heat = Formulation(objectives=["mass", "heat"])
     assert wide.under(heat).equals(table.under(heat))
+    assert wide.under(objectives=["mass", "heat"]).equals(table.under(heat))
 
 
 def test_units_of_a_decision_are_those_of_its_limits(tmp_path):

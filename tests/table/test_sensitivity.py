@@ -16,7 +16,7 @@ from pymoo_psi import (
     investigate,
     lp_tau,
 )
-from pymoo_psi.table import Layout, convergence, even_part, sensitivities
+from pymoo_psi.table import Layout, convergence, even_part, read_table, sensitivities
 
 
 def table_of(X, F, G=None, **names):
@@ -135,7 +135,7 @@ def test_of_a_surrogates_study_the_points_before_the_proposals_count():
 def test_what_an_algorithm_has_chosen_is_no_even_sample(tmp_path):
     path = tmp_path / "sought.db"
     minimize(Recorded(get_problem("bnh"), study=path), NSGA2(40), ("n_gen", 15), seed=1)
-    table = TestTable.read_study(path)
+    table = read_table(path)
     for asked in (table, table.under(Formulation(objectives=["f2"]))):
         for ask in (sensitivities, convergence):
             with pytest.raises(PsiError, match="that an algorithm has chosen"):

@@ -261,7 +261,7 @@ def test_designs_are_read_back_as_what_they_were_written(read, layout):
     names, numbers = [*layout.columns], [*layout.columns]
     cells = np.arange(3.0 * len(names)).reshape(3, -1)[::-1]
     text = pd.DataFrame(cells, columns=names).to_csv(index=False)
-    head = designs_head(layout, names, numbers)
+    head = designs_head(TestTable.empty(layout), names, numbers)
     assert (not head) == (layout.objectives == ("f1", "f2"))
     table = read(f"{text}\n# {json.dumps(head)}\n" if head else text)
     for group in ("variables", "objectives", "outputs", "maximize", "units"):

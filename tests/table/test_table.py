@@ -14,7 +14,7 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, PsiError, TestTable, investigate
-from pymoo_psi.table import Layout, constraint_costs, histogram
+from pymoo_psi.table import Layout, constraint_costs, histogram, limit_text
 from tests.table.asked import freed, violations
 
 # A coarse grid makes ties, dominated designs and values on a limit common.
@@ -74,20 +74,20 @@ def test_status_follows_from_reasons_constraints_and_criteria(table):
 @given(table=tables(), limits=limits_on_f1)
 def test_feasible_and_pareto_agree_with_the_oracle(table, limits):
     feasible = [r[5] == "ok" and bool(keeps(r[2], limits)) for r in rows(table)]
-    assert table.feasible(limits).tolist() == feasible
+    assert table.under(limits=limits).feasible().tolist() == feasible
     front = [r[2] for r, ok in zip(rows(table), feasible, strict=True) if ok]
     pareto = [
         ok and not any(dominates(f, r[2]) for f in front)
         for r, ok in zip(rows(table), feasible, strict=True)
     ]
-    assert table.pareto(limits).tolist() == pareto
-    assert table.eligible(limits).tolist() == feasible  # as made by TestTable.of
+    assert table.under(limits=limits).pareto().tolist() == pareto
+    assert table.under(limits=limits).eligible().tolist() == feasible  # as made by TestTable.of
 
 
 @given(table=tables(), limits=limits_on_f1)
 def test_the_ordered_test_table_holds_the_feasible_designs_in_order(table, limits):
-    ordered = table.sorted_by("f1", limits)
-    assert sorted(ordered.numbers) == sorted(table.numbers[table.feasible(limits)])
+    ordered = table.under(limits=limits).sorted_by("f1")
+    assert sorted(ordered.numbers) == sorted(table.numbers[table.under(limits=limits).feasible()])
     assert (np.diff(ordered.F[:, 0]) >= 0).all()
     place = {number: i for i, number in enumerate(table.numbers.tolist())}
     steps = np.diff(ordered.F[:, 0]).tolist()
@@ -192,15 +192,19 @@ def test_whatever_is_given_the_answer_is_a_table_or_a_message(X, F, numbers):
 @settings(deadline=None)  # the first example imports pandas
 @given(table=tables(), limits=limits_on_f1)
 def test_costs_of_constraints_agree_with_the_oracle(table, limits):
-    costs = constraint_costs(table, limits)
-    names = list(table.layout.constraints) + (["f1"] if limits else [])
+    limited = table.under(limits=limits)
+    costs = constraint_costs(limited)
+    names = [
+        *table.layout.constraints,
+        *(limit_text(name, *ends) for name, ends in limited.limits.items()),
+    ]
     assert costs.index.tolist() == names
     violated = {}
-    for number, _, f, g, h, status in rows(table):
+    for number, _, f, g, h, status in rows(limited):
         if status != "failed":
             checks = [v <= 0 for v in g] + [abs(v) <= 1e-4 for v in h]
             ran = all(checks) or np.isfinite(f).any()  # else a requirement kept the model from it
-            checks += [not ran or keeps(f, limits)] if limits else []
+            checks += [not ran or keeps(f, limits)] if limited.limits else []
             violated[number] = [name for name, met in zip(names, checks, strict=True) if not met]
     assert violations(table, limits) == {n: tuple(b) for n, b in violated.items() if b}
     for name in names:
@@ -210,7 +214,7 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
         for j, criterion in enumerate(table.layout.objectives):
             best = min((f[j] for f in alone if np.isfinite(f[j])), default=np.nan)
             np.testing.assert_equal(costs.loc[name, f"{criterion}_alone"], best)
-            feasible = table.F[table.eligible(limits), j]
+            feasible = table.F[table.under(limits=limits).eligible(), j]
             best = min(feasible, default=np.nan)
             np.testing.assert_equal(costs.loc[name, f"{criterion}_feasible"], best)
 
@@ -223,8 +227,8 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: PLAIN.feasible({"f12": 1.0}), ValueError, "a limit must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
-        (lambda: PLAIN.pareto({"f1": 1, 0: 2}), ValueError, "limits must be given once for a column"),
+        (lambda: PLAIN.under(limits={"f12": 1.0}).feasible(), ValueError, "a limit must be one of 'f1', 'f2', 'x1', got 'f12'; did you mean 'f"),
+        (lambda: PLAIN.under(limits={"f1": 1, 0: 2}).pareto(), ValueError, "limits must be given once for a column"),
         (lambda: histogram(PLAIN, "x3"), ValueError, "variable must be one of 'x1', got 'x3'"),
         (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
         (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "got objectives .* against .*g1"),

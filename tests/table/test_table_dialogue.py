@@ -49,8 +49,12 @@ def test_a_histogram_counts_every_design_once(column, bins, boxed, limit):
     F = np.column_stack([column, -column])
     table = TestTable.of(numbers, column[:, None], F, layout=Layout.of(1, 2, **box))
     limits = {"f1": limit}
-    seen = histogram(table, "x1", bins=bins, limits=limits)
-    masks = (np.ones(len(table), dtype=bool), table.feasible(limits), table.pareto(limits))
+    seen = histogram(table.under(limits=limits), "x1", bins=bins)
+    masks = (
+        np.ones(len(table), dtype=bool),
+        table.under(limits=limits).feasible(),
+        table.under(limits=limits).pareto(),
+    )
     counts = (seen.tested, seen.feasible, seen.pareto)
     for count, mask in zip(counts, masks, strict=True):
         assert count.sum() == mask.sum()
@@ -84,7 +88,7 @@ def test_a_choice_has_one_bin_for_each_value():
     assert teeth.tested.tolist() == [2, 1, 1]
     assert teeth.feasible.tolist() == [1, 1, 1]
     assert teeth.pareto.tolist() == [1, 0, 0]
-    steel = histogram(MIXED, "steel", limits={"f1": 2.0})
+    steel = histogram(MIXED.under(limits={"f1": 2.0}), "steel")
     assert (steel.values, steel.feasible.tolist()) == (("16MnCr5", "C45", "C60"), [0, 1, 1])
     code = histogram(MIXED, "code")  # 1, "1", 1.5 and True are four values
     assert len(code.values) == 4
@@ -101,13 +105,13 @@ def test_a_choice_has_one_bin_for_each_value():
 @given(limit=st.floats(0.2, 1.0), margin=st.floats(0, 2))
 def test_the_refined_box_holds_the_feasible_set(limit, margin):
     limits = {"f1": limit}
-    inside = RING.X[RING.feasible(limits)]
+    inside = RING.X[RING.under(limits=limits).feasible()]
     if len(inside) == 0:
         with pytest.raises(ValueError, match="table must be one with a feasible design"):
-            RING.refined_bounds(limits, margin=margin)
+            RING.under(limits=limits).refined_bounds(margin=margin)
         return
-    lower, upper = RING.refined_bounds(limits, margin=margin)
-    tight = RING.refined_bounds(limits)
+    lower, upper = RING.under(limits=limits).refined_bounds(margin=margin)
+    tight = RING.under(limits=limits).refined_bounds()
     np.testing.assert_array_equal(tight, [inside.min(axis=0), inside.max(axis=0)])
     width = tight[1] - tight[0]
     np.testing.assert_allclose(lower, np.maximum(0, tight[0] - margin * width))
@@ -115,7 +119,7 @@ def test_the_refined_box_holds_the_feasible_set(limit, margin):
 
 
 def test_refined_bounds_of_mixed_variables():
-    lower, upper = MIXED.refined_bounds({"f1": 2.0}, margin=0.3)
+    lower, upper = MIXED.under(limits={"f1": 2.0}).refined_bounds(margin=0.3)
     np.testing.assert_allclose(lower, [0.2, 10, np.nan, np.nan, np.nan])
     np.testing.assert_allclose(upper, [1.8, 19, np.nan, np.nan, np.nan])
 
@@ -148,7 +152,7 @@ def test_a_design_is_explained_in_the_senses_and_units_of_its_table():
     frame.index = [f"test point {n}" for n in frame.index]
     for number, row in ((None, 1), (12, 1), (14, 3), (13, 2)):  # the last is dominated
         theirs = explain(frame, row, maximize=["gain"], units={"mass": "kg"})
-        assert str(table.explain(number, limits)) == str(theirs)
+        assert str(table.under(limits=limits).explain(number)) == str(theirs)
     for number in (15, 16, 1):  # infeasible, failed, not in the table
-        with pytest.raises(PsiError, match=f"a feasible design, got {number}"):
-            table.explain(number, limits)
+        with pytest.raises(PsiError, match=f"design must be .*, got {number}"):
+            table.under(limits=limits).explain(number)

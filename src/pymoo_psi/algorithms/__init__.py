@@ -27,12 +27,12 @@ Example:
 
     >>> import pathlib, tempfile
     >>> from pymoo.optimize import minimize
-    >>> from pymoo_psi import PSI, TestTable, VectorizedSphereChute, nsga3, rank_of_efficiency
+    >>> from pymoo_psi import PSI, VectorizedSphereChute, nsga3, rank_of_efficiency, read_table
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     study = pathlib.Path(folder, "chute.db")
     ...     res = minimize(VectorizedSphereChute(mu=0.4), PSI(500, study=study))
     ...     res = minimize(VectorizedSphereChute(mu=0.4), PSI(800, study=study))
-    ...     print(res.algorithm.evaluator.n_eval, len(TestTable.read_study(study)))
+    ...     print(res.algorithm.evaluator.n_eval, len(read_table(study)))
     300 800
 
     The best designs of an investigation start the optimiser, already evaluated.

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import Received, identity_text, integer, invalid, mapping
+from pymoo_psi.algorithms._limits import kept_tests, require_limits
 from pymoo_psi.algorithms._run import (
     SECONDS,
     Points,
@@ -51,11 +52,8 @@ from pymoo_psi.table import (
     PROPOSAL_ROUND,
     RESERVED,
     Layout,
-    Limits,
     TestTable,
-    bounds_of,
     design_keys,
-    lacking,
 )
 
 Rows = NDArray[np.intp]
@@ -74,15 +72,6 @@ _PIECES = 8
 _FAR = 4096
 _NEAR = 8
 _ENDED = object()
-
-
-def kept_tests(keep: str, limits: Limits | None, tests: TestTable) -> TestTable:
-    """Return ``"all"`` tests, those ``"feasible"`` under limits or their ``"pareto"`` set."""
-    if keep == "all":
-        return tests
-    if lacking(limits, tests.layout):
-        return tests.rows([])
-    return tests.rows(tests.pareto(limits) if keep == "pareto" else tests.feasible(limits))
 
 
 class Engine:
@@ -131,8 +120,7 @@ class Engine:
         columns = options.names, options.maximize, options.units
         layout = problem_layout(self.problem, self.space, *columns)
         self._keep, self._limits = keep, options.limits
-        if not lacking(options.limits, layout):  # else one may be on an output
-            bounds_of(options.limits, layout)
+        require_limits(options.limits, layout)
         n_dim = len(self.space.searched)
         self.points = Points(np.zeros(0, dtype=np.int64), n_dim)
         if n_points is not None:

@@ -22,10 +22,10 @@ from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid, job_count, known_name
-from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine, by_number, kept_tests
+from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine, by_number
+from pymoo_psi.algorithms._limits import kept_tests, total_violation, under_limits
 from pymoo_psi.algorithms._run import run_options, stored_at_termination
 from pymoo_psi.parallel import progress_bar
-from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems import (
     evaluate_designs,
     require_known_keywords,
@@ -33,7 +33,7 @@ from pymoo_psi.problems import (
     required,
     untolerant,
 )
-from pymoo_psi.table import TestTable, bounds_of, excess, lacking
+from pymoo_psi.table import TestTable, bounds_of
 
 # Rows from which on a Pareto set is filtered on the way. Each time there are twice as many rows as
 # were left, so that all filtering together takes as long as the last one, or twice that.
@@ -104,12 +104,29 @@ class PSI(Algorithm):
         self.limits = self.options.limits
         own.setdefault("evaluator", _Evaluator())
         own.setdefault("output", MultiObjectiveOutput())
-        self.table = TestTable.empty()
+        self._tests = TestTable.empty()
         self._population = Population.empty()  # of the first rows of the table, as far as asked for
         self._blocks: list[int] = []  # how many tests each iteration brought
         self._front = np.zeros(0, dtype=np.intp)  # the Pareto-optimal ones of the first rows
         self._filtered = 0  # how many rows that were
         super().__init__(**own)
+
+    @property
+    def table(self) -> TestTable:
+        """All tests so far, under the limits of the run.
+
+        Example:
+            >>> from pymoo.optimize import minimize
+            >>> from pymoo_psi import SphereChute
+            >>> minimize(SphereChute(), PSI(8)).algorithm.table.numbers
+            array([1, 2, 3, 4, 5, 6, 7, 8])
+        """
+        return self._under_limits(self._tests)
+
+    def _under_limits(self, tests: TestTable) -> TestTable:
+        if self.limits and self.termination.has_terminated():
+            return tests.under(limits=self.limits)  # which refuses those on what no test has
+        return under_limits(tests, self.limits)
 
     @property
     def n_tested(self) -> int:
@@ -121,7 +138,7 @@ class PSI(Algorithm):
             >>> minimize(SphereChute(), PSI(8)).algorithm.n_tested
             8
         """
-        return len(self.table)
+        return len(self._tests)
 
     def setup(self, problem: Any, **kwargs: Any) -> PSI:
         """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
@@ -142,7 +159,7 @@ class PSI(Algorithm):
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         self._engine = self._engine_of(self.n_points)
-        self.table, self._n_tests = self._engine.table, len(self._engine.points)
+        self._tests, self._n_tests = self._engine.table, len(self._engine.points)
 
     def _engine_of(self, n_points: int, method: str = "") -> Engine:
         """Return the engine of so many points; blocks are cut here."""
@@ -202,7 +219,7 @@ class PSI(Algorithm):
             return False
         tests = self._tests_of(infills)
         self._engine.store.keep(tests)
-        infills.set("CV", self._violation(tests)[:, None])  # pymoo's, with that of the limits
+        infills.set("CV", total_violation(tests, self.limits)[:, None])
         self._population = Population.merge(self.pop, infills)  # of the table without the block
         self._add(tests)
         return True
@@ -211,7 +228,7 @@ class PSI(Algorithm):
     _initialize_infill, _initialize_advance = _infill, _advance
 
     def _add(self, tests: TestTable) -> None:
-        self.table = self.table.extended(tests)
+        self._tests = self._tests.extended(tests)
         self._blocks.append(len(tests))
         if self.n_tested == self._n_tests:
             self.termination.terminate()
@@ -229,26 +246,13 @@ class PSI(Algorithm):
         X = self._engine.space.to_matrix(infills.get("X"))
         return self._engine.tests_of(rows, values, X)
 
-    def _violation(self, tests: TestTable) -> NDArray[np.float64]:
-        """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
-
-        It is infinite where a design failed, or a value that has a limit is none or not finite.
-        """
-        total = constraint_violation(tests.G, tests.H, tests.layout.eq_tolerance)
-        failed = tests.status == "failed"
-        if lacking(self.limits, tests.layout):
-            total[:] = np.inf
-        elif not failed.all():
-            total += excess(bounds_of(self.limits, tests.layout), tests.column, len(tests))
-        return np.where(failed, np.inf, total)
-
     def _give_values(self, block: Population, tests: TestTable) -> None:
         """Give individuals the values of their tests; pymoo then does not evaluate them."""
         names = tests.layout.outputs
         reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
         # Copies, as individuals may be changed; one of each array, as a row takes a while.
         arrays = [values.copy() for values in (tests.F, tests.G, tests.H)]
-        outputs, violation = tests.outputs.tolist(), self._violation(tests)[:, None]
+        outputs, violation = tests.outputs.tolist(), total_violation(tests, self.limits)[:, None]
         rows = zip(block, *arrays, violation, reasons, outputs, strict=True)
         for individual, f, g, h, cv, reason, more in rows:
             individual.F, individual.G, individual.H, individual.CV = f, g, h, cv
@@ -265,7 +269,7 @@ class PSI(Algorithm):
         """Every tested design."""
         known = len(self._population)
         if known < self.n_tested:
-            tests = self.table.rows(np.arange(known, self.n_tested))
+            tests = self._tests.rows(np.arange(known, self.n_tested))
             designs = self._engine.space.designs(tests.X.copy())
             block = Population.empty(len(tests))
             iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[known:]
@@ -287,18 +291,16 @@ class PSI(Algorithm):
             return None
         rows = self._optimal_rows()
         if len(rows) == 0:
-            violation = np.nan_to_num(self._violation(self.table), nan=np.inf)
+            violation = np.nan_to_num(total_violation(self._tests, self.limits), nan=np.inf)
             rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
         return self._all()[rows if self.problem.n_obj > 1 else rows[:1]]
 
     def _optimal_rows(self) -> NDArray[np.intp]:
         """Return the rows of the table that no feasible one dominates."""
         if self._filtered < self.n_tested:
-            if lacking(self.limits, self.table.layout) and not self.termination.has_terminated():
-                return self._front  # a later test may have the output that has a limit
             # What the last front dominates, no later design makes optimal again.
             rows = np.concatenate([self._front, np.arange(self._filtered, self.n_tested)])
-            self._front = rows[self.table.rows(rows).pareto(self.limits)]
+            self._front = rows[self._under_limits(self._tests.rows(rows)).pareto()]
             self._filtered = self.n_tested
         return self._front
 
@@ -400,7 +402,8 @@ def investigate(
                 size = least = len(tables[0])
     # The blocks hold feasible tests only, but fronts of their own.
     found = kept_tests("all" if keep == "feasible" else keep, run.limits, by_number(tables))
-    # A limit on what no test gives is refused; of failed tests alone it is unknown what they give.
-    if keep != "all" or (found.status != "failed").any():
+    if not run.limits:
+        return found
+    if keep != "all":  # of tests that are left out it is unknown whether they failed
         bounds_of(run.limits, found.layout)
-    return found
+    return found.under(limits=run.limits)

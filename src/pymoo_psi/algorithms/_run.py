@@ -61,7 +61,7 @@ class RunOptions:
             also when an interrupt, SIGTERM or a failure ends the run. The same call continues a
             study that was interrupted, a larger ``n_points`` extends it, and no stored design is
             evaluated again. With a ``share`` it is the name of a folder, in which each share has a
-            file; :meth:`TestTable.read_study` reads it as one study.
+            file; :func:`~pymoo_psi.read_table` reads it as one study.
         study_key: What else the study depends on, such as a version or constants of the model; a
             study with another key is refused. The study itself compares name, variables, bounds
             and numbers of objectives and constraints, and the numbers and texts that the problem

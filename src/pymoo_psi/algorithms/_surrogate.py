@@ -23,7 +23,7 @@ from pymoo_psi.algorithms._run import Points
 from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
 from pymoo_psi.problems import known_expressions
 from pymoo_psi.study import LAST
-from pymoo_psi.table import Limits, TestTable, bounds_of, lacking
+from pymoo_psi.table import TestTable
 
 Array = NDArray[np.float64]
 
@@ -127,7 +127,7 @@ class SurrogatePSI(PSI):
         self._engine.extend = self._extend if overlap and workers else None
         points = self._engine.points
         self._engine.points = replace(points, given=points.units, rounds=np.zeros(len(points)))
-        self.table = self._engine.table
+        self._tests = self._engine.table
         self._ends = [len(points)]
         self._n_tests = self.n_points - size + len(points)  # more by `fill`, not evaluated
 
@@ -152,7 +152,7 @@ class SurrogatePSI(PSI):
         """Return the points that a round proposes, those of the study if it has them."""
         # Of asynchronous rounds some designs before have no test yet.
         study, points = self._engine.store.study, self._engine.points
-        table = by_number([self.table, self._engine.arrived()])
+        table = by_number([self._tests, self._engine.arrived()])
         pending = points.at(np.flatnonzero(~np.isin(points.numbers, table.numbers)))
         turn = len(self._ends)
         stored = [] if study is None else study.proposals(first, LAST - first)
@@ -175,7 +175,7 @@ class SurrogatePSI(PSI):
         goal, further = self._goal(table)
         last = self._engine.points.numbers[self._ends[0] - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
-        tests = self._tests(table, n_uniform, further, pending)
+        tests = self._known_tests(table, n_uniform, further, pending)
         # up to how many tests lengths are fitted: of rising numbers the last one that is reached
         fitted = n_uniform
         for end in self._ends:
@@ -204,7 +204,7 @@ class SurrogatePSI(PSI):
         known = n_obj + n_ieq + problem.n_eq_constr
         bounds = [(j, -np.inf if j < n_obj + n_ieq else 0.0, 0.0) for j in range(n_obj, known)]
         further: list[str] = []
-        for name, (least, greatest) in bounds_of(self._known_limits(table), layout).items():
+        for name, (least, greatest) in table.under(limits=self.limits).limits.items():
             if name in layout.objectives:
                 pair = (-greatest, -least) if name in layout.maximize else (least, greatest)
                 bounds.append((layout.objectives.index(name), *pair))
@@ -238,7 +238,7 @@ class SurrogatePSI(PSI):
         """Return ``(n, k)`` by how much points violate requirements."""
         return self._engine.amounts(self._engine.space.matrix(points))
 
-    def _tests(
+    def _known_tests(
         self, table: TestTable, n_uniform: int, further: Sequence[str], pending: Points
     ) -> KnownTests:
         failed, n_ieq = table.status == "failed", self._engine.model.n_ieq_constr
@@ -250,16 +250,8 @@ class SurrogatePSI(PSI):
         return KnownTests(
             self._engine.space.points(table.X),
             np.column_stack([F, G, table.H, *map(table.column, further)]),
-            table.eligible(self._known_limits(table)),
+            table.under(limits=self.limits).eligible(),
             failed,
             unknown,
             pending.units,
         )
-
-    def _known_limits(self, table: TestTable) -> Limits | None:
-        """Return the limits; none as long as all tests failed, and one is on an output.
-
-        What the model gives is not known then, and a run is not to end for it.
-        """
-        unknown = (table.status == "failed").all() and lacking(self.limits, table.layout)
-        return None if unknown else self.limits

@@ -43,20 +43,17 @@ def run_page(options: Options) -> int:
     out = options.out
     require_output(out, _HTML, path, options.prototype, options.decision)
     formulation = formulation_of(options)
-    unlimited = replace(formulation, limits={}, page={})
-    table = opened(path, options, unlimited)
+    table = opened(path, options, replace(formulation, page={}))
     formulation = with_choice(formulation, table)
     page = decision_page(
         table,
-        replace(formulation, objectives=(), maximize=(), relaxed=(), computed={}),
-        prototype=_prototype(options, unlimited, table.layout),
+        prototype=_prototype(options, formulation, table.layout),
         title=_title(options, formulation),
     )
     # The decisions that the page saves repeat the formulation of the table.
     saved = replace(formulation, limits=page.formulation.limits)
     replace(page, formulation=saved, origin=path.name).save(out)
-    remarks = table.under(Formulation(limits=formulation.limits)).remarks
-    say_source(path, replace(table, remarks=remarks), formulation)
+    say_source(path, replace(table.under(limits={}), remarks=table.remarks), formulation)
     objectives = ", ".join(table.layout.objectives)
     say(f"{counted(len(page.table), 'design')} by {objectives}: open {out} in a browser")
     return 0
@@ -71,7 +68,14 @@ def _prototype(options: Options, formulation: Formulation, layout: Layout) -> Te
     if options.prototype is None:
         return None
     maximize = [name for name in layout.objectives if name in layout.maximize]
-    same = replace(formulation, objectives=layout.objectives, maximize=maximize, relaxed=())
+    same = replace(
+        formulation,
+        objectives=layout.objectives,
+        maximize=maximize,
+        relaxed=(),
+        limits={},
+        page={},
+    )
     # Number format and encoding usually depend on who writes the files; skipped lines and units
     # depend on the file.
     return read_table(
@@ -95,56 +99,49 @@ def run_report(options: Options) -> int:
     out = options.out
     require_output(out, _HTML, path, options.decision)
     formulation = formulation_of(options)
-    # The report says what each limit costs, so that the limits are not among the constraints.
-    table = opened(path, options, replace(formulation, limits={}))
+    table = opened(path, options, formulation)
     formulation = with_choice(formulation, table)
-    limited = table.under(Formulation(limits=formulation.limits))
-    remarks = decision_remarks(path, limited, replace(formulation, reason=""))
+    remarks = decision_remarks(path, table, replace(formulation, reason=""))
     date = f"{datetime.now(timezone.utc):%Y-%m-%d}"
     origin = f"{path.name}, {date}, pymoo-psi {version('pymoo-psi')}"
-    chosen = _chosen(limited, options.design, formulation.chosen)
+    chosen = _chosen(table, options.design, formulation.chosen)
     reason = ""  # of another design
     if chosen is not None and options.design in (None, formulation.chosen):
         reason = formulation.reason
     report = decision_report(
         table,
-        formulation.limits,
-        normalize=formulation.normalize,
         design=chosen,
         reason=reason,
         title=_title(options, formulation),
-        about=[origin, *limited.remarks, *remarks],
+        about=[origin, *table.remarks, *remarks],
     )
     report.save(out)
-    say_source(path, limited, formulation)
+    say_source(path, table, formulation)
     for caution in report.cautions:
         say(caution)
     say(f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
 
 
-def _chosen(table: TestTable, design: str | None, decided: str | None) -> int | None:
-    """Return the number of the test of ``--design``, or else of the decision's design, if any.
+def _chosen(table: TestTable, design: str | None, decided: str | None) -> str | None:
+    """Return the name of the design of ``--design``, or else of the decision's design, if any.
 
     Args:
         table: The designs.
         design: The option.
         decided: Name of the design of the decision; it counts if it is still eligible.
     """
+    names = table.names
     if design is None:
-        if decided not in table.names:
-            return None
-        row = table.names.index(decided)
-        return int(table.numbers[row]) if table.eligible()[row] else None
+        if decided in names and table.eligible()[names.index(decided)]:
+            return decided
+        return None
     # "7" is enough for "test point 7", and for "number 7" if a column "number" has the names.
-    rows = []
-    for row, name in enumerate(table.names):
-        if design in (name, name.rpartition(" ")[2]):
-            rows.append(row)
-    if len(rows) != 1:
-        rule = f"the name or the number of one design, such as {table.names[0]}"
-        raise invalid("--design", rule, Received(f"{design}, of {len(rows) or 'no'} designs"))
-    return int(table.numbers[rows[0]])
+    chosen = [name for name in names if design in (name, name.rpartition(" ")[2])]
+    if len(chosen) != 1:
+        rule = f"the name or the number of one design, such as {names[0]}"
+        raise invalid("--design", rule, Received(f"{design}, of {len(chosen) or 'no'} designs"))
+    return chosen[0]
 
 
 def run_analyze(options: Options) -> int:
@@ -163,7 +160,7 @@ def run_analyze(options: Options) -> int:
     remarks: list[str] = []
     try:
         remarks += even_part(table)[1]
-        indices = sensitivities(table, _analyzed_columns(table.layout, formulation))
+        indices = sensitivities(table)
     except PsiError as error:
         remarks.append(f"Sensitivities not available: {error}.")
     try:
@@ -205,16 +202,6 @@ def _analysis_folder(path: Path, out: Path | None) -> Path | None:
         if path.resolve() == folder.resolve() / name:
             raise invalid("--out", "another folder than that of the file read", str(out))
     return folder
-
-
-def _analyzed_columns(layout: Layout, formulation: Formulation) -> list[str]:
-    """Return the columns that depend on the variables, but for those that limits add."""
-    # The distance to a limit has the same sensitivities as the limited column.
-    added: list[str] = []
-    for name in formulation.limits:
-        added += [f"{name}<=", f"{name}>="]
-    columns = layout.columns[len(layout.variables) :]
-    return [name for name in columns if not name.startswith(tuple(added))]
 
 
 def _say_sensitivities(indices: pd.DataFrame) -> None:

@@ -17,7 +17,7 @@ from pymoo_psi._output import is_marked
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import printable
 from pymoo_psi.pareto import number, wrapped
-from pymoo_psi.table import DESIGNS, FORMATS, Layout, designs_head, format_of
+from pymoo_psi.table import DESIGNS, FORMATS, TestTable, designs_head, format_of
 
 
 def width() -> int | None:
@@ -133,22 +133,19 @@ def _writable(folder: Path, path: Path) -> Path:
         raise OSError(error.errno, message, str(path)) from None
 
 
-def write_frame(
-    frame: pd.DataFrame, path: Path, layout: Layout | None = None, chosen: tuple[str, ...] = ()
-) -> None:
+def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = None) -> None:
     """Write a frame in the format of the suffix, whole or not at all, blanks for missing values.
 
     Args:
         frame: The rows. Texts are never written as formulas.
         path: The file.
-        layout: The roles of the columns, if the rows are designs. They are written with the rows,
-            unless the names of the columns tell them.
-        chosen: Name of the chosen design and the reason, or nothing.
+        designs: The designs of the rows, if they are that. What their columns are is written with
+            the rows, unless the names of the columns tell it.
     """
     head: dict[str, Any] = {}
-    if layout is not None:
+    if designs is not None:
         numeric = [*frame.select_dtypes(["number", "bool"])]
-        head = designs_head(layout, [*frame], numeric, chosen)
+        head = designs_head(designs, [*frame], numeric)
     blanked = frame.astype(object).where(frame.notna(), None)  # integer columns, too
     columns = {str(name): column for name, column in blanked.items()}
     format_of(path, DESIGNS).save(path, columns, head)

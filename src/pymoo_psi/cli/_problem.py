@@ -22,7 +22,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid, job_count, positive_number
 from pymoo_psi.cli._output import print_frame, say
-from pymoo_psi.cli._source import names_in, number_in, pairs_in
+from pymoo_psi.cli._source import number_in, pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.problems import (
@@ -35,6 +35,7 @@ from pymoo_psi.problems import (
     problem_layout,
     problem_name,
 )
+from pymoo_psi.table import entries_of
 
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 _TRIALS = 1000  # designs that are tried against the requirements
@@ -226,7 +227,7 @@ def _check(name: str, problem: Problem, log: Sequence[str]) -> None:
         raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
     try:
         if log:
-            problem.log = names_in(log)
+            problem.log = entries_of(log)
         problem_layout(problem, design_space(problem))
     except (ArgumentValueError, ArgumentTypeError) as error:
         raise ArgumentValueError(f"PROBLEM {name}: {error}") from error

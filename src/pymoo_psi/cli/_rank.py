@@ -15,7 +15,7 @@ from pymoo_psi.cli._output import print_frame, require_output, say, write_frame
 from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import EfficiencyRanking, cautions, explain, measured_in, number
-from pymoo_psi.table import DESIGNS, Formulation, Layout, TestTable, constraint_costs, suffixes_for
+from pymoo_psi.table import DESIGNS, Formulation, TestTable, constraint_costs, suffixes_for
 
 _N_REASONS = 4  # sentences that a reader takes in at a glance
 _N_PRINTED = 12  # designs; all are in the file
@@ -130,27 +130,30 @@ def run_rank(options: Options) -> int:
     formulation = with_choice(formulation, table)
     if not table.eligible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
-    rows, ranking = table.ranked(normalize=formulation.normalize)
-    designs = table.rows(rows)
+    ranking = table.feasible_ranking()
+    designs = table.rows(ranking.rows)
     frame = designs_frame(designs, ranking)
     if out is not None:  # before anything is printed, which may fail
-        write_frame(frame, out, designs.layout, designs.chosen)
+        write_frame(frame, out, designs)
 
     say_source(path, table, formulation)
-    _say_set(path, designs.layout, ranking)
+    _say_set(path, designs, ranking)
     title = "The best compromises, the nearest to the ideal point first:"
     say_best(frame, title, ranking, designs.layout.units, out)
     return 0
 
 
-def _say_set(path: Path, layout: Layout, ranking: EfficiencyRanking) -> None:
+def _say_set(path: Path, designs: TestTable, ranking: EfficiencyRanking) -> None:
     """Print the size of the set, its optima, and the ideal and the nadir of each objective."""
+    layout = designs.layout
     optima = [ranking.name_of(row) for row in ranking.salukvadze.tolist()]
     if len(optima) > 5:
         optima = [*optima[:5], "…"]
     size = f"{counted(len(ranking.rank), 'design')}, {int(ranking.pareto.sum())} Pareto optimal"
     say(f"{path}: {size}; Salukvadze optimum: {'; '.join(optima)}")
-    origin = "as fixed" if layout.ranges else "of the Pareto set"
+    origin = "of the Pareto set"
+    if designs.formulation.ranges:
+        origin = "as fixed"
     for name, ideal, nadir in zip(layout.objectives, ranking.ideal, ranking.nadir, strict=True):
         direction = "maximize" if name in layout.maximize else "minimize"
         unit = ""

@@ -98,12 +98,12 @@ def run_solve(options: Options) -> int:
     if not search.table.eligible().any():
         _say_infeasible(problem, search, options.out)
         return 1
-    rows, ranking = search.table.ranked(normalize=formulation.normalize)
-    designs = search.table.rows(rows)
+    ranking = search.table.feasible_ranking()
+    designs = search.table.rows(ranking.rows)
     frame = designs_frame(designs, ranking)
     frame = frame[frame["pareto"]]
     if out is not None:  # before anything is printed, which may fail
-        write_frame(frame.drop(columns="pareto"), out, designs.layout)
+        write_frame(frame.drop(columns="pareto"), out, designs)
     size = counted(len(frame), "Pareto-optimal design")
     name = problem_name(problem)
     title = f"{name} by {algorithm}: {size}, {search.counts}, best compromises first"

@@ -6,7 +6,6 @@ in ``--objectives '"time, s",mass'``. An option that takes a list may be given s
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
@@ -16,17 +15,7 @@ from pymoo_psi._validation import Received, counted, instance, invalid, known_na
 from pymoo_psi.cli._app import Options
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import RANKING_COLUMNS
-from pymoo_psi.table import Formulation, TestTable, read_table
-
-NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_LIMIT = re.compile(
-    rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
-    rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
-    re.DOTALL,
-)
-# Five or five thousand, as in a file: see the rule of numbers in read_table.
-_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
-End = float | None
+from pymoo_psi.table import NUMBER, Formulation, TestTable, entries_of, limits_of, read_table
 
 
 def formulation_of(options: Options) -> Formulation:
@@ -42,12 +31,12 @@ def formulation_of(options: Options) -> Formulation:
         base = Formulation.read_json(path)
     for key in ("values", "state"):  # of the page, whose file may be untrusted input
         instance(f"page.{key} in {path}", base.page.get(key, {}), dict)
-    maximize = [*base.maximize, *names_in(options.maximize)]
-    limits = {**base.limits, **limits_in(options.limits)}
+    maximize = [*base.maximize, *entries_of(options.maximize)]
+    limits = {**limits_of(base.limits), **limits_of(options.limits, "--limits")}
     computed = {**base.computed, **_computed_in(options.compute)}
     return replace(
         base,
-        objectives=names_in(options.objectives) or base.objectives,
+        objectives=entries_of(options.objectives) or base.objectives,
         maximize=list(dict.fromkeys(maximize)),
         limits=limits,
         computed=computed,
@@ -77,7 +66,7 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
     table = read_table(
         path,
         formulated,
-        variables=names_in(options.variables) or None,
+        variables=entries_of(options.variables) or None,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
         thousands=options.thousands,
@@ -124,9 +113,7 @@ def _kept_on_page(path: Path, table: TestTable, formulation: Formulation) -> Tes
 
 def with_choice(formulation: Formulation, table: TestTable) -> Formulation:
     """Return a formulation with the chosen design of the table, if it has one, and the reason."""
-    if not table.chosen:
-        return formulation
-    chosen, reason = table.chosen
+    chosen, reason = table.formulation.chosen, table.formulation.reason
     return replace(formulation, chosen=chosen, reason=reason)
 
 
@@ -136,56 +123,6 @@ def require_free_names(names: Iterable[str]) -> None:
         if name in RANKING_COLUMNS:
             remedy = "give it another name, by problem.names of a problem"
             raise invalid("the columns", "named unlike the columns of a ranking", name, remedy)
-
-
-def names_in(entries: Sequence[str] | None) -> list[str]:
-    """Return the entries of lists with commas; quotation marks keep a comma in a name.
-
-    Example:
-        >>> names_in(['"time, s",mass', "cost"])
-        ['time, s', 'mass', 'cost']
-    """
-    names: list[str] = []
-    for entry in entries or ():
-        # An empty entry stays an empty name, which is refused: --objectives "" gives an option.
-        cells = next(csv.reader([entry.replace("\n", " ")], skipinitialspace=True), [])
-        names += [name.strip() for name in cells] or [""]
-    return names
-
-
-def limits_in(entries: Sequence[str] | None) -> dict[str, tuple[End, End]]:
-    """Return limits ``name<=2.5``, ``name>=2.5`` or ``1<=name<=2.5`` as ``(lower, upper)``.
-
-    Raises:
-        ArgumentValueError: A part is no limit, a side of a column has two, or a number may have a
-            point between thousands.
-
-    Example:
-        >>> limits_in(["f1<=2.5, yield>=80", "1<=x1<=2"])
-        {'f1': (None, 2.5), 'yield': (80.0, None), 'x1': (1.0, 2.0)}
-    """
-    limits: dict[str, tuple[End, End]] = {}
-    for part in names_in(entries):
-        found = _LIMIT.fullmatch(part)
-        if not found or not (found["left"] or found["right"]):
-            remedy = "use <= or >=, plain numbers with a decimal point, and no units"
-            rule = "of the form column<=number or number<=column<=number, joined by commas"
-            raise invalid("--limits", rule, Received(part or "nothing"), remedy)
-        ends: list[End] = [*limits.get(found["name"], (None, None))]
-        for number, side in (
-            (found["first"], found["left"] != "<="), (found["last"], found["right"] == "<=")
-        ):  # fmt: skip
-            if number is None:
-                continue
-            if ends[side] is not None:
-                raise invalid("--limits", "given once for each side of a column", Received(part))
-            if _AMBIGUOUS.fullmatch(number):
-                remedy = f"write {number.replace('.', '')}, or one decimal more or less"
-                what = Received(f"{part}, with a decimal point or one between thousands")
-                raise invalid("--limits", "of numbers with one meaning", what, remedy)
-            ends[side] = float(number)
-        limits[found["name"]] = (ends[0], ends[1])
-    return limits
 
 
 def pairs_in(
@@ -201,7 +138,7 @@ def pairs_in(
         {'mass': 'kg', 'time, s': 's'}
     """
     pairs: dict[str, str] = {}
-    for part in names_in(entries):
+    for part in entries_of(entries or ()):
         name, _, value = map(str.strip, part.rpartition("="))
         if not (name and value):
             raise invalid(option, f"of the form {form}", Received(part or "nothing"))

@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._output import whole_file
+from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name, mapping
 from pymoo_psi.page._document import html_of
 from pymoo_psi.page._payload import payload, values_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
-from pymoo_psi.table import Bounds, Formulation, Limits, TestTable, bounds_of, read_table
+from pymoo_psi.table import Bounds, Formulation, TestTable, bounds_of, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -72,7 +73,7 @@ class DecisionPage:
             "objectives": list(layout.objectives),
             "maximize": [name for name in layout.objectives if name in layout.maximize],
             "limits": _json_limits(bounds_of(asked.limits, layout)),
-            "ranges": dict(layout.ranges),
+            "ranges": dict(self.table.formulation.ranges or {}),
         }
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
         return html_of(self.title, content | {"origin": self.origin})
@@ -110,14 +111,14 @@ class DecisionPage:
             written.write_text(html, encoding="utf-8", errors="replace")
 
 
+@asked_under_a_formulation
 def decision_page(
     source: Any,
-    formulation: Formulation | Sequence[str] = (),
+    formulation: Formulation | Sequence[str] | None = None,
     *,
     variables: Sequence[str] | None = None,
     units: Mapping[str, str] | None = None,
     prototype: Any = None,
-    limits: Limits | None = None,
     title: str = "Pareto set",
 ) -> DecisionPage:
     """Return a page to decide on a Pareto set with, to be saved as one HTML file.
@@ -133,15 +134,14 @@ def decision_page(
         source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
             with one row for each design, an array of objectives, a study, a file. Or a ranking, or
             a result of pymoo: its ``F``, minimised, beside its ``X`` where these are numbers.
-        formulation: Objectives, directions, computed columns; the page opens with its limits, its
-            choice and its reason, such as those of a decision file that the page saved
-            (``Formulation.read_json``). Or names of the objectives, all minimised.
+        formulation: Objectives, directions, computed columns; the page opens with its limits, which
+            its reader can move, its choice and its reason, such as those of a decision file that
+            the page saved (``Formulation.read_json``). Or names of the objectives, all minimised.
+            That of the source unless given.
         variables: Names of the columns with design variables; as the source tells unless given.
         units: Units of columns by name, beside those that the source tells.
         prototype: Existing designs to compare with, a source as above. They are not ranked and
             stay on the page whatever the limits.
-        limits: Further limits that the page opens with and that its reader can move, ``(lower,
-            upper)`` with ``None`` for an open end, or an upper one.
         title: Heading of the page.
 
     Returns:
@@ -160,30 +160,39 @@ def decision_page(
         >>> page, page.table.best().names
         (DecisionPage('Brackets': 3 designs), ['B'])
     """
-    asked = formulation if isinstance(formulation, Formulation) else Formulation(formulation)
+    if formulation is not None and not isinstance(formulation, Formulation):
+        formulation = Formulation(formulation)
     if isinstance(source, EfficiencyRanking) or hasattr(source, "opt"):
-        source, asked = _framed(source, asked)
+        source, formulation = _framed(source, formulation or Formulation())
+    table = read_table(source, formulation, variables=variables, drop_incomplete=True)
     # Limits are set on the page, where their reader can move them.
-    question = replace(asked, limits={})
-    table = read_table(source, question, variables=variables, drop_incomplete=True)
-    shown = table.rows(table.feasible())
-    if len(shown) == 0:
+    free = table.under(limits={})
+    designs = free.rows(free.feasible())
+    if len(designs) == 0:
         rule = "of one feasible design or more"
-        raise invalid("source", rule, Received(f"none in {counted(len(table), 'design')}"))
-    former = None if prototype is None else read_table(prototype, question)
-    layout = shown.layout
+        raise invalid("source", rule, Received(f"none in {counted(len(free), 'design')}"))
+    layout = designs.layout
     for name in units or {}:
         known_name("units", name, layout.columns)
     layout = replace(layout, units={**layout.units, **(units or {})})
-    shown = replace(shown, layout=layout, remarks=(*table.remarks, *_left_out(table)))
-    given = bounds_of(asked.limits, layout) | bounds_of(limits, layout)
-    if not shown.feasible(_json_limits(given)).any():
-        raise invalid("limits", "kept by one design or more", Received(f"none of {len(shown)}"))
-    _, ranking = shown.ranked(normalize=asked.normalize)
-    said = tuple(map(str, cautions(ranking)))
-    opens = replace(asked, limits=_json_limits(given))
-    origin = Path(source).name if isinstance(source, (str, PathLike)) else ""
-    return DecisionPage(str(title), shown, former, opens, said, origin)
+    designs = replace(designs, layout=layout, remarks=(*free.remarks, *_left_out(free)))
+    if not designs.under(limits=table.formulation.limits).feasible().any():
+        raise invalid("limits", "kept by one design or more", Received(f"none of {len(designs)}"))
+    existing = None
+    if prototype is not None:
+        question = replace(table.formulation, limits={}, ranges=None, page={})
+        existing = read_table(prototype, question)
+    origin = ""
+    if isinstance(source, (str, PathLike)):
+        origin = Path(source).name
+    return DecisionPage(
+        title=str(title),
+        table=designs,
+        prototype=existing,
+        formulation=replace(table.formulation, limits=_json_limits(table.limits)),
+        cautions=tuple(map(str, cautions(designs.feasible_ranking()))),
+        origin=origin,
+    )
 
 
 def _framed(source: Any, asked: Formulation) -> tuple[pd.DataFrame, Formulation]:

@@ -182,7 +182,8 @@ def solve_case(mu: float, model: str, n_points: int) -> Case:
     """
     table = investigate(VectorizedSphereChute(mu, model=model), n_points)
     # The paper measures distances in the criteria's own units, which are dimensionless.
-    return Case(model, mu, table, table.rows(table.pareto()), table.ranking(normalize=False))
+    ranking = table.under(normalize=False).ranking()
+    return Case(model, mu, table, table.rows(table.pareto()), ranking)
 
 
 def reproduce(

@@ -92,11 +92,17 @@ class Objectives:
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
         if isinstance(F, Objectives):
             return F
-        if isinstance(F, EfficiencyRanking) or hasattr(F, "ranked"):  # the latter a test table
+        if isinstance(F, EfficiencyRanking) or hasattr(
+            F, "feasible_ranking"
+        ):  # the latter a test table
             if len(maximize):
                 rule = "left out where a table or ranking has directions of its own"
                 raise invalid("maximize", rule, list(maximize))
-            return F.objectives if isinstance(F, EfficiencyRanking) else F.ranked()[1].objectives
+            return (
+                F.objectives
+                if isinstance(F, EfficiencyRanking)
+                else F.feasible_ranking().objectives
+            )
         if hasattr(F, "F") and hasattr(F, "opt"):  # a result of pymoo; of one objective it is (1,)
             F = F.F if F.F is None else np.atleast_2d(F.F)
         # A data frame by what it offers, so that arrays do not pay for importing pandas.

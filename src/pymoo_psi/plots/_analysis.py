@@ -10,11 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
+from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import counted, instance, integer, known_name
 from pymoo_psi.errors import ArgumentTypeError
 from pymoo_psi.plots._points import checked
 from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels
-from pymoo_psi.table import Limits, TestTable
+from pymoo_psi.table import TestTable
 
 if TYPE_CHECKING:  # what tests are drawn of needs neither, nor pymoo and SciPy
     from pymoo_psi.comparison import Comparison
@@ -73,10 +74,10 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
     return figure
 
 
+@asked_under_a_formulation
 def plot_identification(
     problem: Identification,
     table: TestTable,
-    limits: Limits | None = None,
     *,
     best: int = 3,
     title: str = "",
@@ -86,7 +87,6 @@ def plot_identification(
     Args:
         problem: The model and its experiments.
         table: Its tests.
-        limits: Limits that a design must keep, such as on an experiment.
         best: How many designs are drawn, those of the highest ranks of efficiency.
         title: What was tested; begins the caption.
 
@@ -111,8 +111,8 @@ def plot_identification(
 
     instance("problem", problem, Identification)
     integer("best", best, minimum=1)
-    rows, ranking = checked(table).ranked(limits)
-    chosen = rows[ranking.order[:best]]
+    ranking = checked(table).feasible_ranking()
+    chosen = ranking.rows[ranking.order[:best]]
     pairs = [(n, column) for n, data in problem.experiments.items() for column in data.columns[1:]]
     with panels(len(pairs), min(len(pairs), _PANELS)) as (figure, axes):
         for ax, (name, column) in zip(axes, pairs, strict=True):

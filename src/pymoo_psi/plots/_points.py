@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import counted, instance
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._style import literal, view
-from pymoo_psi.table import Kind, Limits, TestTable, bounds_of, value_ranks
+from pymoo_psi.table import Kind, TestTable, value_ranks
 
 Array = NDArray[np.float64]
 
@@ -189,18 +189,19 @@ def checked(table: object) -> TestTable:
 
 
 def points_of_table(
-    table: TestTable, names: Sequence[str], limits: Limits | None, chosen: TestTable | None = None
+    table: TestTable, names: Sequence[str], chosen: TestTable | None = None
 ) -> Points:
     """Return the tests over columns, with a chosen design."""
-    feasible, front, layout = table.feasible(limits), table.pareto(limits), table.layout
-    tested = table.status == "ok"
-    masks = (table.status == "infeasible", tested & ~feasible, feasible & ~front, front)
+    feasible, front, layout = table.feasible(), table.pareto(), table.layout
+    meets_constraints = table.under(limits={}).feasible()
+    violates = ~meets_constraints & (table.status != "failed")
+    masks = (violates, meets_constraints & ~feasible, feasible & ~front, front)
     groups = {
         name: Group(np.flatnonzero(mask), *marker)
         for (name, marker), mask in zip(_GROUPS.items(), masks, strict=True)
         if mask.any() or name in (_DOMINATED, PARETO)
     }
-    bounds = bounds_of(limits, layout)
+    bounds = table.limits
 
     def column(name: str) -> Column:
         label, log, limited = layout.label_of(name), layout.is_log(name), bounds.get(name, _OPEN)

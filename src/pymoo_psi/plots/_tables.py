@@ -15,6 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._points import (
@@ -28,7 +29,7 @@ from pymoo_psi.plots._points import (
     ranked_groups,
 )
 from pymoo_psi.plots._style import Drawing, legend_of, literal, new_figure, panels, row_height
-from pymoo_psi.table import Histogram, Layout, Limits, TestTable, histogram
+from pymoo_psi.table import Histogram, Layout, TestTable, histogram
 
 Array = NDArray[np.float64]
 
@@ -44,9 +45,9 @@ _BARS: dict[str, tuple[tuple[float, float], dict[str, Any]]] = {
 }
 
 
+@asked_under_a_formulation
 def plot_table(
     table: TestTable,
-    limits: Limits | None = None,
     *,
     variables: Sequence[str] | None = None,
     objectives: Sequence[str] | None = None,
@@ -60,7 +61,6 @@ def plot_table(
 
     Args:
         table: A test table.
-        limits: Limits on columns.
         variables: Names of the variables, or of other columns; all variables by default.
         objectives: Names of the objectives, or of other columns; all objectives by default, none
             for histograms alone.
@@ -68,12 +68,12 @@ def plot_table(
 
     Raises:
         ArgumentValueError: A column is not in the table, or there is no variable.
-        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
+        ArgumentTypeError: ``table`` is no test table.
 
     Example:
         >>> from pymoo_psi import TestTable
         >>> table = TestTable.of([1, 2], X=[[0.1, 3.0], [0.5, 4.0]], F=[[2.0, 1.0], [1.0, 2.0]])
-        >>> len(plot_table(table, {"f1": 1.5}).axes)
+        >>> len(plot_table(table.under(limits={"f1": 1.5})).axes)
         6
     """
     layout = checked(table).layout
@@ -82,9 +82,9 @@ def plot_table(
     if not columns:
         raise invalid("variables", "one or more", Received("none"))
     rows = rows if max(len(columns), len(rows)) <= MATRIX else []
-    points = points_of_table(table, [*columns, *rows] if rows else (), limits)
-    counts = [histogram(table, name, limits=limits) for name in columns]
-    whole = (len(table), int(table.feasible(limits).sum()), int(table.pareto(limits).sum()))
+    points = points_of_table(table, [*columns, *rows] if rows else ())
+    counts = [histogram(table, name) for name in columns]
+    whole = (len(table), int(table.feasible().sum()), int(table.pareto().sum()))
     wide = min(len(columns), MATRIX)
     with panels(len(columns) * (1 + len(rows)), wide) as (figure, axes):
         tops = axes[: len(columns)]
@@ -108,28 +108,27 @@ def plot_table(
     return figure
 
 
+@asked_under_a_formulation
 def plot_objectives(
     table: TestTable,
-    limits: Limits | None = None,
     *,
     objectives: Sequence[str] | None = None,
-    design: int | None = None,
+    design: int | str | None = None,
     title: str = "",
 ) -> Drawing:
     """Return the objectives against each other, each pair once.
 
     Args:
         table: A test table.
-        limits: Limits on columns.
         objectives: Names of two to seven objectives, or of other columns; all objectives by
             default.
-        design: Number of a test point to be marked, such as the one that was chosen.
+        design: Number or label of a design to be marked, such as the one that was chosen.
         title: What the table is of; begins the caption.
 
     Raises:
         ArgumentValueError: A column or the design is not in the table, or there are too few or too
             many objectives.
-        ArgumentTypeError: ``table`` is no test table, the limits are no mapping to numbers.
+        ArgumentTypeError: ``table`` is no test table.
 
     Example:
         >>> from pymoo_psi import TestTable
@@ -142,10 +141,10 @@ def plot_objectives(
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
-    if design is not None and design not in table.numbers:
-        raise invalid("design", "the number of a test point of the table", design)
-    chosen = None if design is None else table.rows(table.numbers == design)
-    points, wide = points_of_table(table, names, limits, chosen), len(names) - 1
+    chosen = None
+    if design is not None:
+        chosen = table.rows([table.row_of(design)])
+    points, wide = points_of_table(table, names, chosen), len(names) - 1
     with new_figure(28.0 + wide * row_height(wide)) as figure:
         cells = figure.add_gridspec(wide, wide)
         for k in range(wide):

@@ -141,7 +141,7 @@ class Restricted(Transformed):
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> chute = VectorizedSphereChute(0.4)
         >>> limits = {"f1": 2.2, "f2": 0.2}
-        >>> bounds = investigate(chute, 256).refined_bounds(limits)
+        >>> bounds = investigate(chute, 256).under(limits=limits).refined_bounds()
         >>> bounds[0].round(2), bounds[1].round(2)
         (array([0.31, 0.12]), array([1.39, 5.95]))
         >>> part = investigate(Restricted(chute, bounds), 256)

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import boolean, counted, integer, invalid
+from pymoo_psi._validation import counted, invalid
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     alternative,
@@ -26,7 +26,7 @@ from pymoo_psi.pareto import (
     sentence,
 )
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
-from pymoo_psi.table import Limits, TestTable, alike, bounds_of, constraint_costs, convergence
+from pymoo_psi.table import TestTable, alike, constraint_costs, convergence, limit_text
 
 _REASONS = 12  # of failures that are listed one by one
 _LIMITS = 6  # that cost most
@@ -48,8 +48,6 @@ class Case:
 
     Args:
         table: The tests.
-        limits: Limits on their columns.
-        normalize: Whether distances are in units of the ranges.
         design: Number of the test that is chosen; None if none is.
         reason: Why it was chosen.
         selectors: What else could choose, by name; None for a few.
@@ -70,28 +68,26 @@ class Case:
     def __init__(
         self,
         table: TestTable,
-        limits: Limits,
-        normalize: bool,
-        design: int | None,
+        design: int | str | None,
         reason: str,
         selectors: Mapping[str, Any] | None,
     ) -> None:
-        self.table, self.limits, self.layout, self.reason = table, limits, table.layout, reason
-        self.normalize, self.decided = boolean("normalize", normalize), design is not None
+        self.table, self.layout, self.reason = table, table.layout, reason
+        self.decided = design is not None
         # Nothing is chosen until somebody has.
         self.word = "chosen" if self.decided else "proposed"
         self.units = {n: u for n, u in self.layout.units.items() if n in self.layout.objectives}
         self.ranking: Any = None
         self.rows: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
         self.cautions: tuple[str, ...] = ()
-        if table.eligible(limits).any():
-            self.rows, self.ranking = table.ranked(limits, normalize=normalize)
+        if table.eligible().any():
+            self.ranking = table.feasible_ranking()
+            self.rows = self.ranking.rows
         at = self.ranking.salukvadze if self.ranking else self.rows
         if design is not None:
-            numbers = table.numbers[self.rows]
-            at = np.flatnonzero(numbers == integer("design", design, minimum=1))
+            at = np.flatnonzero(self.rows == table.row_of(design))
             if len(at) == 0:
-                raise invalid("design", "the number of a feasible test", design)
+                raise invalid("design", "the number or label of a feasible test", design)
         if not self.ranking:
             return
         self.best, self.chosen = int(self.ranking.salukvadze[0]), int(at[0])
@@ -106,7 +102,7 @@ class Case:
 
     def asked(self) -> list[str]:
         """Return the limits as one writes them."""
-        return [self._limit(n, *pair) for n, pair in bounds_of(self.limits, self.layout).items()]
+        return [self._limit(n, *pair) for n, pair in self.table.limits.items()]
 
     def instead(self) -> str:
         """Return what the design is chosen instead of, and how they differ."""
@@ -138,10 +134,12 @@ class Case:
 
         Of a table without a feasible design, how near tests come to keep them.
         """
-        costs, constraints = constraint_costs(self.table, self.limits), self.layout.constraints
+        costs, constraints = constraint_costs(self.table), self.layout.constraints
         found = costs[costs["alone"] > 0] if self.ranking else costs
         shown = found.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
-        ends = list(zip(shown.index, shown["lower"], shown["upper"], strict=True))
+        limited = {limit_text(name, *ends): name for name, ends in self.table.limits.items()}
+        names = [limited.get(text, text) for text in shown.index]
+        ends = list(zip(names, shown["lower"], shown["upper"], strict=True))
         columns = {
             "constraint or limit": [e[0] if e[0] in constraints else self._limit(*e) for e in ends],
             "rejects": [*map(number, shown["rejects"].tolist())],
@@ -191,11 +189,12 @@ class Case:
 
     def _choices(self, selectors: Mapping[str, Any] | None) -> dict[str, NDArray[np.intp]]:
         if selectors is None:
-            other = "plain distances" if self.normalize else "distances in units of the ranges"
-            chebyshev = CompromiseProgramming(np.inf, normalize=self.normalize)
+            normalize = self.table.formulation.normalize
+            other = "plain distances" if normalize else "distances in units of the ranges"
+            chebyshev = CompromiseProgramming(np.inf, normalize=normalize)
             selectors = {"knee": Knee(), "chebyshev": chebyshev}
-            if not self.layout.ranges:  # which only the ranking itself knows
-                selectors[other] = SalukvadzeOptimum(normalize=not self.normalize)
+            if not self.table.formulation.ranges:  # which only the ranking itself knows
+                selectors[other] = SalukvadzeOptimum(normalize=not normalize)
         optimum = {} if self.agrees else {"Salukvadze optimum": self.ranking.salukvadze}
         return optimum | (compare_selectors(self.ranking, selectors) if selectors else {})
 
@@ -226,7 +225,7 @@ class Case:
 
     def tests(self) -> str:
         """Return how many tests there are, and what became of them."""
-        failed, feasible = self.table.status == "failed", self.table.feasible(self.limits)
+        failed, feasible = self.table.status == "failed", self.table.feasible()
         steps = {
             "failed": failed.sum(),
             "beyond a constraint or a limit": (~failed & ~feasible).sum(),
@@ -252,7 +251,7 @@ class Case:
         if "sampling" not in (self.table.problem or {}):  # rows in an order that says nothing
             return ""
         try:
-            steps = convergence(self.table, self.limits, normalize=self.normalize)
+            steps = convergence(self.table)
         except PsiError:  # its reason is of the evenly spread part alone
             return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
         return steps.verdict() if len(steps.tests) > 1 else ""

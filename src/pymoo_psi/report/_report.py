@@ -15,10 +15,11 @@ from matplotlib import rc_context
 
 from pymoo_psi import plots
 from pymoo_psi._output import whole_file
+from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
 from pymoo_psi.report._contents import Case, Columns
-from pymoo_psi.table import Limits, TestTable
+from pymoo_psi.table import TestTable
 
 _DPI = 200  # of the marks that are too many for a drawing of each, as on good paper
 # A number, with or without its share: columns of such cells stand to the right.
@@ -133,12 +134,11 @@ def _image(figure: plots.Drawing) -> str:
     return f"data:image/svg+xml;base64,{b64encode(svg.encode('utf-8')).decode('ascii')}"
 
 
+@asked_under_a_formulation
 def decision_report(
     table: TestTable,
-    limits: Limits | None = None,
     *,
-    normalize: bool = True,
-    design: int | None = None,
+    design: int | str | None = None,
     reason: str = "",
     selectors: Mapping[str, Any] | None = None,
     title: str = "Report on a choice",
@@ -150,11 +150,9 @@ def decision_report(
 
     Args:
         table: The tests, with names, directions and units; :func:`~pymoo_psi.table.read_table`
-            gives one of any file.
-        limits: Limits on columns, as for ``table.pareto``; what each of them costs is reported.
-        normalize: Measure distances with each objective in units of its range.
-        design: Number of the test point that is chosen, a feasible one. Unless given none is, and
-            the Salukvadze optimum is proposed.
+            gives one of any file. What each limit of its formulation costs is reported.
+        design: Number or label of the design that is chosen, a feasible one. Unless given none is,
+            and the Salukvadze optimum is proposed.
         reason: Why it was chosen.
         selectors: What else could choose, by name, as for
             :func:`pymoo_psi.selection.compare_selectors`; the knee, the least bad worst objective,
@@ -169,7 +167,7 @@ def decision_report(
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
-        >>> report = decision_report(table, {"f1": 2}, title="Brackets")
+        >>> report = decision_report(table.under(limits={"f1": 2}), title="Brackets")
         >>> print(report)
         Brackets: test point 1 proposed of 2 Pareto-optimal designs
         >>> "<h2>What limits cost</h2>" in report.html()
@@ -178,5 +176,5 @@ def decision_report(
     instance("table", table, TestTable, "PSI and investigate give one, read_table opens any file")
     if len(table) == 0 or not table.layout.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
-    case = Case(table, limits or {}, normalize, design, reason, selectors)
+    case = Case(table, design, reason, selectors)
     return DecisionReport(title, tuple(about), case.ranking, case.cautions, case)

@@ -3,15 +3,15 @@
 A :class:`TestTable` holds tests or designs: arrays, and a :class:`Layout` that says which column is
 a variable, objective, constraint or output, its unit and direction. :func:`read_table` makes one of
 any source, :func:`pymoo_psi.investigate` of a problem. A :class:`Formulation` says what is asked:
-objectives, directions, limits, constraints left out, computed columns; ``table.under(formulation)``
-answers without an evaluation.
+objectives, directions, limits, constraints left out, computed columns. A table carries one, and all
+questions are asked under it; ``table.under(...)`` is the same tests under another one.
 
 Example:
     A cantilever of 1 m with 5 kN at its end. Names, units and directions come from the problem;
     any further number of a model is kept as a column.
 
     >>> from pymoo.core.problem import Problem
-    >>> from pymoo_psi import Formulation, Restricted, TestTable, investigate
+    >>> from pymoo_psi import Restricted, TestTable, investigate
     >>> from pymoo_psi.table import constraint_costs
     >>> class Beam(Problem):
     ...     names = {"x1": "width", "x2": "height", "f1": "mass", "f2": "stiffness",
@@ -30,38 +30,34 @@ Example:
     Limits on any column, ``(lower, upper)`` for both ends, and what each of them costs: how many
     tests it rejects, and how many it alone.
 
-    >>> limits = {"mass": 45, "stress": 60}
-    >>> print(constraint_costs(table, limits)[["rejects", "alone"]])
+    >>> limited = table.under(limits={"mass": 45, "stress": 60})
+    >>> print(constraint_costs(limited)[["rejects", "alone"]].rename_axis(None))
                 rejects  alone
-    constraint
     slender          45     21
-    mass             49     48
-    stress          161    138
+    mass<=45         49     48
+    stress<=60      161    138
 
     More points where designs are feasible, the tests of both experiments in one table, and the
     stress an objective from now on:
 
-    >>> part = Restricted(Beam(), table.refined_bounds(limits, margin=0.1))
+    >>> part = Restricted(Beam(), limited.refined_bounds(margin=0.1))
     >>> both = TestTable.combined({"whole": table, "part": investigate(part, 256)})
-    >>> asked = Formulation(objectives=["mass", "stiffness", "stress"], limits=limits)
-    >>> both.under(asked)
-    TestTable(512 tests: 106 ok, 406 infeasible, 0 failed; 2 variables, 3 objectives, 3 constraints)
-    >>> print(both.under(asked).explain().sentences[1])
+    >>> heavy = both.under(
+    ...     objectives=["mass", "stiffness", "stress"], limits=limited.formulation.limits)
+    >>> heavy
+    TestTable(512 tests: 106 ok, 406 infeasible, 0 failed; 2 variables, 3 objectives, 1 constraint)
+    >>> print(heavy.explain().sentences[1])
     Behind the best in mass by 7.321 kg (64 % of its range), stiffness by 831.8 N/mm (30 %), stress
     by 4.744 (22 %); weakest in mass.
 
 Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_table.
-Analysis: histogram, constraint_costs; first-order
-sensitivities and convergence of the decision with the number of tests, both of the tests that
-even_part returns: of points of a sequence, not of what an algorithm has chosen.
-:mod:`pymoo_psi.plots` draws sensitivities.
-Files: ``to_csv`` and ``read_csv``, ``to_xlsx``, ``to_study`` and ``read_study`` change nothing;
-``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former, too.
+Analysis: histogram, constraint_costs; first-order sensitivities and convergence of the decision
+with the number of tests, both of the tests that even_part returns: of points of a sequence, not of
+what an algorithm has chosen. :mod:`pymoo_psi.plots` draws sensitivities.
+Files: ``to_csv``, ``to_xlsx`` and ``to_study`` write what :func:`read_table` reads back without a
+change; ``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former two.
 Formats of files: FORMATS is their registry, FileFormat a format, SourceFile the file that it reads
 as Cells; format_of gives the format for a suffix.
-For the other subpackages: what limits say (bounds_of, within, excess, lacking), designs as a
-matrix (design_matrix, design_keys, ...), and a table as a head and columns (head_of,
-columns_of, kinds_of_columns, table_of), as studies hold it.
 """
 
 import lazy_loader

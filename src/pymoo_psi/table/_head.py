@@ -18,8 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
+from pymoo_psi._validation import invalid
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import common_dtype
+from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import ORIGIN, Layout
 
 Head: TypeAlias = dict[str, Any]
@@ -32,7 +34,7 @@ MARKS = (MARK, DESIGNS_MARK)
 HEAD_REMEDY = "remove that line, and say --objectives and --maximize"
 
 _FORMAT = 4  # of the head
-_OPTIONAL = ("outputs", "maximize", "units", "label", "ranges")  # in a head only if there are any
+_OPTIONAL = ("outputs", "maximize", "units", "label")  # in a head only if there are any
 
 
 class StoredTests(NamedTuple):
@@ -60,8 +62,8 @@ def head_of(table: Any) -> Head:
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
         tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
         ``eq_tolerance``; if there are any ``outputs``, ``maximize`` and ``extra``, lists of names,
-        ``units``, texts by name, ``label`` and ``ranges``; ``chosen``, the name of a design and
-        why; and ``problem``.
+        ``units``, texts by name, and ``label``; of the formulation, ``limits``, ``ranges``,
+        ``normalize`` if it is false and ``chosen``, the name of a design and why; and ``problem``.
     """
     layout: Layout = table.layout
     # The kinds of a table without tests are unknown: a later block may be of any kind.
@@ -77,8 +79,8 @@ def head_of(table: Any) -> Head:
     values["kinds"] = [kind.value for kind in kinds]
     optional = {name: getattr(layout, name) for name in _OPTIONAL}
     optional["extra"] = [*table.extra]
-    optional["chosen"] = table.chosen
     optional["problem"] = table.problem
+    optional |= formulation_head(table.formulation)
     for name, value in optional.items():
         if value:
             values[name] = value
@@ -88,6 +90,37 @@ def head_of(table: Any) -> Head:
             value = list(value)
         head[name] = value
     return head
+
+
+def formulation_head(formulation: Formulation) -> Head:
+    """Return what a head says of a formulation: what no column shows."""
+    head: Head = {}
+    if formulation.limits:
+        head["limits"] = formulation.limits
+    if formulation.ranges:
+        head["ranges"] = formulation.ranges
+    if not formulation.normalize:
+        head["normalize"] = False
+    if formulation.chosen is not None:
+        head["chosen"] = [formulation.chosen, formulation.reason]
+    return head
+
+
+def formulation_of_head(head: Mapping[str, Any]) -> Formulation:
+    """Return the formulation of which a head tells."""
+    chosen, reason = None, ""
+    entries = head.get("chosen", ())
+    if entries:
+        if len(entries) != 2:
+            raise invalid("chosen", "a name and a reason", entries)
+        chosen, reason = map(str, entries)
+    return Formulation(
+        limits=head.get("limits", {}),
+        ranges=head.get("ranges"),
+        normalize=head.get("normalize", True),
+        chosen=chosen,
+        reason=reason,
+    )
 
 
 def marked(table: Any) -> Head:
@@ -218,7 +251,7 @@ def table_of(
             reasons=reasons,
             problem=head.get("problem"),
             extra={name: choice_values(columns[name]) for name in extra},
-            chosen=tuple(map(str, head.get("chosen", ()))),
+            formulation=formulation_of_head(head),
             remarks=remarks,
         )
 

@@ -150,7 +150,8 @@ def _facts(table: TestTable) -> dict[str, str]:
     for name in layout.columns:
         facts[f"unit of {name}"] = layout.units.get(name, "none")
         facts[f"direction of {name}"] = "max" if name in layout.maximize else "min"
-    facts["fixed ranges"] = layout.ranges
+    facts["fixed ranges"] = table.formulation.ranges or {}
+    facts["limits"] = table.limits
     facts |= {f"kind of {n}": k.value for n, k in zip(layout.variables, layout.kinds, strict=False)}
     bounds = zip(layout.lower.tolist(), layout.upper.tolist(), strict=True)
     facts |= {f"bounds of {n}": pair for n, pair in zip(layout.variables, bounds, strict=True)}

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._output import Shown
+from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
 from pymoo_psi.table._designs import value_ranks
-from pymoo_psi.table._layout import Limits
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ Integers = NDArray[np.int64]
 PROPOSAL_ROUND = "proposal_round"
 """Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 _COSINES = 10  # that show the effect of a variable with many values
-_KNOWN = 40  # tests, of which ten terms explain a quarter by chance
+_LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
 _LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide
 _FIRST = 8  # tests of the first row of a convergence; fewer have no front to speak of
 # Of the hypervolume, in units of the last front's range: a little beyond its worst values, so that
@@ -78,23 +78,34 @@ def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.
 
     table, _ = even_part(table)
     layout = table.layout
-    dependent = [n for n in layout.columns[len(layout.variables) :] if n != PROPOSAL_ROUND]
-    variables = [name for name in layout.variables if len(set(table.column(name).tolist())) > 1]
-    rows, bases = [], {}  # the bases are those of all columns that are known of the same tests
+    dependent = []
+    for name in layout.columns[len(layout.variables) :]:
+        if name != PROPOSAL_ROUND:
+            dependent.append(name)
+    variables = []
+    for name in layout.variables:
+        if len(set(table.column(name).tolist())) > 1:
+            variables.append(name)
+    rows: list[tuple[Any, ...]] = []
+    # The bases are those of all columns that are known of the same tests.
+    bases_by_tests: dict[bytes, list[Array]] = {}
     for name in dependent if columns is None else columns:
         known_name("a column", name, dependent)
-        y = table.column(name)
-        finite = np.isfinite(y)
-        y = y[finite]
-        if len(y) < _KNOWN:
-            found = Received(counted(len(y), "finite value"))
-            raise invalid(name, f"known of {_KNOWN} tests or more", found, "test more points")
-        if (key := finite.tobytes()) not in bases:
-            bases[key] = [_basis(table.column(variable)[finite]) for variable in variables]
+        values = table.column(name)
+        finite = np.isfinite(values)
+        y = values[finite]
+        if len(y) < _LEAST_TESTS:
+            received = Received(counted(len(y), "finite value"))
+            rule = f"known of {_LEAST_TESTS} tests or more"
+            raise invalid(name, rule, received, "test more points")
+        key = finite.tobytes()
+        if key not in bases_by_tests:
+            bases_by_tests[key] = [_basis(table.column(v)[finite]) for v in variables]
         shares = np.full((len(variables), 3), np.nan)
         if y.min() < y.max():
-            shares = _shares(bases[key], y)
-        rows += [(name, *row) for row in zip(variables, *shares.T, strict=True)]
+            shares = _shares(bases_by_tests[key], y)
+        for variable, row in zip(variables, shares, strict=True):
+            rows.append((name, variable, *row))
     frame = pd.DataFrame(rows, columns=["column", "variable", "first_order", "lower", "upper"])
     return frame.set_index(["column", "variable"])
 
@@ -102,38 +113,51 @@ def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.
 def _basis(column: NDArray[Any]) -> Array:
     """Return ``(n, p)`` orthonormal functions of a variable, each of mean 0."""
     values, ranks = value_ranks(column)
-    counts = np.bincount(ranks)
     if len(values) <= _COSINES + 1 or isinstance(values[0], str):
         functions = np.eye(len(values))[ranks][:, 1:]
     else:
-        places = ((np.cumsum(counts) - counts / 2) / len(column))[ranks]
-        functions = np.cos(np.pi * np.outer(places, np.arange(1, _COSINES + 1)))
+        counts = np.bincount(ranks)
+        midpoints = (np.cumsum(counts) - counts / 2) / len(column)
+        functions = np.cos(np.pi * np.outer(midpoints[ranks], np.arange(1, _COSINES + 1)))
     basis: Array = np.linalg.qr(functions - functions.mean(axis=0))[0]
     return basis
 
 
 def _shares(bases: list[Array], y: Array) -> Array:
     """Return ``(n_var, 3)`` the share of the variance that each basis explains, and its band."""
-    n, y = len(y), y / np.abs(y).max()  # so that no square overflows
+    n = len(y)
+    y = y / np.abs(y).max()  # so that no square overflows
     y = (y - y.mean()) / y.std()
-    rest, shares = y, np.full((len(bases), 3), np.nan)
-    strength = [float(((Q.T @ y) ** 2).sum()) - Q.shape[1] for Q in bases]
-    for j in np.argsort(strength)[::-1]:  # the strongest first
-        Q, p = bases[j], bases[j].shape[1]
-        if (free := n - p - 1) < 1:
+    strengths = [float(((Q.T @ y) ** 2).sum()) - Q.shape[1] for Q in bases]
+    shares = np.full((len(bases), 3), np.nan)
+    unexplained = y
+    for j in np.argsort(strengths)[::-1]:  # the strongest first
+        Q = bases[j]
+        p = Q.shape[1]
+        free = n - p - 1
+        if free < 1:
             continue
-        fit, own = Q @ (Q.T @ rest), Q @ (Q.T @ y)
-        raw = (fit**2).mean()
-        share = raw - p / free * ((rest - fit) ** 2).mean()
-        # The standard error of 1 - left as a ratio of two means, and what p terms have by chance.
-        left = ((y - own) ** 2).mean()
-        ratio = left * y**2 - (y - own) ** 2
-        half = 1.96 * np.sqrt((ratio**2).mean() / free + 2 * p * left**2 / (n * free))
-        # A sequence may be so even that nothing is explained by chance: then raw is right.
-        shares[j] = share, share - half, max(share + half, raw)
+        fit = Q @ (Q.T @ unexplained)
+        fit_of_y = Q @ (Q.T @ y)
+        explained = (fit**2).mean()
+        share = explained - p / free * ((unexplained - fit) ** 2).mean()
+        half = _half_width(y, fit_of_y, p, free)
+        # A sequence may be so even that nothing is explained by chance: then `explained` is right.
+        shares[j] = share, share - half, max(share + half, explained)
         if share > half:
-            rest = rest - fit
+            unexplained = unexplained - fit
     return shares
+
+
+def _half_width(y: Array, fit: Array, p: int, free: int) -> float:
+    """Return half the width of the band about a share of the variance that p terms explain.
+
+    The standard error of 1 - left as a ratio of two means, and what p terms have by chance.
+    """
+    left = ((y - fit) ** 2).mean()
+    ratio = left * y**2 - (y - fit) ** 2
+    half: float = 1.96 * np.sqrt((ratio**2).mean() / free + 2 * p * left**2 / (len(y) * free))
+    return half
 
 
 def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tuple[str, ...]]:
@@ -154,13 +178,15 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
 
     Example:
         >>> from pymoo_psi import lp_tau
-        >>> table, said = even_part(TestTable.of(range(1, 65), lp_tau(64, 2), lp_tau(64, 2)))
-        >>> len(table), said
+        >>> table, sentences = even_part(TestTable.of(range(1, 65), lp_tau(64, 2), lp_tau(64, 2)))
+        >>> len(table), sentences
         (64, ('It is unknown how designs were sampled; they lie evenly within their range.',))
     """
-    rule, layout = "an even sample of one set of bounds", instance("table", table, TestTable).layout
+    layout = instance("table", table, TestTable).layout
+    rule = "an even sample of one set of bounds"
     sampling = str((table.problem or {}).get("sampling") or "")
-    said, n = [], len(table)
+    sentences = []
+    n = len(table)
     if len(table.experiments) > 1:
         raise invalid("the tests", rule, Received(f"those of {listed(table.experiments)}"))
     if "an algorithm" in sampling:
@@ -170,45 +196,61 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
         proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
         table = table.rows(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
         if len(table) < n:
-            said.append(
+            sentences.append(
                 f"By the first {len(table)} of {n} tests, the points of a sequence: surrogates "
                 "proposed the others."
             )
-    elif not sampling and not _lies_evenly(table, ordered):
-        found = Received("tests of unknown sampling that crowd, or whose variables depend")
-        raise invalid("the tests", rule, found)
     elif not sampling:
-        said.append("It is unknown how designs were sampled; they lie evenly within their range.")
+        if not _lies_evenly(table, ordered):
+            received = Received("tests of unknown sampling that crowd, or whose variables depend")
+            raise invalid("the tests", rule, received)
+        sentences.append(
+            "It is unknown how designs were sampled; they lie evenly within their range."
+        )
     # A requirement has rejected a design that is infeasible without objectives.
     lost = int(np.sum((table.status == "failed") | ~np.isfinite(table.F).all(axis=1)))
     if lost:
-        text = f"Of {counted(len(table), 'test')} {lost} failed or were rejected and do not count."
-        rough = " The others are not spread evenly, so that sensitivities are rough."
-        said.append(text + rough * (lost > _LOST * len(table)))
-    return table, tuple(said)
+        tests = counted(len(table), "test")
+        sentence = f"Of {tests} {lost} failed or were rejected and do not count."
+        if lost > _LOST * len(table):
+            sentence += " The others are not spread evenly, so that sensitivities are rough."
+        sentences.append(sentence)
+    return table, tuple(sentences)
 
 
 def _lies_evenly(table: TestTable, ordered: bool) -> bool:
     """Whether designs may be an even sample by what they are; a chance of 1 in 1000 to be wrong."""
     from scipy import stats
 
-    chances, columns = [1.0], [np.arange(len(table))] if ordered else []
+    p_values = [1.0]
+    ranked_columns = []
+    if ordered:
+        ranked_columns.append(np.arange(len(table)))
     for column in table.X.T:
         values, ranks = value_ranks(column)
         if len(values) < 2:
             continue
         if len(values) <= len(column) / 5 or isinstance(values[0], str):
-            chances.append(stats.chisquare(np.bincount(ranks)).pvalue)
+            p_values.append(stats.chisquare(np.bincount(ranks)).pvalue)
         else:
-            x = column.astype(np.float64)
-            scales = [x, np.log(x)] if x.min() > 0 else [x]
-            units = [(x - x.min()) / np.ptp(x) for x in scales]
-            chances.append(max(stats.kstest(unit, "uniform").pvalue for unit in units))
-        columns.append(stats.rankdata(ranks))
-    if len(columns) > 1 and len(table) > 2:
-        together = np.asarray(np.corrcoef(columns))[np.triu_indices(len(columns), 1)]
-        chances += (2 * stats.norm.sf(np.abs(together) * np.sqrt(len(table) - 1))).tolist()
-    return min(chances) * len(chances) > 1e-3
+            p_values.append(_uniformity(column.astype(np.float64)))
+        ranked_columns.append(stats.rankdata(ranks))
+    if len(ranked_columns) > 1 and len(table) > 2:
+        correlations = np.asarray(np.corrcoef(ranked_columns))
+        pairs = correlations[np.triu_indices(len(ranked_columns), 1)]
+        p_values += (2 * stats.norm.sf(np.abs(pairs) * np.sqrt(len(table) - 1))).tolist()
+    return min(p_values) * len(p_values) > 1e-3
+
+
+def _uniformity(x: Array) -> float:
+    """Return the chance that a uniform sample, of the values or their logarithms, is less even."""
+    from scipy import stats
+
+    scales = [x]
+    if x.min() > 0:
+        scales.append(np.log(x))
+    units = [(scale - scale.min()) / np.ptp(scale) for scale in scales]
+    return max(float(stats.kstest(unit, "uniform").pvalue) for unit in units)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -237,8 +279,8 @@ class Convergence(Shown):
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
-        >>> found = convergence(table, normalize=False)
-        >>> found.tests[-4:], found.optimum[-4:]
+        >>> steps = convergence(table.under(normalize=False))
+        >>> steps.tests[-4:], steps.optimum[-4:]
         (array([ 128,  256,  512, 1024]), array([  35,  205,  205, 1021]))
     """
 
@@ -262,8 +304,8 @@ class Convergence(Shown):
 
         Example:
             >>> from pymoo_psi import VectorizedSphereChute, investigate
-            >>> found = convergence(investigate(VectorizedSphereChute(0.4, model="rolling"), 64))
-            >>> print(found.to_frame()[["pareto", "optimum", "mu1"]].round(2))
+            >>> steps = convergence(investigate(VectorizedSphereChute(0.4, model="rolling"), 64))
+            >>> print(steps.to_frame()[["pareto", "optimum", "mu1"]].round(2))
                    pareto  optimum   mu1
             tests
             8           6        5  0.78
@@ -286,7 +328,7 @@ class Convergence(Shown):
         Example:
             >>> from pymoo_psi import VectorizedSphereChute, investigate
             >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
-            >>> print(convergence(table, normalize=False).verdict())
+            >>> print(convergence(table.under(normalize=False)).verdict())
             The last doubling, from 512 to 1024 tests, still mattered: it brought ...
         """
         n = int(self.tests[-1])
@@ -295,39 +337,53 @@ class Convergence(Shown):
                 f"Too few tests to tell: {int(self.feasible[-1])} of {n} are feasible, and half of "
                 "the tests must have had some."
             )
-        last = f"The last doubling, from {self.tests[-2]} to {n} tests,"
-        pairs = zip(self.objectives, *self.best[-2:], strict=True)
-        changes = [f"{o} from {number(a)} to {number(b)}" for o, a, b in pairs if a != b]
+        doubling = f"The last doubling, from {self.tests[-2]} to {n} tests,"
         unknown = (
             "Not known: whether there is a better region between the tests, and how right the "
             "model is."
         )
+        changes = self._changes()
         if np.isnan(self.moved[-1]):
-            changed = f"changed {listed(changes)}" if changes else "did not change it"
-            one = "One design is the best in every objective"
-            return f"{one}, so that distances have no unit. {last} {changed}. {unknown}"
-        (before, now), volume = self.mu1[-2:].tolist(), float(self.hypervolume[-2])
+            change = "did not change it"
+            if changes:
+                change = f"changed {listed(changes)}"
+            distances = "One design is the best in every objective, so that distances have no unit"
+            return f"{distances}. {doubling} {change}. {unknown}"
+        before, now = self.mu1[-2:].tolist()
         nearer = max(0.0, before - now) / (before or 1.0)
-        larger = 1 / volume - 1 if volume > 0 else np.inf
-        still = max(nearer, larger - 2 * self.volume_error[-2]) > _WORTH
-        grown = f"by {percent(larger)}" if np.isfinite(larger) else "from nothing"
-        moved = f", which moved by {percent(self.moved[-1])} of a range" if changes else ""
+        volume = float(self.hypervolume[-2])
+        larger = np.inf
+        growth = "from nothing"
+        if volume > 0:
+            larger = 1 / volume - 1
+        if np.isfinite(larger):
+            growth = f"by {percent(larger)}"
+        mattered = "hardly mattered"
+        if max(nearer, larger - 2 * self.volume_error[-2]) > _WORTH:
+            mattered = "still mattered"
+        moved = ""
+        if changes:
+            moved = f", which moved by {percent(self.moved[-1])} of a range"
         return (
-            f"{last} {'still' if still else 'hardly'} mattered: it brought the best design "
-            f"{percent(nearer)} nearer to the ideal point{moved}, and enlarged the hypervolume "
-            f"{grown}. {unknown}"
+            f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the "
+            f"ideal point{moved}, and enlarged the hypervolume {growth}. {unknown}"
         )
 
+    def _changes(self) -> list[str]:
+        """Say which objectives of the best design the last doubling changed."""
+        changes = []
+        for objective, before, now in zip(self.objectives, *self.best[-2:], strict=True):
+            if before != now:
+                changes.append(f"{objective} from {number(before)} to {number(now)}")
+        return changes
 
-def convergence(
-    table: TestTable, limits: Limits | None = None, *, normalize: bool = True
-) -> Convergence:
+
+@asked_under_a_formulation
+def convergence(table: TestTable) -> Convergence:
     """Return what a half, a quarter, … of the tests would have decided, in the order of testing.
 
     Args:
         table: The tests of an investigation.
-        limits: Limits that a feasible design must keep.
-        normalize: Measure distances in units of the objectives' ranges, as for ``table.ranking``.
 
     Raises:
         ArgumentValueError: There is no feasible design, or fewer than eight tests; or the first
@@ -341,40 +397,50 @@ def convergence(
     """
     table, _ = even_part(table, ordered=True)
     if len(table) < _FIRST:
-        raise invalid(
-            "the table", f"of {_FIRST} tests or more", Received(counted(len(table), "test"))
-        )
-    ranking = table.ranking(limits, normalize=normalize)
-    frame = ranking.frame
+        received = Received(counted(len(table), "test"))
+        raise invalid("the table", f"of {_FIRST} tests or more", received)
+    frame = table.ranking().frame
     scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
     sizes = [len(table)]
     while sizes[-1] // 2 >= _FIRST:
         sizes.append(sizes[-1] // 2)
-    feasible, fronts, bests = [], [], []
-    for n in reversed(sizes):
+    sizes.reverse()
+    n_feasible, fronts, optima = [], [], []
+    for n in sizes:
         first = table.rows(np.arange(n))
-        feasible.append(int(first.feasible(limits).sum()))
-        fronts.append(front := np.flatnonzero(first.pareto(limits)))
-        if len(front):
-            best = first.ranking(limits, normalize=normalize).salukvadze[0]
-        bests.append(int(front[best]) if len(front) else -1)
-    optima, known = np.array(bests), np.array(bests) >= 0
-    shares = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
-    volumes, errors = np.array(shares).T / (shares[-1][0] or 1.0)
-    mu1 = np.where(known, frame.distances(table.F[optima])[:, 0], np.inf)
-    steps = np.abs(np.diff(scaled[optima], axis=0)).max(axis=1)
-    moved = np.append(np.nan, np.where(known[:-1], steps, np.nan))
+        n_feasible.append(int(first.feasible().sum()))
+        front = np.zeros(0, dtype=np.intp)
+        optimum = -1
+        if first.eligible().any():
+            ranking = first.ranking()
+            front = ranking.rows
+            optimum = int(front[ranking.salukvadze[0]])
+        fronts.append(front)
+        optima.append(optimum)
+    rows = np.array(optima)
+    exists = rows >= 0
+    volumes, errors = _volumes(scaled, fronts)
+    mu1 = np.where(exists, frame.distances(table.F[rows])[:, 0], np.inf)
+    steps = np.abs(np.diff(scaled[rows], axis=0)).max(axis=1)
+    moved = np.append(np.nan, np.where(exists[:-1], steps, np.nan))
     if not frame.line.any():
         mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
     return Convergence(
-        tests=np.array(sizes[::-1]),
-        feasible=np.array(feasible),
+        tests=np.array(sizes),
+        feasible=np.array(n_feasible),
         pareto=np.array([len(front) for front in fronts]),
         hypervolume=volumes,
         volume_error=errors,
-        optimum=np.where(known, table.numbers[optima], 0),
+        optimum=np.where(exists, table.numbers[rows], 0),
         mu1=mu1,
         moved=moved,
-        best=np.where(known[:, None], table.F[optima] * table.layout.sign, np.nan),
+        best=np.where(exists[:, None], table.F[rows] * table.layout.sign, np.nan),
         objectives=table.layout.objectives,
     )
+
+
+def _volumes(scaled: Array, fronts: list[NDArray[np.intp]]) -> tuple[Array, Array]:
+    """Return the hypervolumes of fronts, as shares of the last one, and their standard errors."""
+    pairs = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
+    volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)
+    return volumes, errors

@@ -33,12 +33,16 @@ from pymoo_psi.table._head import (
     Head,
     StoredTests,
     described,
+    formulation_head,
+    formulation_of_head,
     is_of_tests,
     table_of,
     tests_of_rows,
 )
 from pymoo_psi.table._layout import RESERVED, Layout
-from pymoo_psi.table._table import STATUSES, TestTable
+from pymoo_psi.table._limits import limits_of
+from pymoo_psi.table._table import TestTable
+from pymoo_psi.table._tests import STATUSES
 
 # Columns that name designs, and those that number the rows of a file, which names of its designs
 # say better. Not "no", which is also an exhaust gas.
@@ -133,14 +137,19 @@ def read_table(
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     try:
-        return table if formulation is None else table.under(formulation)
+        return table if formulation is None else _under(table, formulation)
     except ArgumentValueError as error:
         raise ArgumentValueError(f"{path}: {error}" if path else str(error)) from None
 
 
-def designs_head(
-    layout: Layout, columns: Sequence[str], numbers: Collection[str], chosen: tuple[str, ...] = ()
-) -> Head:
+def _under(table: TestTable, formulation: Formulation) -> TestTable:
+    """Return the table of a source under a formulation; limits that it leaves open are its own."""
+    limits = {**limits_of(table.formulation.limits), **limits_of(formulation.limits)}
+    normalize = table.formulation.normalize and formulation.normalize
+    return table.under(replace(formulation, limits=limits, normalize=normalize))
+
+
+def designs_head(designs: TestTable, columns: Sequence[str], numbers: Collection[str]) -> Head:
     """Return what a file of designs says of its columns; empty if needless.
 
     It is needed where the names of the columns do not tell the objectives, where one is to be
@@ -148,19 +157,21 @@ def designs_head(
     was written.
 
     Args:
-        layout: What the columns are.
+        designs: The designs of the file, as a table.
         columns: Names of all columns of the file.
         numbers: Those that hold numbers.
-        chosen: Name of the chosen design and why, as in :attr:`TestTable.chosen`.
     """
+    layout = designs.layout
     guessed = _guess(columns, numbers.__contains__)[0]
     units = {name: unit for name, unit in layout.units.items() if name in columns}
-    more = {"ranges": layout.ranges, "chosen": chosen}
-    if guessed == layout.objectives and not (layout.maximize or units or any(more.values())):
+    asked = formulation_head(designs.formulation)
+    for name in ("limits", "normalize"):  # the designs keep the limits
+        asked.pop(name, None)
+    if guessed == layout.objectives and not (layout.maximize or units or asked):
         return {}
     names = {"objectives": layout.objectives, "maximized": layout.maximize}
     names["variables"] = layout.variables
-    return {DESIGNS_MARK: 1, **names, "units": units, **{n: more[n] for n in more if more[n]}}
+    return {DESIGNS_MARK: 1, **names, "units": units, **asked}
 
 
 def _require_directions(cells: Cells, asked: Formulation) -> None:
@@ -308,11 +319,13 @@ def _table(
         maximize=[name for name in head["maximized"] if name in {*objectives, *outputs}],
         units={name: unit for name, unit in head["units"].items() if name in taken},
     )
-    ranges = head["ranges"] if {*head["objectives"]} == {*objectives} else {}
-    layout = replace(layout, label=label, ranges=ranges)
+    layout = replace(layout, label=label)
     X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
-    return replace(table, remarks=tuple(remarks), chosen=head["chosen"])
+    formulation = formulation_of_head(head)
+    if {*head["objectives"]} != {*objectives}:
+        formulation = replace(formulation, ranges=None)
+    return replace(table, remarks=tuple(remarks), formulation=formulation)
 
 
 def _roles(

@@ -39,7 +39,8 @@ class StudyFile(FileFormat):
         from pymoo_psi.study import write_study
 
         layout = replace(table.layout, label=None)
-        plain = table._with(layout=layout, extra={}, chosen=())
+        formulation = replace(table.formulation, chosen=None, reason="")
+        plain = table._with(layout=layout, extra={}, formulation=formulation)
         write_study(path, head_of(plain), columns_of(plain))
 
     def is_ours(self, path: Path) -> bool:

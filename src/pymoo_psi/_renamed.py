@@ -1,0 +1,44 @@
+"""What went with version 0.4: its errors say what to use instead."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, NoReturn, ParamSpec, TypeVar
+
+from pymoo_psi.errors import ArgumentTypeError
+
+Arguments = ParamSpec("Arguments")
+Answer = TypeVar("Answer")
+
+
+class Renamed:
+    """A method that has another name now; whoever asks for it is told the new one."""
+
+    def __init__(self, instead: str) -> None:
+        self._instead = instead
+
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        """Learn the old name."""
+        self._name = f"{owner.__name__}.{name}"
+
+    def __get__(self, instance: object, owner: type[Any]) -> NoReturn:
+        """Raise the error of a missing attribute."""
+        raise AttributeError(f"{self._name} is gone since 0.4; use {self._instead}")
+
+
+def asked_under_a_formulation(function: Callable[Arguments, Answer]) -> Callable[Arguments, Answer]:
+    """Refuse the limits that a question took before a table carried its formulation."""
+    parameters = inspect.signature(function).parameters.values()
+    positional = sum(p.kind is not p.KEYWORD_ONLY for p in parameters)
+
+    @wraps(function)
+    def checked(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Answer:
+        if len(args) > positional or not {"limits", "normalize"}.isdisjoint(kwargs):
+            rule = "takes neither limits nor normalize since 0.4"
+            remedy = "ask table.under(limits=..., normalize=...)"
+            raise ArgumentTypeError(f"{function.__name__} {rule}; {remedy}")
+        return function(*args, **kwargs)
+
+    return checked

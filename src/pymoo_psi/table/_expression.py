@@ -1,0 +1,203 @@
+"""Arithmetic expressions of columns, such as ``mass / (width * height)``; a text may be untrusted.
+
+All names and numbers of a text are replaced by placeholders. What remains may hold sums, products,
+powers and calls of known functions only, and Python computes that with these placeholders as the
+only names: a text runs nothing else. All numbers are float64, whose powers take no time.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache, reduce
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import Received, invalid, known_name, wrong_type
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table._designs import real_column
+
+Array = NDArray[np.float64]
+
+
+def _least(*values: Any) -> Any:
+    return reduce(np.minimum, values)
+
+
+def _greatest(*values: Any) -> Any:
+    return reduce(np.maximum, values)
+
+
+# Not fmin and fmax, which would pass over a NaN and make a number of what is not known.
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "abs": np.abs,
+    "sqrt": np.sqrt,
+    "exp": np.exp,
+    "log": np.log,
+    "log2": np.log2,
+    "log10": np.log10,
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "sinh": np.sinh,
+    "cosh": np.cosh,
+    "tanh": np.tanh,
+    "min": _least,
+    "max": _greatest,
+}
+_OF_SEVERAL = ("min", "max")
+_ARITHMETIC = (
+    ast.Expression,
+    ast.BinOp,
+    ast.UnaryOp,
+    ast.Call,
+    ast.Name,
+    ast.Load,
+    ast.Add,
+    ast.Sub,
+    ast.Mult,
+    ast.Div,
+    ast.Pow,
+    ast.UAdd,
+    ast.USub,
+)
+_CONSTANTS = {"pi": np.pi}
+_OPERAND = re.compile(
+    r"(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
+    r"|(?P<name>[^\W\d]\w*)|`(?P<quoted>(?:[^`]|``)+)`"
+)
+_PLACEHOLDERS = re.compile(r"[_0-9*+\-/(),\s]*")
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An arithmetic expression of columns.
+
+    Attributes:
+        text: As it was written.
+        plain: The same with placeholders ``_0``, ``_1``, … for numbers and names.
+        operands: What these stand for: numbers, names of columns or constants, and functions.
+    """
+
+    text: str
+    plain: str
+    operands: tuple[float | str | Callable[..., Any], ...]
+
+    @classmethod
+    def of(cls, text: str) -> Expression:
+        """Return the expression of a text.
+
+        Args:
+            text: Numbers with a decimal point; columns by their names, in backquotes where these
+                are not of letters, digits and ``_``; ``+ - * / **`` and parentheses; abs, sqrt,
+                exp, log (natural), log2, log10, sin, cos, tan (of radians), asin, acos, atan,
+                sinh, cosh, tanh, min, max; pi.
+
+        Raises:
+            ArgumentValueError: It is no such text, or nested too deep.
+            ArgumentTypeError: It is not a text.
+        """
+        if not isinstance(text, str):
+            raise wrong_type("an expression", "text", text)
+        plain, operands = _with_placeholders(text)
+        try:
+            _put_functions(operands, _calls(plain))
+            _code(plain)
+        except ArgumentValueError:
+            raise
+        except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two: nested deep
+            rule = "arithmetic of columns, such as 'mass / (width * height)'"
+            remedy = "powers are width**2, names of other than letters, digits and _ in backquotes"
+            raise invalid("an expression", rule, text, remedy) from None
+        return cls(text, plain, tuple(operands))
+
+    @property
+    def columns(self) -> list[str]:
+        """The names in it, but for those of constants."""
+        names = [operand for operand in self.operands if isinstance(operand, str)]
+        return [name for name in names if name not in _CONSTANTS]
+
+    def values(self, columns: Mapping[str, NDArray[Any]]) -> Array:
+        """Return the ``(n,)`` values; NaN or infinite where there is no finite one.
+
+        Args:
+            columns: ``(n,)`` each, by name; a column goes before a constant of its name.
+
+        Raises:
+            ArgumentValueError: There is no such column.
+            ArgumentTypeError: A column does not hold numbers.
+        """
+        values_by_placeholder: dict[str, Any] = {"__builtins__": {}}
+        for k, operand in enumerate(self.operands):
+            values_by_placeholder[f"_{k}"] = self._value(operand, columns)
+        # Division by zero, logarithms below zero and overflow show in the values.
+        with np.errstate(all="ignore"):
+            result = eval(_code(self.plain), values_by_placeholder)  # arithmetic alone, see `of`
+        n = len(next(iter(columns.values()), ()))
+        return np.array(np.broadcast_to(result, n), np.float64)
+
+    def _value(self, operand: Any, columns: Mapping[str, NDArray[Any]]) -> Any:
+        if isinstance(operand, float):
+            return np.float64(operand)
+        if not isinstance(operand, str):
+            return operand
+        if operand in _CONSTANTS and operand not in columns:
+            return np.float64(_CONSTANTS[operand])
+        known_name(f"a column of {self.text!r:.60}", operand, columns)
+        return real_column(operand, columns[operand])
+
+
+def _with_placeholders(text: str) -> tuple[str, list[Any]]:
+    """Return a text with placeholders for numbers and names, and what they stand for."""
+    operands: list[Any] = []
+
+    def placeholder(match: re.Match[str]) -> str:
+        if match["number"]:
+            operands.append(float(match["number"]))
+        elif match["name"]:
+            operands.append(match["name"])
+        else:
+            operands.append(match["quoted"].replace("``", "`"))
+        return f" _{len(operands) - 1} "
+
+    plain = " ".join(_OPERAND.sub(placeholder, text).split())
+    return plain, operands
+
+
+def _calls(plain: str) -> list[ast.Call]:
+    """Return the calls of functions in a text of placeholders.
+
+    Raises:
+        SyntaxError: It holds more than arithmetic and calls.
+    """
+    if not _PLACEHOLDERS.fullmatch(plain):
+        raise SyntaxError
+    nodes = list(ast.walk(ast.parse(plain, mode="eval")))
+    if not all(isinstance(node, _ARITHMETIC) for node in nodes):
+        raise SyntaxError
+    return [node for node in nodes if isinstance(node, ast.Call)]
+
+
+def _put_functions(operands: list[Any], calls: list[ast.Call]) -> None:
+    """Replace the names of functions among operands by these."""
+    for call in calls:
+        k = int(ast.unparse(call.func)[1:])
+        name = known_name("a function of an expression", operands[k], _FUNCTIONS)
+        count = len(call.args)
+        if name in _OF_SEVERAL and count < 2:
+            raise invalid(f"{name}() of an expression", "of two values or more", Received(count))
+        if name not in _OF_SEVERAL and count != 1:
+            raise invalid(f"{name}() of an expression", "of one value", Received(count))
+        operands[k] = _FUNCTIONS[name]
+
+
+@lru_cache(maxsize=256)
+def _code(plain: str) -> Any:
+    return compile(plain, "an expression", "eval")

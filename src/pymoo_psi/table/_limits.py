@@ -1,0 +1,265 @@
+"""Limits on the columns of a table: how they are written, and what they allow.
+
+A limit is given as a number (the greatest value allowed), as a pair ``(lower, upper)`` with
+``None`` for an open end, or as a text such as ``">= 1, <= 5"``. Several limits are a mapping from
+columns to these, or texts such as ``"f1<=60, 1<=x1<=2"``, as on the command line. Everything that
+takes limits reads them here.
+"""
+
+from __future__ import annotations
+
+import csv
+import numbers
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import Received, invalid, known_name, mapping, wrong_type
+from pymoo_psi.table._designs import real_column
+
+if TYPE_CHECKING:
+    from pymoo_psi.table._layout import Layout
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Limit: TypeAlias = float | str | Sequence[float | None]
+"""The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
+``">= 1, <= 5"``."""
+Limits: TypeAlias = (
+    Mapping[str, Limit]
+    | Mapping[int, Limit]
+    | Mapping[str | int, Limit]
+    | Sequence[str]  # which a text is, too
+)
+"""Limits on objectives, variables and outputs by name, and on objectives also by index from 0; or
+texts such as ``"f1<=60, x1<=2"``."""
+Ends: TypeAlias = tuple[float | None, float | None]
+Bounds: TypeAlias = dict[str, tuple[float, float]]
+"""The least and the greatest value allowed in columns by name, in the original direction; infinite
+if open."""
+
+NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
+_LIMIT = re.compile(
+    rf"(?:(?P<first>{NUMBER})\s*(?P<left><=|>=)\s*)?(?P<name>.*?[^<>=\s])"
+    rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
+    re.DOTALL,
+)
+_SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
+# Five or five thousand, as in a file: see the rule for numbers in read_table.
+_AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
+
+
+def entries_of(texts: Sequence[str]) -> list[str]:
+    """Return the entries of lists with commas; quotation marks keep a comma in a name.
+
+    Example:
+        >>> entries_of(['"time, s",mass', "cost"])
+        ['time, s', 'mass', 'cost']
+    """
+    entries: list[str] = []
+    for text in texts:
+        rows = csv.reader([text.replace("\n", " ")], skipinitialspace=True)
+        cells = [cell.strip() for cell in next(rows, [])]
+        # An empty text stays an empty entry, to be refused: it is not the absence of a list.
+        entries += cells or [""]
+    return entries
+
+
+def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
+    """Return limits in any of their forms as a mapping from columns to numbers or pairs.
+
+    Args:
+        limits: A mapping, a text, a list of texts, or None for no limits.
+        argument: What messages call it, such as ``--limits``.
+
+    Raises:
+        ArgumentValueError: A text is not a limit, one side of a column has two limits, or a number
+            may have a point between thousands.
+        ArgumentTypeError: It has none of these forms.
+
+    Example:
+        >>> limits_of("f1<=2.5, yield>=80, 1<=x1<=2")
+        {'f1': (None, 2.5), 'yield': (80.0, None), 'x1': (1.0, 2.0)}
+        >>> limits_of({"f1": 2.5, "yield": ">= 80"})
+        {'f1': 2.5, 'yield': (80.0, None)}
+    """
+    if limits is None:
+        return {}
+    if isinstance(limits, str):
+        return _limits_of_texts([limits], argument)
+    if isinstance(limits, (list, tuple)) and all(isinstance(text, str) for text in limits):
+        return _limits_of_texts(limits, argument)
+    rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
+    limit_by_column: dict[str | int, Any] = {}
+    for column, limit in mapping(argument, limits, rule).items():
+        if isinstance(limit, str):
+            limit = ends_of_text(column, limit)
+        limit_by_column[column] = limit
+    return limit_by_column
+
+
+def ends_of_text(column: Any, text: str) -> Ends:
+    """Return the ends of a limit such as ``">= 1, <= 5"``.
+
+    Raises:
+        ArgumentValueError: The text is something else, or gives a side twice.
+
+    Example:
+        >>> ends_of_text("stress", "<= 250")
+        (None, 250.0)
+    """
+    ends: Ends = (None, None)
+    for part in text.split(","):
+        side = _SIDE.fullmatch(part)
+        if side is None:
+            raise invalid(f"the limit on {column!r}", "such as '<= 250' or '>= 3, <= 250'", text)
+        ends = _with_end(ends, side["sign"], side["number"], text, f"the limit on {column!r}")
+    return ends
+
+
+def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any]:
+    limit_by_column: dict[str | int, Any] = {}
+    for entry in entries_of(texts):
+        match = _LIMIT.fullmatch(entry)
+        if match is None or not (match["left"] or match["right"]):
+            remedy = "use <= or >=, plain numbers with a decimal point, and no units"
+            rule = "of the form column<=number or number<=column<=number, joined by commas"
+            raise invalid(argument, rule, Received(entry or "nothing"), remedy)
+        _require_one_meaning(match["first"], entry, argument)
+        _require_one_meaning(match["last"], entry, argument)
+        ends = limit_by_column.get(match["name"], (None, None))
+        if match["left"]:
+            # 1 <= x is x >= 1.
+            sign = ">=" if match["left"] == "<=" else "<="
+            ends = _with_end(ends, sign, match["first"], entry, argument)
+        if match["right"]:
+            ends = _with_end(ends, match["right"], match["last"], entry, argument)
+        limit_by_column[match["name"]] = ends
+    return limit_by_column
+
+
+def _require_one_meaning(number: str | None, text: str, argument: str) -> None:
+    """Refuse a number that people write for five and for five thousand alike."""
+    if number is not None and _AMBIGUOUS.fullmatch(number):
+        remedy = f"write {number.replace('.', '')}, or one decimal more or less"
+        received = Received(f"{text}, with a decimal point or one between thousands")
+        raise invalid(argument, "of numbers with one meaning", received, remedy)
+
+
+def _with_end(ends: Ends, sign: str, number: str, text: str, argument: str) -> Ends:
+    """Return the ends of a limit with one more of them."""
+    lower, upper = ends
+    taken = lower if sign == ">=" else upper
+    if taken is not None:
+        raise invalid(argument, "given once for each side of a column", Received(text))
+    if sign == ">=":
+        return float(number), upper
+    return lower, float(number)
+
+
+def ends(column: Any, limit: Any) -> tuple[float, float]:
+    """Return the least and the greatest value that a limit allows; a number is the greatest.
+
+    Args:
+        column: Name of the column, for messages.
+        limit: A number, or a pair of numbers or None.
+
+    Raises:
+        ArgumentValueError: A number is NaN, or the lower one is above the upper one.
+        ArgumentTypeError: It is neither a number nor a pair of numbers or None.
+    """
+    pair = limit if isinstance(limit, (tuple, list)) else (None, limit)
+    if limit is None or len(pair) != 2 or not all(map(_is_end, pair)):
+        raise wrong_type(f"the limit on {column!r}", "a number or a pair (lower, upper)", limit)
+    lower, upper = pair
+    low = -np.inf if lower is None else float(lower)
+    high = np.inf if upper is None else float(upper)
+    if not low <= high:  # of NaN, too
+        raise invalid(f"the limit on {column!r}", "(lower, upper) in increasing order", limit)
+    return low, high
+
+
+def _is_end(value: Any) -> bool:
+    """Whether a value can be an end of a limit: a number or None."""
+    if value is None:
+        return True
+    return isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_))
+
+
+def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
+    """Return what limits allow, in the order of the table's columns.
+
+    Raises:
+        ArgumentValueError: A column is unknown, is named twice, or is a constraint; a limit is
+            NaN, its lower end is above the upper one, or it is unclear which end a number is.
+        ArgumentTypeError: The limits have none of the forms that they may have.
+    """
+    bounds: Bounds = {}
+    free = [name for name in layout.columns if name not in layout.constraints]
+    for key, limit in limits_of(limits).items():
+        name = key if isinstance(key, str) else layout.objectives[layout.objective(key)]
+        remedy = ""
+        if name in layout.constraints:
+            remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
+        known_name("a limit", name, free, remedy)
+        if name in bounds:
+            raise invalid("limits", "given once for a column", limits)
+        bounds[name] = ends(name, limit)
+        if name in layout.maximize and not isinstance(limit, (tuple, list)):
+            argument = f"the limit on {name!r}, which is maximised,"
+            remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
+            raise invalid(argument, "a pair (lower, upper)", limit, remedy)
+    # The order of the columns, not of the mapping: columns of violations stand in it.
+    bounded = [name for name in layout.columns if name in bounds]
+    return {name: bounds[name] for name in bounded if np.isfinite(bounds[name]).any()}
+
+
+def limit_text(name: str, lower: float, upper: float) -> str:
+    """Return a limit in its written form, which :func:`limits_of` reads.
+
+    Example:
+        >>> limit_text("mass", -np.inf, 30.0), limit_text("width", 0.25, 0.75)
+        ('mass<=30', '0.25<=width<=0.75')
+    """
+    low, high = plain_number(lower), plain_number(upper)
+    if np.isinf(upper):
+        return f"{name}>={low}"
+    if np.isinf(lower):
+        return f"{name}<={high}"
+    return f"{low}<={name}<={high}"
+
+
+def plain_number(value: float) -> float:
+    """Return a number as an integer where that is the same, so that files and names have 30."""
+    # Beyond 2^53 not every integer is a float64, and digits would be shown that are not there.
+    if value.is_integer() and abs(value) < 2**53:
+        return int(value)
+    return value
+
+
+def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mask:
+    """``(n,)`` which rows keep every limit; what is not finite keeps none.
+
+    Args:
+        bounds: The limits.
+        column: Gives the ``(n,)`` values of a column by its name, in the original direction.
+        n: How many rows there are.
+    """
+    # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
+    return np.asarray(excess(bounds, column, n) == 0)
+
+
+def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Array:
+    """``(n,)`` by how much rows exceed limits, summed; infinite where a value is not finite."""
+    total = np.zeros(n)
+    for name, (low, high) in bounds.items():
+        values = real_column(name, column(name))
+        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
+        values = np.where(np.isfinite(values), values, np.nan)
+        with np.errstate(over="ignore"):
+            over = np.maximum(low - values, 0) + np.maximum(values - high, 0)
+        total += np.where(np.isnan(over), np.inf, over)
+    return total

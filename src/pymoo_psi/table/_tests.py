@@ -1,0 +1,606 @@
+"""Tests as columns: the data of a test table, and how rows and columns are taken."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import (
+    Received,
+    counted,
+    instance,
+    invalid,
+    known_name,
+    mapping,
+    real_array,
+    wrong_type,
+)
+from pymoo_psi.pareto import violated_constraints
+from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows
+from pymoo_psi.table._formulation import Formulation
+from pymoo_psi.table._layout import ORIGIN, RESERVED, Layout
+from pymoo_psi.table._limits import Bounds, bounds_of, limits_of, within
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+STATUSES = ("ok", "infeasible", "failed")
+_ARRAYS = ("X", "F", "G", "H", "outputs", "status")  # with a row for each test
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tests:
+    """Every tested point of an investigation, in the order of testing.
+
+    Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
+    :func:`read_table`. A table never changes; its arrays are read-only.
+
+    A table carries the :class:`Formulation` under which it is asked: objectives, limits, whether
+    distances are normalised. :meth:`under` returns the same tests under another one, without an
+    evaluation: ``table.under(limits={"mass": 30}).pareto()``.
+
+    ``F`` is pymoo's: all objectives minimised, those that are maximised (``layout.maximize``) with
+    the sign turned. Whatever is reached by an objective's name is in the original direction:
+    ``table["mass"]``, limits, frames, files, plots.
+
+    Attributes:
+        layout: Names and units of all columns, directions of the objectives, kinds and bounds of
+            the variables, the tolerance of equality constraints.
+        numbers: ``(n,)`` numbers of the test points, from 1, each once.
+        X: ``(n, n_var)`` designs: float64; int64 or bool if all variables are integers or all
+            binary; object if they differ, or are choices.
+        F: ``(n, m)`` objectives, all minimised; NaN or infinite where a design failed.
+        G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
+        H: ``(n, n_eq)`` equality constraints, met where |h| is within the tolerance.
+        status: ``(n,)`` "ok", "infeasible" (violates a constraint or a limit) or "failed" (not
+            computed). Given as None, it follows from the other arrays, as in :meth:`of`.
+        reasons: Why designs failed, for the numbers of their test points.
+        outputs: ``(n, k)`` what else the model gave, under the names ``layout.outputs``; NaN where
+            a design failed, or an earlier version of the model did not give it.
+        problem: What the tests are of: name, parameters, sampling and key, by which studies tell
+            one problem from another; ``None`` if unknown.
+        extra: ``(n,)`` columns carried along that are neither, such as texts of a foreign file.
+        remarks: What a reader must know about the rows, in sentences; they are not written.
+        formulation: What is asked of the tests: limits, ranges, normalisation, a chosen design;
+            and how :meth:`under` has made objectives and computed columns of others.
+
+    Example:
+        >>> table = TestTable.of(
+        ...     [1, 2, 3], X=[[0.1], [0.5], [0.9]], F=[[1.0, 3.0], [2.0, 2.0], [3.0, 1.0]],
+        ...     G=[[-1.0], [0.0], [0.5]])
+        >>> table
+        TestTable(3 tests: 2 ok, 1 infeasible, 0 failed; 1 variable, 2 objectives, 1 constraint)
+        >>> table.under(limits={"f1": 1.5}).feasible().tolist()
+        [True, False, False]
+    """
+
+    __test__ = False  # not a test class, whatever its name suggests to pytest
+
+    layout: Layout
+    numbers: NDArray[np.int64]
+    X: NDArray[Any]
+    F: Array
+    G: Array
+    H: Array
+    status: NDArray[np.str_] = None  # type: ignore[assignment]
+    reasons: Mapping[int, str] = field(default_factory=dict)
+    outputs: Array = None  # type: ignore[assignment]  # (n, 0) unless given
+    problem: Mapping[str, Any] | None = None
+    extra: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+    formulation: Formulation = field(default_factory=Formulation)
+    # The tests as they were before `under`; None if they are that themselves.
+    _tested: Tests | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        """Bring the arrays into their normal form and check that they belong together."""
+        instance("formulation", self.formulation, Formulation)
+        given_status = self.status
+        layout = self.layout
+        numbers = _point_numbers(self.numbers)
+        n = len(numbers)
+        arrays = {"X": design_matrix("X", self.X, layout.variables, layout.kinds)}
+        for name in ("F", "G", "H", "outputs"):
+            values = getattr(self, name)
+            if values is None:
+                values = np.zeros((n, 0))
+            arrays[name] = np.array(real_array(name, values), order="C")
+        for name, names in layout.blocks.items():
+            shape = (n, len(names))
+            if arrays[name].shape != shape:
+                received = Received(f"shape {arrays[name].shape}")
+                raise invalid(name, f"of shape {shape}", received)
+        extra = extra_columns(self.extra, layout, n)
+        # The columns are those of the formulation already.
+        formulation = self.formulation.without_columns()
+        self._set(arrays | {"numbers": numbers, "extra": extra, "formulation": formulation})
+        self._check_ranges()
+        self._set_status(self.reasons, given_status)
+        # Which outputs a model gives is known as soon as it has run for a test without failing.
+        run = (self.status != "failed") & np.isfinite(self.F).any(axis=1)
+        if run.any():
+            for name in layout.units:
+                known_name("units", name, layout.columns)
+
+    def _check_ranges(self) -> None:
+        ranges = self.formulation.ranges
+        if ranges and {*ranges} != {*self.layout.objectives}:
+            raise invalid("ranges", "of every objective, or of none", Received([*ranges]))
+
+    def _set_status(
+        self, reasons: Mapping[int, str], given: NDArray[np.str_] | None = None
+    ) -> None:
+        """Derive which tests are feasible, and the reasons of failures.
+
+        What failed is that with a reason and, unless the status is given, what meets its
+        constraints and limits without finite objectives. What failed is believed; the rest must
+        follow, so that no two places of the table can disagree on what is feasible.
+        """
+        reasons = _writable_reasons(reasons)
+        if given is None:
+            failed = np.isin(self.numbers, list(reasons))
+        else:
+            given = np.array(given, dtype=str)
+            failed = given == "failed"
+        violates = self._violates(failed)
+        if given is None:
+            lost = ~failed & ~violates & ~np.isfinite(self.F).all(axis=1)
+            for row in np.flatnonzero(lost):
+                reasons[int(self.numbers[row])] = lack(self, row)
+            failed |= lost
+        status = np.array(STATUSES)[_status_index(violates, failed)]
+        self._set({"status": status, "reasons": reasons})
+        if given is None:
+            return
+        for row in np.flatnonzero(given != status):
+            rule = "ok where constraints and limits are met, infeasible where not, or failed"
+            received = Received(f"{str(given[row])!r} for test point {self.numbers[row]}")
+            raise invalid("status", rule, received)
+
+    def _violates(self, failed: Mask) -> Mask:
+        """``(n,)`` which tests violate a constraint or a limit."""
+        violates = violated_constraints(self.G, self.H, self.layout.eq_tolerance).any(axis=1)
+        bounds = self._bounds(every_test_failed=bool(failed.all()))
+        if bounds:
+            violates = violates | ~within(bounds, self.column, len(self))
+        return np.asarray(violates)
+
+    @property
+    def limits(self) -> Bounds:
+        """The least and the greatest value that the formulation allows, by column.
+
+        In the order of the columns, infinite for an end that is open.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
+            >>> table.under(limits={"f1": 1.5}).limits
+            {'f1': (-inf, 1.5)}
+        """
+        return self._bounds(every_test_failed=bool((self.status == "failed").all()))
+
+    def _bounds(self, *, every_test_failed: bool) -> Bounds:
+        limits = limits_of(self.formulation.limits)
+        if every_test_failed:  # as the first tests may: then it is unknown which outputs there are
+            columns = self.layout.columns
+            limits = {name: limit for name, limit in limits.items() if name in columns}
+        return bounds_of(limits, self.layout)
+
+    @classmethod
+    def of(
+        cls,
+        numbers: ArrayLike,
+        X: Any,
+        F: ArrayLike,
+        G: ArrayLike | None = None,
+        H: ArrayLike | None = None,
+        *,
+        outputs: Mapping[str, ArrayLike] | None = None,
+        reasons: Mapping[int, str] | None = None,
+        layout: Layout | None = None,
+        extra: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Return a table of evaluated designs; their status follows from the constraints.
+
+        A design with a reason has failed. A design that meets its constraints but whose objectives
+        are not all finite has failed as well, for that reason.
+
+        Args:
+            numbers: ``(n,)`` numbers of the test points, from 1, each once.
+            X: ``(n, n_var)`` designs, or n mappings from variable to value.
+            F: ``(n, m)`` objectives, all minimised, those that the layout says are maximised with
+                the sign turned; NaN and infinity are allowed.
+            G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
+            H: ``(n, n_eq)`` equality constraints, met within the tolerance.
+            outputs: ``(n,)`` values of what else the model gives, by name; they follow those
+                that the layout names, which are NaN where they are not given.
+            reasons: Why designs failed, for their numbers.
+            layout: Names, directions, units, kinds, bounds and tolerance; default names, all
+                objectives minimised and no bounds unless given.
+            extra: ``(n,)`` columns carried along that are neither, by name.
+
+        Raises:
+            ArgumentValueError: The arrays do not fit each other or the layout.
+            ArgumentTypeError: An array holds what it cannot.
+
+        Example:
+            >>> table = TestTable.of([1, 2], X=[[0.0], [0.5]], F=[[3.0], [4.0]], G=[[0.0], [0.1]])
+            >>> table.status.tolist()
+            ['ok', 'infeasible']
+        """
+        F = real_array("F", F)
+        n = len(F) if F.ndim else 0
+        G = np.zeros((n, 0)) if G is None else real_array("G", G)
+        H = np.zeros((n, 0)) if H is None else real_array("H", H)
+        if layout is None:
+            X = design_matrix("X", X)
+            layout = Layout.of(X.shape[1], _width(F), _width(G), _width(H))
+        columns = mapping("outputs", {} if outputs is None else outputs, "names to values")
+        names = tuple(dict.fromkeys((*layout.outputs, *columns)))
+        if names != layout.outputs:
+            layout = replace(layout, outputs=names)
+        further = np.full((n, len(names)), np.nan)
+        for name, column in columns.items():
+            values = real_array(f"the output {name!r}", column)
+            if values.shape != (n,):
+                received = Received(f"shape {values.shape}")
+                raise invalid(f"the output {name!r}", f"of shape {(n,)}", received)
+            further[:, names.index(name)] = values
+        return cls(
+            layout,
+            numbers,  # type: ignore[arg-type]
+            X,
+            F,
+            G,
+            H,
+            reasons=reasons or {},
+            extra=extra or {},
+            outputs=further,
+        )
+
+    @classmethod
+    def empty(cls, layout: Layout | None = None) -> Self:
+        """Return a table without any test.
+
+        Args:
+            layout: Names, kinds, bounds and tolerance. Without one the table takes the layout of
+                the first block it is extended by.
+
+        Example:
+            >>> table = TestTable.empty()
+            >>> len(table), len(table.extended(TestTable.of([1], [[0.5]], [[2.0]])))
+            (0, 1)
+        """
+        layout = Layout.of() if layout is None else layout
+        blocks: Any = {name: np.zeros((0, len(names))) for name, names in layout.blocks.items()}
+        return cls(layout, np.zeros(0, dtype=np.int64), **blocks)
+
+    def __repr__(self) -> str:
+        """Return the size of the table."""
+        layout = self.layout
+        tests = counted(len(self), "test")
+        n_repeated = int(np.count_nonzero(self.repeats))
+        if n_repeated:
+            tests += f" of {counted(len(self) - n_repeated, 'design')}"
+        counts = [f"{np.sum(self.status == status)} {status}" for status in STATUSES]
+        sizes = [
+            counted(len(layout.variables), "variable"),
+            counted(len(layout.objectives), "objective"),
+            counted(len(layout.constraints), "constraint"),
+        ]
+        if layout.outputs:
+            sizes.append(counted(len(layout.outputs), "output"))
+        return f"TestTable({tests}: {', '.join(counts)}; {', '.join(sizes)})"
+
+    def __len__(self) -> int:
+        """Return the number of tested points."""
+        return len(self.numbers)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of all columns: variables, objectives, constraints, outputs, extra ones.
+
+        Example:
+            >>> TestTable.of([1], [[0.5]], [[2.0, 3.0]]).columns
+            ('x1', 'f1', 'f2')
+        """
+        return (*self.layout.columns, *self.extra)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of tests and of columns.
+
+        Example:
+            >>> TestTable.of([1], [[0.5]], [[2.0, 3.0]]).shape
+            (1, 3)
+        """
+        return len(self), len(self.columns)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names of the columns, as a data frame does."""
+        return iter(self.columns)
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """What each variable is: as the layout says, or as the values of the designs.
+
+        Example:
+            >>> table = TestTable.of([1], [{"width": 0.5, "teeth": 12, "metal": "iron"}], [[1.0]])
+            >>> [kind.value for kind in table.kinds]
+            ['real', 'integer', 'choice']
+        """
+        return self.layout.kinds or column_kinds(self.X)
+
+    @property
+    def names(self) -> list[str]:
+        """What sentences call the n designs, each another: by the label, else by test point.
+
+        Of designs with the same label each has its number behind it; a label that is a number has
+        the name of its column before it.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table.names
+            ['test point 1', 'test point 2', 'test point 3']
+            >>> from dataclasses import replace
+            >>> layout = replace(table.layout, label="row_no")
+            >>> replace(table, layout=layout, extra={"row_no": ["A", "A", 7]}).names
+            ['A #1', 'A #2', 'row no 7']
+        """
+        label = self.layout.label
+        numbers = self.numbers.tolist()
+        if label is None:
+            return [f"test point {number}" for number in numbers]
+        texts = [str(cell) for cell in self.extra[label].tolist()]
+        count = Counter(texts)
+        names = []
+        for text, number in zip(texts, numbers, strict=True):
+            name = text if count[text] == 1 else f"{text} #{number}"
+            if re.fullmatch(r"\d+( #\d+)?", name):
+                name = f"{label.replace('_', ' ')} {name}"
+            names.append(name)
+        return names
+
+    def row_of(self, design: int | str) -> int:
+        """Return the row of a design that is given by the number of its test or by its label.
+
+        Args:
+            design: The number of a test, or a text: a name as in :attr:`names`, or a label that
+                only one design has.
+
+        Raises:
+            ArgumentValueError: There is no such design, or a number may be that of a test or a
+                label.
+            ArgumentTypeError: It is neither a whole number nor a text.
+
+        Example:
+            >>> table = TestTable.of([4, 5], [[0.1], [0.5]], [[1], [2]])
+            >>> table.row_of(5), table.row_of("test point 4")
+            (1, 0)
+        """
+        if isinstance(design, str):
+            return self._row_of_name(design)
+        if isinstance(design, bool) or not isinstance(design, (int, np.integer)):
+            raise wrong_type("design", "the number of a test or a label", design)
+        label = self.layout.label
+        if label is not None:
+            labels = self.extra[label].tolist()
+            if design in labels and labels != self.numbers.tolist():
+                remedy = f"give its name, such as {self.names[labels.index(design)]!r}, or row="
+                received = Received(f"{design}, which is a label in {label!r}")
+                raise invalid("design", "clear about labels and numbers", received, remedy)
+        rows = np.flatnonzero(self.numbers == design)
+        if len(rows) == 0:
+            raise invalid("design", "the number of a test of the table", design)
+        return int(rows[0])
+
+    def _row_of_name(self, name: str) -> int:
+        names = self.names
+        if name in names:
+            return names.index(name)
+        label = self.layout.label
+        labels = [] if label is None else [str(cell) for cell in self.extra[label].tolist()]
+        if labels.count(name) == 1:
+            return labels.index(name)
+        rule = f"the name of one design, such as {names[0]!r}" if names else "of a design"
+        raise invalid("design", rule, name)
+
+    @property
+    def repeats(self) -> Mask:
+        """``(n,)`` which tests repeat the design and the objectives of one before.
+
+        PSI calls the model once for each design, and in a Pareto set the first test of a design
+        stands for all.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])
+            >>> table.repeats
+            array([False, False,  True])
+        """
+        return self._repeated(np.arange(len(self)))
+
+    def _repeated(self, rows: NDArray[np.intp]) -> Mask:
+        # In one experiment a real variable that is free never has a value twice; of several, two
+        # may begin with the same points.
+        bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)
+        free = any(kind.real and low != high for kind, low, high in bounds)
+        if free and len(self.experiments) < 2:
+            return np.zeros(len(rows), dtype=bool)
+        return np.asarray(first_rows(self.X[rows], self.F[rows]) < np.arange(len(rows)))
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """Names of the experiments that :meth:`combined` has joined; empty for other tests.
+
+        Example:
+            >>> table = TestTable.of([1], [[0.0]], [[3.0]])
+            >>> TestTable.combined({"old": table, "new": table}).experiments
+            ('old', 'new')
+        """
+        if not {*ORIGIN} <= {*self.extra}:
+            return ()
+        return tuple(dict.fromkeys(self.extra["experiment"].tolist()))
+
+    def column(self, name: str) -> NDArray[Any]:
+        """``(n,)`` values of a variable, objective, constraint, output or extra column.
+
+        Objectives are in the original direction.
+
+        Raises:
+            ArgumentValueError: There is no such column.
+            ArgumentTypeError: The name is not text.
+
+        Example:
+            >>> layout = Layout.of(["width"], ["mass", "gain"], maximize=["gain"])
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[3, -0.8], [4, -0.9]], layout=layout)
+            >>> table.column("width"), table.column("gain")
+            (array([0.1, 0.5]), array([0.8, 0.9]))
+        """
+        layout = self.layout
+        known_name("column", name, self.columns)
+        if name in self.extra:
+            return self.extra[name]
+        block, names = next(pair for pair in layout.blocks.items() if name in pair[1])
+        values: NDArray[Any] = getattr(self, block)[:, names.index(name)]
+        if name in layout.objectives and name in layout.maximize:
+            return -values
+        return values
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """Return the ``(n,)`` values of a column: :meth:`column`."""
+        return self.column(name)
+
+    def rows(self, selection: ArrayLike) -> Self:
+        """Return the table of some rows.
+
+        Args:
+            selection: ``(n,)`` mask, or ``(k,)`` indices of rows in the wanted order.
+
+        Raises:
+            ArgumentValueError: A mask of another length, an index out of range or twice.
+            ArgumentTypeError: The selection is neither mask nor indices.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
+            >>> table.rows([2, 0]).numbers, table.rows(table.F[:, 0] > 1).numbers
+            (array([3, 1]), array([2, 3]))
+        """
+        rows = np.asarray(selection)
+        # numpy makes float64 of [], which selects no row and is no mistake.
+        if rows.size == 0 and rows.dtype != bool:
+            rows = rows.astype(np.intp)
+        if rows.dtype.kind not in "biu" or rows.ndim != 1:
+            raise wrong_type("selection", "a mask or indices", Received(f"dtype {rows.dtype}"))
+        try:
+            numbers = self.numbers[rows]
+        except IndexError as error:
+            raise invalid("selection", "a mask or indices of rows", Received(error)) from error
+        # Rows of a right table are right, unless one that is selected twice.
+        require_distinct(numbers)
+        return self._cut(rows, numbers)
+
+    def _cut(self, rows: NDArray[Any], numbers: NDArray[np.int64]) -> Self:
+        arrays: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
+        reasons = {}
+        if self.reasons:
+            kept = {*numbers.tolist()}
+            reasons = {n: reason for n, reason in self.reasons.items() if n in kept}
+        return self._with(
+            numbers=numbers,
+            reasons=reasons,
+            extra={name: column[rows] for name, column in self.extra.items()},
+            _tested=None if self._tested is None else self._tested._cut(rows, numbers),
+            **arrays,
+        )
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        """Return the table itself, which never changes; pymoo copies its algorithms often."""
+        return self
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a pickled table with its arrays read-only."""
+        # numpy's arrays come back writable from a pickle.
+        self._set(state)
+
+    def _with(self, **changes: Any) -> Self:
+        """Return the table with new arrays that are known to be right."""
+        # Past __post_init__: parts of checked arrays are right, callers vouch for the rest.
+        table = object.__new__(type(self))
+        table._set({f.name: getattr(self, f.name) for f in fields(self)} | changes)
+        return table
+
+    def _set(self, values: Mapping[str, Any]) -> None:
+        for name, value in values.items():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+            object.__setattr__(self, name, value)
+
+
+def _status_index(violates: Mask, failed: Mask) -> NDArray[np.intp]:
+    """Return the index in STATUSES of each test."""
+    return np.where(failed, STATUSES.index("failed"), violates.astype(np.intp))
+
+
+def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
+    """Return reasons without what no file can hold: they are only to be read."""
+    writable = {}
+    for number, reason in reasons.items():
+        text = str(reason).encode("utf-8", "backslashreplace").decode("utf-8")
+        writable[number] = text.replace("\0", "␀") or "no reason given"
+    return writable
+
+
+def lack(table: Tests, row: np.intp) -> str:
+    """Say which objective of a test is not finite; empty if all are."""
+    for j in np.flatnonzero(~np.isfinite(table.F[row])):
+        return f"{table.layout.objectives[j]} is {table.F[row, j] * table.layout.sign[j]}"
+    return ""
+
+
+def _width(array: Array) -> int:
+    """Return how many columns a matrix has, 0 if it is none."""
+    return array.shape[1] if array.ndim == 2 else 0
+
+
+def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
+    """Return numbers of test points as an array of its own: integers from 1, each once."""
+    array = real_array("numbers", value)
+    # Beyond 2^53 not every integer is a float64.
+    if array.ndim != 1 or not ((array >= 1) & (array < 2**53) & (array == np.floor(array))).all():
+        raise invalid("numbers", "one-dimensional, of integers from 1", value)
+    numbers = array.astype(np.int64)
+    require_distinct(numbers)
+    return numbers
+
+
+def require_distinct(numbers: NDArray[np.int64]) -> None:
+    """Refuse numbers of test points of which one occurs twice."""
+    # Numbers mostly ascend, and then one comparison does without the sorting of unique.
+    if (numbers[1:] > numbers[:-1]).all():
+        return
+    values, counts = np.unique(numbers, return_counts=True)
+    if (counts > 1).any():
+        twice = Received(f"test point {values[counts > 1][0]} twice")
+        raise invalid("the test points of a table", "distinct", twice)
+
+
+def extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
+    """Return further columns as arrays of objects, which must be n long and named distinctly."""
+    columns = {name: np.fromiter(cells, object) for name, cells in extra.items()}
+    for name, column in columns.items():
+        if name in (*layout.columns, *RESERVED) or column.shape != (n,):
+            rule = f"{n} cells long and named unlike other columns"
+            raise invalid("an extra column", rule, Received(f"{name!r} of {len(column)}"))
+        column.setflags(write=False)
+    if layout.label is not None:
+        known_name("label", layout.label, columns)
+    return columns
