@@ -6,7 +6,7 @@ from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import rank_of_efficiency
+from pymoo_psi import cautions, rank_of_efficiency
 from pymoo_psi.pareto import levels, settled
 from tests.pareto.exact import exact_ranking
 
@@ -138,6 +138,26 @@ def test_an_objective_that_is_constant_but_for_noise_changes_nothing(
     assert noisy.pareto.tolist() == plain.pareto.tolist()
     assert noisy.rank.tolist() == plain.rank.tolist()
     assert noisy.salukvadze.tolist() == plain.salukvadze.tolist()
+
+
+@given(
+    seed=seeds,
+    n=st.integers(5, 20),
+    size=st.sampled_from([1e-290, 0.3, -7.0, 1e9]),
+    normalize=st.booleans(),
+)
+def test_noise_in_a_constant_objective_is_no_reason_for_caution_nor_a_range(
+    seed, n, size, normalize
+):
+    """Two designs of equal cost, computed in two ways, are not the two ends of a range."""
+    rng = np.random.default_rng(seed)
+    F = on_sphere(rng, n, 2)
+    noisy = np.column_stack([F, size * (1 + 1e-15 * rng.standard_normal(n))])
+    seen = [c for c in cautions(noisy, normalize=normalize) if c.kind != "constant"]
+    assert [str(c) for c in seen] == [str(c) for c in cautions(F, normalize=normalize)]
+    ends = {"ideal": noisy.min(axis=0), "nadir": noisy.max(axis=0)}
+    given_ends = rank_of_efficiency(noisy, normalize=normalize, **ends)
+    assert given_ends.rank.tolist() == rank_of_efficiency(F, normalize=normalize).rank.tolist()
 
 
 @given(

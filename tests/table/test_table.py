@@ -278,3 +278,13 @@ def test_a_unit_of_no_column_is_refused_wherever_a_table_is_made():
     failed = TestTable.of([1], [[0.5]], [[np.inf]], layout=layout)
     other = TestTable.of([2], [[0.5]], [[1.0]], outputs={"mas": [3.0]}, layout=layout)
     assert failed.extended(other).layout.units == units
+
+
+def test_a_design_that_recurs_with_other_objectives_is_no_repetition():
+    """As of a model that is not deterministic, or of one that was mended meanwhile."""
+    X, F = [[4], [4], [5], [4], [4]], [[0.3, 1], [0.2, 1], [0.1, 2], [0.3, 1], [0.2, 2]]
+    table = TestTable.of([1, 2, 3, 4, 5], X, F)
+    assert table.repeats.tolist() == [False, False, False, True, False]
+    assert repr(table).startswith("TestTable(5 tests of 4 designs: ")
+    assert table.pareto().tolist() == [False, True, True, False, False]
+    assert table.explain(2).ranking.pareto.sum() == 2
