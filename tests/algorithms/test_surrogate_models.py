@@ -1,12 +1,12 @@
-"""The Gaussian processes of the surrogates against linear algebra written out.
+"""The Gaussian processes of the surrogates against linear algebra written out, and their values.
 
-No proposal shows a deviation clearly enough, so that these tests look at the processes themselves.
+No proposal shows these clearly enough, so that these tests look at the functions themselves.
 """
 
 import numpy as np
 import pytest
 
-from pymoo_psi.algorithms._surrogate_models import GaussianProcess
+from pymoo_psi.algorithms._surrogate_models import GaussianProcess, without_penalties
 
 N, D = 12, 3
 LENGTHS = np.log([0.4, 0.9, 2.0])
@@ -50,6 +50,32 @@ def test_mean_and_deviation_are_those_of_the_conditional_normal_distribution(tes
     prior = np.array([covariance(z, z) for z in at])
     expected = variance * (prior - np.einsum("ij,jk,ik->i", k, inverse, k))
     np.testing.assert_allclose(process.deviation(at) ** 2, expected, rtol=1e-6)
+
+
+EVEN = np.linspace(1.0, 2.0, 20)
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ([*EVEN, 1e9, 1e9], [*EVEN, 2, 2]),
+        ([*EVEN, np.inf, np.inf], [*EVEN, 2, 2]),
+        ([*EVEN, 1e9, np.inf, 1e9, np.inf], [*EVEN, 2, 2, 2, 2]),
+        ([*EVEN, 1e9], [*EVEN, 1e9]),  # one test may be a pole
+        ([*EVEN, 30.0, 30.0], [*EVEN, 30, 30]),  # not far enough to stand for none
+        ([*(1 / EVEN), 1e3, 1e6, 1e9, 1e9], [*(1 / EVEN), 1e3, 1e6, 1e9, 1e9]),
+        ([*-EVEN, -1e9, -1e9], [*-EVEN, -1e9, -1e9]),  # nor does the best value
+    ],
+)
+def test_what_several_tests_share_far_beyond_all_others_stands_for_no_value(values, expected):
+    """Whatever proposals have: the tests at uniform points decide, and each objective for itself."""
+    F = np.column_stack([values, np.arange(float(len(values)))])
+    proposals = [[1.5, 2e9], [3e10, 1.0]]
+    found = without_penalties(np.vstack([F, proposals]), F)
+    np.testing.assert_array_equal(found[:-2, 0], expected)
+    np.testing.assert_array_equal(found[:, 1], [*F[:, 1], 2e9, 1.0])
+    assert found[-2, 0] == 1.5
+    assert found[-1, 0] == (3e10 if values == expected else 2)
 
 
 def test_the_farther_a_design_is_from_all_tests_the_less_is_known_of_it(process, tests):

@@ -210,6 +210,21 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed():
 
 
 @posix
+def test_the_time_limit_is_that_of_each_design_not_of_those_that_are_sent_together():
+    """Quick designs make chunks large; the slow ones behind them take longer than the limit."""
+
+    def waits(seconds):
+        time.sleep(seconds)
+        return {"F": seconds}
+
+    seconds = [0.002] * 60 + [0.2] * 20
+    began = time.monotonic()
+    values = JoblibRunner(1, timeout=1.5)(waits, seconds)
+    assert [v["F"] for v in values] == seconds
+    assert time.monotonic() - began > 4
+
+
+@posix
 def test_a_lost_design_stops_a_problem_that_does_not_tolerate_it():
     runner = JoblibRunner(1, timeout=1e4)
     with pytest.raises(EvaluationError, match=r"design \[7\.0, .*died \(exit code 3, 2 times\);"):
