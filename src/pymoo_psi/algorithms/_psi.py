@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,17 @@ from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._validation import Received, integer, invalid, job_count, known_name
-from pymoo_psi.algorithms._engine import NO_OUTPUTS, Engine, by_number
+from pymoo_psi.algorithms._executor import NO_OUTPUTS
 from pymoo_psi.algorithms._limits import kept_tests, total_violation, under_limits
-from pymoo_psi.algorithms._run import run_options, stored_at_termination
+from pymoo_psi.algorithms._options import (
+    PSIKeywords,
+    RunKeywords,
+    RunOptions,
+    run_options,
+    takes,
+)
+from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
+from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.parallel import progress_bar
 from pymoo_psi.problems import (
     evaluate_designs,
@@ -35,12 +43,307 @@ from pymoo_psi.problems import (
 )
 from pymoo_psi.table import TestTable, bounds_of
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
 # Rows from which on a Pareto set is filtered on the way. Each time there are twice as many rows as
 # were left, so that all filtering together takes as long as the last one, or twice that.
 _WORTH_FILTERING = 2**18
 
 
-class PSI(Algorithm):
+class PointAlgorithm(Algorithm):
+    """pymoo's side of a run: an algorithm that tests the points of a source.
+
+    A subclass writes ``begin``, which returns the run. The test table is all its state: pymoo's
+    individuals are made from it when they are asked for.
+
+    Args:
+        n_points: How many points to test.
+        options: The options of the run.
+        block_size: How many points an iteration tests; ``None`` for what the source gives together.
+        **keywords: What pymoo's constructor takes.
+
+    Attributes:
+        table: The table of all tests.
+    """
+
+    archive: Any  # pymoo's, as the next two
+    is_initialized: bool
+    seed: int | None
+
+    def __init__(
+        self,
+        n_points: int,
+        options: RunOptions,
+        block_size: int | None,
+        **keywords: Any,
+    ) -> None:
+        self.n_points = n_points
+        self.options = options
+        self.block_size = block_size
+        self.limits = options.limits
+        self._tests = TestTable.empty()
+        self._population = Population.empty()  # of the first rows of the table, as far as asked for
+        self._blocks: list[int] = []  # how many tests each iteration brought
+        self._front = np.zeros(0, dtype=np.intp)  # the Pareto-optimal ones of the first rows
+        self._filtered = 0  # how many rows that were
+        keywords.setdefault("evaluator", _Evaluator())
+        keywords.setdefault("output", MultiObjectiveOutput())
+        super().__init__(seed=options.seed, **keywords)
+
+    def begin(self, options: RunOptions, whole: bool) -> Run:
+        """Return the run of ``self.problem``.
+
+        Args:
+            options: The options, with the seed that pymoo was given.
+            whole: Whether all points are going to be tested, or a termination may end the run.
+        """
+        raise NotImplementedError
+
+    @property
+    def table(self) -> TestTable:
+        """All tests so far, under the limits of the run.
+
+        Example:
+            >>> from pymoo.optimize import minimize
+            >>> from pymoo_psi import PSI, SphereChute
+            >>> minimize(SphereChute(), PSI(8)).algorithm.table.numbers
+            array([1, 2, 3, 4, 5, 6, 7, 8])
+        """
+        return self._under_limits(self._tests)
+
+    def _under_limits(self, tests: TestTable) -> TestTable:
+        if self.limits and self.termination.has_terminated():
+            return tests.under(limits=self.limits)  # which refuses those on what no test has
+        return under_limits(tests, self.limits)
+
+    @property
+    def n_tested(self) -> int:
+        """How many points are tested so far.
+
+        Example:
+            >>> from pymoo.optimize import minimize
+            >>> from pymoo_psi import PSI, SphereChute
+            >>> minimize(SphereChute(), PSI(8)).algorithm.n_tested
+            8
+        """
+        return len(self._tests)
+
+    @property
+    def n_left(self) -> int:
+        """How many points are to be tested.
+
+        Example:
+            >>> from pymoo_psi import PSI, SphereChute
+            >>> algorithm = PSI(100, block_size=25)
+            >>> algorithm.setup(SphereChute()).next()
+            >>> algorithm.n_left
+            75
+        """
+        return self._run.n_left
+
+    def setup(self, problem: Any, **kwargs: Any) -> Any:
+        """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
+        require_problem(problem)
+        if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
+            received = Received(f"one that has tested {self.n_tested} points")
+            raise invalid("the algorithm", "set up before it runs", received, "make another")
+        problem = required(untolerant(problem), self.options.requirements)
+        known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
+        require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
+        termination = termination_from_tuple(kwargs.get("termination", self.termination))
+        self._whole = termination is None
+        # in the place of pymoo's default, which would stop a run before all points are tested
+        ends = [_PointsTested()] if termination is None else [_PointsTested(), termination]
+        kwargs["termination"] = TerminateIfAny(*ends)
+        super().setup(problem, **kwargs)
+        return self
+
+    def _setup(self, problem: Any, **kwargs: Any) -> None:
+        # Blocks are cut here; executors evaluate as much at once as they like.
+        options = replace(self.options, seed=self.seed, block_size=None)
+        self._run = self.begin(options, self._whole)
+        self._tests = self._run.empty
+
+    def has_next(self) -> bool:
+        """Say whether points are left; a later termination does not bring more of them."""
+        return self._run.n_left > 0 and bool(super().has_next())
+
+    def next(self) -> None:
+        """Test the next block; another process cannot test it meanwhile for the same study."""
+        if self._run.n_left == 0:
+            return
+        if not self.is_initialized:
+            self._initialize()
+        block = self._run.block(self.block_size)
+        self.evaluator.n_eval += block.n_called
+        self._add(block.tests)
+        self.is_initialized = True
+        try:
+            # the rest of pymoo's `advance`, which would ask for the optimum of every block
+            self._post_advance()
+            if self.archive is not None:
+                self.archive = self.archive.add(self.off)
+            if self.termination.has_terminated():
+                self.finalize()
+        except BaseException:  # of a callback
+            self._run.close()
+            raise
+
+    def finalize(self) -> None:
+        """End the run; what is being evaluated ahead of the last block is given up."""
+        self._run.close()
+        super().finalize()
+
+    def _infill(self) -> Population | None:
+        """Return the next designs, those of a study evaluated; ``None`` when none is left."""
+        self._run.close()  # from here on the user evaluates
+        points = self._run.next_points(self.block_size)
+        if len(points) == 0:
+            return None
+        space = self._run.model.space
+        block = Population.new("X", space.designs(points.matrix(space)))
+        block.set("test_point", points.numbers)
+        stored = self._run.store.recall(points.numbers)
+        self._give_values(block[np.searchsorted(points.numbers, stored.numbers)], stored)
+        return block
+
+    def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
+        """Add a block that a user has evaluated."""
+        if infills is None:
+            return False
+        tests = self._tests_of(infills)
+        violation = total_violation(tests, self.limits)
+        infills.set("CV", violation[:, None])  # pymoo's, with that of the limits
+        self._population = Population.merge(self.pop, infills)  # of the table without the block
+        self._run.tell(tests)
+        self._add(tests)
+        return True
+
+    # The first block is a block like any other.
+    _initialize_infill = _infill
+    _initialize_advance = _advance
+
+    def _add(self, tests: TestTable) -> None:
+        self._tests = self._tests.extended(tests)
+        self._blocks.append(len(tests))
+        if self._run.n_left == 0:
+            self.termination.terminate()
+
+    def _tests_of(self, infills: Population) -> TestTable:
+        """Return the tests of individuals, which must be evaluated and the next ones in order."""
+        points = self._run.next_points(self.block_size).at(slice(0, len(infills)))
+        numbers = infills.get("test_point")
+        is_evaluated = infills.get("F").shape[1] == self.problem.n_obj
+        if not np.array_equal(numbers, points.numbers) or not is_evaluated:
+            which = "of which none is left"
+            if len(points):
+                which = f"from number {points.numbers[0]}"
+            rule = f"the test points asked for, {which}, in their order and evaluated"
+            raise invalid("infills", rule, Received(str(numbers.tolist())))
+        values = []
+        for individual in infills:
+            names = ("F", "G", "H", "failure", *individual.data.get("outputs", ()))
+            values.append({name: individual.get(name) for name in names})
+        X = self._run.model.space.to_matrix(infills.get("X"))
+        return self._run.model.tests(points, values, X)
+
+    def _give_values(self, block: Population, tests: TestTable) -> None:
+        """Give individuals the values of their tests; pymoo then does not evaluate them."""
+        names = tests.layout.outputs
+        reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
+        # Copies, as individuals may be changed; one of each array, as a row takes a while.
+        arrays = [values.copy() for values in (tests.F, tests.G, tests.H)]
+        violation = total_violation(tests, self.limits)[:, None]
+        rows = zip(block, *arrays, violation, reasons, tests.outputs.tolist(), strict=True)
+        for individual, f, g, h, cv, reason, outputs in rows:
+            individual.F = f
+            individual.G = g
+            individual.H = h
+            individual.CV = cv
+            individual.data.update(zip(names, outputs, strict=True), failure=reason, outputs=names)
+            individual.evaluated.update("FGH")
+
+    # What pymoo's tools read: individuals made from the table when they are first asked for.
+    # pymoo assigns these names on its way, which changes nothing.
+
+    def _assign(self, value: Any) -> None:
+        pass  # pymoo's base class sets them in its constructor and after a block
+
+    def _all(self) -> Population:
+        """Every tested design."""
+        n_known = len(self._population)
+        if n_known < self.n_tested:
+            tests = self._tests.rows(np.arange(n_known, self.n_tested))
+            designs = self._run.model.space.designs(tests.X.copy())
+            block = Population.empty(len(tests))
+            iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[n_known:]
+            rows = zip(block, designs, tests.numbers.tolist(), iterations.tolist(), strict=True)
+            for individual, x, number, iteration in rows:
+                individual.X = x
+                individual.data = {"test_point": number, "n_gen": iteration, "n_iter": iteration}
+            self._give_values(block, tests)
+            self._population = Population.merge(self._population, block)
+        return self._population
+
+    def _last(self) -> Population | None:
+        """The designs of the last block."""
+        if not self._blocks:
+            return None
+        return self._all()[-self._blocks[-1] :]
+
+    def _best(self) -> Population | None:
+        """The Pareto-optimal designs, or the least infeasible one; the best of one objective."""
+        if self.n_tested == 0:
+            return None
+        rows = self._optimal_rows()
+        if len(rows) == 0:
+            violation = np.nan_to_num(total_violation(self._tests, self.limits), nan=np.inf)
+            rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
+        if self.problem.n_obj == 1:
+            rows = rows[:1]
+        return self._all()[rows]
+
+    def _optimal_rows(self) -> NDArray[np.intp]:
+        """Return the rows of the table that no feasible one dominates."""
+        if self._filtered < self.n_tested:
+            # What the last front dominates, no later design makes optimal again.
+            rows = np.concatenate([self._front, np.arange(self._filtered, self.n_tested)])
+            tests = self._under_limits(self._tests.rows(rows))
+            self._front = rows[tests.pareto()]
+            self._filtered = self.n_tested
+        return self._front
+
+    pop = property(_all, _assign)
+    off = property(_last, _assign)
+    opt = property(_best, _assign)
+
+    def _set_optimum(self) -> None:
+        pass  # `opt` is found when it is read
+
+
+class _Evaluator(Evaluator):
+    """pymoo's evaluator for those who ask and tell: designs that fail are kept as failed."""
+
+    def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
+        out = evaluate_designs(untolerant(problem), pop.get("X"))
+        for name, column in out.items():
+            pop.set(name, column)
+        outputs = tuple(name for name in out if name not in NO_OUTPUTS)
+        for individual in pop:
+            individual.data["outputs"] = outputs
+            individual.evaluated.update("FGH")
+
+
+class _PointsTested(Termination):
+    """Terminate when every test point is tested; the progress is the share of them."""
+
+    def _update(self, algorithm: Any) -> float:
+        progress: float = algorithm.n_tested / (algorithm.n_tested + algorithm.n_left)
+        return progress
+
+
+class PSI(PointAlgorithm):
     """Test the points of the LPτ sequence and return the feasible Pareto-optimal ones.
 
     ``minimize(problem, PSI(4096))`` works on any pymoo problem with finite bounds, its variables
@@ -68,10 +371,8 @@ class PSI(Algorithm):
 
     Args:
         n_points: How many points to test.
-        **options: ``first``, ``sampling``, ``limits``, ``share``, ``study``, ``study_key``,
-            ``retry``, ``names``, ``maximize``, ``units``, ``block_size``: see
-            :class:`RunOptions`; and pymoo's own: ``termination``, ``callback``, ``output``,
-            ``save_history``, …
+        **options: The options of a run, see :class:`RunOptions`; and pymoo's own:
+            ``termination``, ``callback``, ``output``, ``save_history``, …
 
     Raises:
         ArgumentValueError: A count is out of range; at the start of a run: the problem has no
@@ -89,250 +390,22 @@ class PSI(Algorithm):
         array([1, 2, 3, 5, 6, 7])
     """
 
-    archive: Any  # pymoo's, as the next two
-    is_initialized: bool
-    seed: int | None
-    _without: tuple[str, ...] = ("seed",)  # run options that are none here: pymoo's has a seed
+    @takes(PSIKeywords)
+    def __init__(self, n_points: int, **options: Unpack[PSIKeywords]) -> None:
+        run, keywords = run_options("PSI", options, PSIKeywords, Algorithm)
+        integer("n_points", n_points, minimum=1)
+        block_size = run.block_size
+        if block_size is None:
+            # 32 lines of a display; blocks of less than 64 designs would take their time
+            block_size = max(64, -(-n_points // (32 * run.part.of)))
+        super().__init__(n_points, run, block_size, **keywords)
 
-    def __init__(self, n_points: int, **options: Any) -> None:
-        name = type(self).__name__
-        self.options, own = run_options(name, options, Algorithm, without=self._without)
-        self.n_points = integer("n_points", n_points, minimum=1)
-        # by default 32 lines of a display; blocks of less than 64 designs would take their time
-        lines = max(64, -(-self.n_points // (32 * self.options.part.of)))
-        self.block_size = self.options.block_size or lines
-        self.limits = self.options.limits
-        own.setdefault("evaluator", _Evaluator())
-        own.setdefault("output", MultiObjectiveOutput())
-        self._tests = TestTable.empty()
-        self._population = Population.empty()  # of the first rows of the table, as far as asked for
-        self._blocks: list[int] = []  # how many tests each iteration brought
-        self._front = np.zeros(0, dtype=np.intp)  # the Pareto-optimal ones of the first rows
-        self._filtered = 0  # how many rows that were
-        super().__init__(**own)
-
-    @property
-    def table(self) -> TestTable:
-        """All tests so far, under the limits of the run.
-
-        Example:
-            >>> from pymoo.optimize import minimize
-            >>> from pymoo_psi import SphereChute
-            >>> minimize(SphereChute(), PSI(8)).algorithm.table.numbers
-            array([1, 2, 3, 4, 5, 6, 7, 8])
-        """
-        return self._under_limits(self._tests)
-
-    def _under_limits(self, tests: TestTable) -> TestTable:
-        if self.limits and self.termination.has_terminated():
-            return tests.under(limits=self.limits)  # which refuses those on what no test has
-        return under_limits(tests, self.limits)
-
-    @property
-    def n_tested(self) -> int:
-        """How many points are tested so far.
-
-        Example:
-            >>> from pymoo.optimize import minimize
-            >>> from pymoo_psi import SphereChute
-            >>> minimize(SphereChute(), PSI(8)).algorithm.n_tested
-            8
-        """
-        return len(self._tests)
-
-    def setup(self, problem: Any, **kwargs: Any) -> PSI:
-        """Prepare a run, as pymoo's ``setup``; an unknown keyword is an error here."""
-        require_problem(problem)
-        if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
-            shown = Received(f"one that has tested {self.n_tested} points")
-            raise invalid("the algorithm", "set up before it runs", shown, "make another")
-        problem = required(untolerant(problem), self.options.requirements)
-        known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
-        require_known_keywords("PSI.setup", Algorithm, kwargs, more=known)
-        given = termination_from_tuple(kwargs.get("termination", self.termination))
-        self._whole = given is None
-        # in the place of pymoo's default, which would stop a run before all points are tested
-        ends = [_PointsTested()] if given is None else [_PointsTested(), given]
-        kwargs["termination"] = TerminateIfAny(*ends)
-        super().setup(problem, **kwargs)
-        return self
-
-    def _setup(self, problem: Any, **kwargs: Any) -> None:
-        self._engine = self._engine_of(self.n_points)
-        self._tests, self._n_tests = self._engine.table, len(self._engine.points)
-
-    def _engine_of(self, n_points: int, method: str = "") -> Engine:
-        """Return the engine of so many points; blocks are cut here."""
-        run = replace(self.options, seed=self.seed, block_size=None)
-        return Engine(self.problem, n_points, run, whole=self._whole, method=method)
-
-    def has_next(self) -> bool:
-        """Say whether points are left; a later termination does not bring more of them."""
-        return self.n_tested < self._n_tests and bool(super().has_next())
-
-    def next(self) -> None:
-        """Test the next block; another process cannot test it meanwhile for the same study."""
-        if len(rows := self._rows()) == 0:
-            return
-        if not self.is_initialized:
-            self._initialize()
-        tests, n_evaluated = self._engine.block(self.n_tested, len(rows))
-        self.evaluator.n_eval += n_evaluated
-        self._add(tests)
-        self.is_initialized = True
-        try:
-            # the rest of pymoo's `advance`, which would ask for the optimum of every block
-            self._post_advance()
-            if self.archive is not None:
-                self.archive = self.archive.add(self.off)
-            if self.termination.has_terminated():
-                self.finalize()
-        except BaseException:  # of a callback
-            self._engine.close()
-            raise
-
-    def finalize(self) -> None:
-        """End the run; what is being evaluated ahead of the last block is given up."""
-        self._engine.close()
-        super().finalize()
-
-    def _rows(self) -> NDArray[np.intp]:
-        """Return the rows of the points that are tested next."""
-        end = self.n_tested + self.block_size
-        return np.arange(self.n_tested, min(end, len(self._engine.points)))
-
-    def _infill(self) -> Population | None:
-        """Return the next designs, those of a study evaluated; ``None`` when none is left."""
-        self._engine.close()  # from here on the user evaluates
-        if len(rows := self._rows()) == 0:
-            return None
-        points, space = self._engine.points.at(rows), self._engine.space
-        block = Population.new("X", space.designs(space.matrix(points.units)))
-        block.set("test_point", points.numbers)
-        stored = self._engine.store.recall(points.numbers)
-        self._give_values(block[np.searchsorted(points.numbers, stored.numbers)], stored)
-        return block
-
-    def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
-        """Add a block that a user has evaluated."""
-        if infills is None:
-            return False
-        tests = self._tests_of(infills)
-        self._engine.store.keep(tests)
-        infills.set("CV", total_violation(tests, self.limits)[:, None])
-        self._population = Population.merge(self.pop, infills)  # of the table without the block
-        self._add(tests)
-        return True
-
-    # The first block is a block like any other.
-    _initialize_infill, _initialize_advance = _infill, _advance
-
-    def _add(self, tests: TestTable) -> None:
-        self._tests = self._tests.extended(tests)
-        self._blocks.append(len(tests))
-        if self.n_tested == self._n_tests:
-            self.termination.terminate()
-
-    def _tests_of(self, infills: Population) -> TestTable:
-        """Return the tests of individuals, which must be evaluated and the next ones in order."""
-        rows = self._rows()[: len(infills)]
-        numbers, asked = infills.get("test_point"), self._engine.points.at(rows).numbers
-        if not np.array_equal(numbers, asked) or infills.get("F").shape[1] != self.problem.n_obj:
-            which = f"from number {asked[0]}" if len(asked) else "of which none is left"
-            rule = f"the test points asked for, {which}, in their order and evaluated"
-            raise invalid("infills", rule, Received(str(numbers.tolist())))
-        names = (("F", "G", "H", "failure", *i.data.get("outputs", ())) for i in infills)
-        values = [{n: i.get(n) for n in each} for i, each in zip(infills, names, strict=True)]
-        X = self._engine.space.to_matrix(infills.get("X"))
-        return self._engine.tests_of(rows, values, X)
-
-    def _give_values(self, block: Population, tests: TestTable) -> None:
-        """Give individuals the values of their tests; pymoo then does not evaluate them."""
-        names = tests.layout.outputs
-        reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
-        # Copies, as individuals may be changed; one of each array, as a row takes a while.
-        arrays = [values.copy() for values in (tests.F, tests.G, tests.H)]
-        outputs, violation = tests.outputs.tolist(), total_violation(tests, self.limits)[:, None]
-        rows = zip(block, *arrays, violation, reasons, outputs, strict=True)
-        for individual, f, g, h, cv, reason, more in rows:
-            individual.F, individual.G, individual.H, individual.CV = f, g, h, cv
-            individual.data.update(zip(names, more, strict=True), failure=reason, outputs=names)
-            individual.evaluated.update("FGH")
-
-    # What pymoo's tools read: individuals made from the table when they are first asked for.
-    # pymoo assigns these names on its way, which changes nothing.
-
-    def _assign(self, value: Any) -> None:
-        pass  # pymoo's base class sets them in its constructor and after a block
-
-    def _all(self) -> Population:
-        """Every tested design."""
-        known = len(self._population)
-        if known < self.n_tested:
-            tests = self._tests.rows(np.arange(known, self.n_tested))
-            designs = self._engine.space.designs(tests.X.copy())
-            block = Population.empty(len(tests))
-            iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[known:]
-            rows = zip(block, designs, tests.numbers.tolist(), iterations.tolist(), strict=True)
-            for individual, x, number, iteration in rows:
-                individual.X = x
-                individual.data = {"test_point": number, "n_gen": iteration, "n_iter": iteration}
-            self._give_values(block, tests)
-            self._population = Population.merge(self._population, block)
-        return self._population
-
-    def _last(self) -> Population | None:
-        """The designs of the last block."""
-        return self._all()[-self._blocks[-1] :] if self._blocks else None
-
-    def _best(self) -> Population | None:
-        """The Pareto-optimal designs, or the least infeasible one; the best of one objective."""
-        if self.n_tested == 0:
-            return None
-        rows = self._optimal_rows()
-        if len(rows) == 0:
-            violation = np.nan_to_num(total_violation(self._tests, self.limits), nan=np.inf)
-            rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
-        return self._all()[rows if self.problem.n_obj > 1 else rows[:1]]
-
-    def _optimal_rows(self) -> NDArray[np.intp]:
-        """Return the rows of the table that no feasible one dominates."""
-        if self._filtered < self.n_tested:
-            # What the last front dominates, no later design makes optimal again.
-            rows = np.concatenate([self._front, np.arange(self._filtered, self.n_tested)])
-            self._front = rows[self._under_limits(self._tests.rows(rows)).pareto()]
-            self._filtered = self.n_tested
-        return self._front
-
-    pop = property(_all, _assign)
-    off = property(_last, _assign)
-    opt = property(_best, _assign)
-
-    def _set_optimum(self) -> None:
-        pass  # `opt` is found when it is read
+    def begin(self, options: RunOptions, whole: bool) -> Run:
+        """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
+        return run_of_sequence(self.problem, self.n_points, options, whole=whole)
 
 
-class _Evaluator(Evaluator):
-    """pymoo's evaluator for those who ask and tell: designs that fail are kept as failed."""
-
-    def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
-        out = evaluate_designs(untolerant(problem), pop.get("X"))
-        for name, values in out.items():
-            pop.set(name, values)
-        outputs = tuple(name for name in out if name not in NO_OUTPUTS)
-        for individual in pop:
-            individual.data["outputs"] = outputs
-            individual.evaluated.update("FGH")
-
-
-class _PointsTested(Termination):
-    """Terminate when every test point is tested; the progress is the share of them."""
-
-    def _update(self, algorithm: Any) -> float:
-        progress: float = algorithm.n_tested / algorithm._n_tests
-        return progress
-
-
+@takes(RunKeywords)
 def investigate(
     problem: Any,
     n_points: int,
@@ -340,7 +413,7 @@ def investigate(
     keep: str = "all",
     n_jobs: int = 1,
     progress: bool = False,
-    **options: Any,
+    **options: Unpack[RunKeywords],
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
@@ -358,9 +431,7 @@ def investigate(
             its own, :class:`~pymoo_psi.JoblibRunner`.
         progress: Show a progress bar in a terminal or a notebook, elsewhere a line a minute on
             standard error.
-        **options: ``first``, ``sampling``, ``seed``, ``limits``, ``share``, ``study``,
-            ``study_key``, ``retry``, ``names``, ``maximize``, ``units``,
-            ``block_size``: see :class:`RunOptions`.
+        **options: The options of a run, see :class:`RunOptions`.
 
     Returns:
         The table of the tests kept, by number.
@@ -378,32 +449,36 @@ def investigate(
         >>> bool(table.pareto().all())
         True
     """
-    run, _ = run_options("investigate", options)
+    checked, _ = run_options("investigate", options, RunKeywords)
     require_problem(problem)
     if job_count("n_jobs", n_jobs) != 1 and problem.elementwise:
         rule = "1 for a problem that is evaluated one design at a time"
         remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs)"
         raise invalid("n_jobs", rule, n_jobs, remedy)
     known_name("keep", keep, ("all", "feasible", "pareto"))
-    engine = Engine(problem, n_points, run, keep=keep, n_jobs=n_jobs)
-    n = len(engine.points)
-    tables, done, size, least = [engine.table], 0, 0, 0  # rows now, and left by the last filter
+    run = run_of_sequence(problem, n_points, checked, keep=keep, n_jobs=n_jobs)
+    n_points = run.n_left  # of this share, with those that do not count for `fill`
+    tables = [run.empty]
+    n_rows = 0  # in these tables
+    n_filtered = 0  # as the last filter has left them
     with (
-        progress_bar(progress) as bar,
-        stored_at_termination(engine.store),
-        closing(engine.tests()) as blocks,
+        progress_bar(progress) as show_progress,
+        stored_at_termination(run.store),
+        closing(run.tests()) as blocks,
     ):
-        for tests, called in blocks:
-            tables.append(tests)
-            size, done = size + len(tests), done + len(called)
-            bar(done / n)
-            if keep == "pareto" and size > max(2 * least, _WORTH_FILTERING):
-                tables = [kept_tests(keep, run.limits, by_number(tables))]
-                size = least = len(tables[0])
-    # The blocks hold feasible tests only, but fronts of their own.
-    found = kept_tests("all" if keep == "feasible" else keep, run.limits, by_number(tables))
-    if not run.limits:
-        return found
+        for block in blocks:
+            tables.append(block.tests)
+            n_rows += len(block.tests)
+            show_progress(1 - run.n_left / n_points)
+            if keep == "pareto" and n_rows > max(2 * n_filtered, _WORTH_FILTERING):
+                tables = [kept_tests(keep, checked.limits, by_number(tables))]
+                n_filtered = len(tables[0])
+                n_rows = n_filtered
+    table = by_number(tables)
+    if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
+        table = kept_tests(keep, checked.limits, table)
+    if not checked.limits:
+        return table
     if keep != "all":  # of tests that are left out it is unknown whether they failed
-        bounds_of(run.limits, found.layout)
-    return found.under(limits=run.limits)
+        bounds_of(checked.limits, table.layout)
+    return table.under(limits=checked.limits)

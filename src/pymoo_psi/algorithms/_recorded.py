@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from itertools import count, islice
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,11 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._validation import Received, invalid, wrong_type
-from pymoo_psi.algorithms._engine import Engine, values_of_table
-from pymoo_psi.algorithms._run import Points, run_options, stored_at_termination
+from pymoo_psi.algorithms._executor import Model, executor_of, values_of_table
+from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
+from pymoo_psi.algorithms._run import Run, table_of_run
+from pymoo_psi.algorithms._sources import PlannedPoints, Points
+from pymoo_psi.algorithms._store import StudyStore, stored_at_termination
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import Values
 from pymoo_psi.problems import (
@@ -20,6 +24,7 @@ from pymoo_psi.problems import (
     columns_of_values,
     leave_failed_out,
     problem_name,
+    require_known_keywords,
     require_problem,
     required,
     seed_ties,
@@ -27,6 +32,9 @@ from pymoo_psi.problems import (
     tolerates_failures,
 )
 from pymoo_psi.table import TestTable, design_keys, design_matrix
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 _Key = tuple[str, ...]  # of a design: what is the same bit for bit
 
@@ -60,8 +68,8 @@ class Recorded(WrappedProblem):
             bounds; or a :class:`~pymoo_psi.FailureTolerant`.
         study: Name of the study file, which is made if there is none. One process at a time adds
             to it; another waits for its batch, and takes over what it has stored.
-        **options: ``study_key``, ``retry``, ``names``, ``maximize``, ``units``: see
-            :class:`RunOptions`. A failed test is tried again when its design is asked for.
+        **options: Options of the study, see :class:`RunOptions`. With ``retry``, a failed test is
+            tried again when its design is asked for.
 
     Attributes:
         wrapped: The problem.
@@ -93,12 +101,13 @@ class Recorded(WrappedProblem):
 
     same_columns = True
 
-    def __init__(self, problem: Any, **options: Any) -> None:
-        points = ("first", "sampling", "seed", "share", "fill", "block_size")
-        without = (*points, "limits", "log", "requirements")
-        run, _ = run_options("Recorded", options, without=without)
-        if run.study is None:
-            raise wrong_type("study", "the name of a file", None)
+    @takes(StudyKeywords)
+    def __init__(
+        self, problem: Any, study: str | PathLike[str], **options: Unpack[StudyKeywords]
+    ) -> None:
+        require_known_keywords("Recorded", object, options, more=StudyKeywords.__annotations__)
+        if study is None:
+            raise wrong_type("study", "the name of a file", study)
         require_problem(problem)
         problem = tolerance_outside(problem)
         self._tolerant = problem if tolerates_failures(problem) else None
@@ -108,8 +117,11 @@ class Recorded(WrappedProblem):
         if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
             rule = "one whose values depend on the design alone"
             raise invalid("problem", rule, Received(problem_name(self._model)))
-        self._engine = Engine(self._model, None, run, method="an algorithm (Recorded)")
-        self._store = self._engine.store
+        run_options = RunOptions(study=study, **options)
+        self._run_model = Model(self._model, run_options)
+        table = table_of_run(self._run_model, run_options, lambda: "an algorithm (Recorded)")
+        self._store = StudyStore(table, run_options)
+        self._executor = executor_of(self._run_model, run_options)
         self._answers = _Answers()
         self._read()
         self.n_evaluated = 0
@@ -130,7 +142,10 @@ class Recorded(WrappedProblem):
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
         algorithm = kwargs.get("algorithm")
         if isinstance(algorithm, Algorithm):
-            (leave_failed_out if self._tolerant else seed_ties)(algorithm)
+            if self._tolerant is not None:
+                leave_failed_out(algorithm)
+            else:
+                seed_ties(algorithm)
             self._store.origin = type(algorithm).__name__
         if kwargs.get("return_as_dictionary"):
             # For algorithms. To what is around this problem, such as a table of tests with numbers
@@ -148,15 +163,17 @@ class Recorded(WrappedProblem):
             EvaluationError: A design failed; everything is stored.
             ArgumentValueError: What is asked for is not kept.
         """
-        layout, answers = self._store.layout, self._answers
-        given = self._engine.space.to_matrix(X)
-        keys = design_keys(design_matrix("X", given, layout.variables, layout.kinds))
+        layout = self._store.empty.layout
+        answers = self._answers
+        designs = self._run_model.space.to_matrix(X)
+        keys = design_keys(design_matrix("X", designs, layout.variables, layout.kinds))
         if answers.unknown(keys):
             # The lock is within, so that it is given back.
             with stored_at_termination(self._store), self._store.writing():
                 self._read()  # what another process stored before we got the lock
-                if rows := answers.unknown(keys):
-                    self._evaluate(given[rows], [keys[row] for row in rows])
+                rows = answers.unknown(keys)
+                if rows:
+                    self._evaluate(designs[rows], [keys[row] for row in rows])
         numbers, values = zip(*(answers.tests[key] for key in keys), strict=True)
         out = columns_of_values(self._model, values)
         if "test_point" in return_values_of:
@@ -175,22 +192,29 @@ class Recorded(WrappedProblem):
 
     def _read(self) -> None:
         """Take over what is stored and not known yet, by this run or others."""
-        stored = self._store.stored(self._answers.free(1)[0])
+        first = self._answers.free(1)[0]
+        stored = self._store.stored(first)
         self._answers.add(stored, self._store.to_retry(stored))
 
     def _evaluate(self, designs: NDArray[Any], keys: list[_Key]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.
 
-        A batch that was interrupted may have been stored in part. Those that are missing then get
-        the numbers that they would have had, since these are the ones between that are free.
+        A batch that was interrupted may have been stored in part. The missing designs then get the
+        numbers that they would have had, since these are the ones between that are free.
         """
-        free, known = iter(self._answers.free(len(keys))), self._answers.tests
-        numbers = np.array([known[key][0] if key in known else next(free) for key in keys])
+        free = iter(self._answers.free(len(keys)))
+        numbers = []
+        for key in keys:
+            if key in self._answers.tests:  # of a failed test, to be tried again
+                numbers.append(self._answers.tests[key][0])
+            else:
+                numbers.append(next(free))
         order = np.argsort(numbers)
-        self._engine.points = Points(numbers[order], 0, designs=designs[order])
-        tests, n_called = self._engine.block(0, len(numbers))
-        self._answers.add(tests, np.zeros(len(tests), dtype=bool))
-        self.n_evaluated += n_called
+        points = Points(np.array(numbers)[order], 0, designs=designs[order])
+        run = Run(self._run_model, PlannedPoints(points), self._executor, self._store)
+        block = run.block(len(points))
+        self._answers.add(block.tests, np.zeros(len(block.tests), dtype=bool))
+        self.n_evaluated += block.n_called
 
 
 class _Answers:
@@ -206,18 +230,26 @@ class _Answers:
         self.tests: dict[_Key, tuple[int, Values | None]] = {}
         self.numbers: set[int] = set()
 
-    def add(self, tests: TestTable, again: NDArray[np.bool_]) -> None:
-        """Add tests, some of which are to be evaluated again; what is known stays."""
-        columns = tests.numbers.tolist(), design_keys(tests.X), values_of_table(tests), again
-        for number, key, values, anew in zip(*columns, strict=True):
+    def add(self, tests: TestTable, retried: NDArray[np.bool_]) -> None:
+        """Add tests, some of which are to be evaluated again; values that are known stay."""
+        numbers = tests.numbers.tolist()
+        columns = numbers, design_keys(tests.X), values_of_table(tests), retried
+        for number, key, values, is_retried in zip(*columns, strict=True):
             self.numbers.add(number)
-            if self.tests.get(key, (0, None))[1] is None:
-                self.tests[key] = number, None if anew else values
+            if not self.knows(key):
+                self.tests[key] = number, None if is_retried else values
+
+    def knows(self, key: _Key) -> bool:
+        """Whether the values of a design are known."""
+        return key in self.tests and self.tests[key][1] is not None
 
     def unknown(self, keys: list[_Key]) -> list[int]:
         """Return where designs first occur whose values are not known."""
-        first = {key: i for i, key in reversed(list(enumerate(keys)))}
-        return sorted(i for key, i in first.items() if self.tests.get(key, (0, None))[1] is None)
+        rows: dict[_Key, int] = {}
+        for row, key in enumerate(keys):
+            if key not in rows and not self.knows(key):
+                rows[key] = row
+        return list(rows.values())
 
     def free(self, n: int) -> list[int]:
         """Return the first n numbers that no test has."""

@@ -1,36 +1,38 @@
-"""A run: its options, one value for all that test designs; its points; and its study."""
+"""A run: it joins a source of points, an executor that evaluates them, and a store of tests.
+
+It asks the source for points, takes what the store knows, lets no model run for a design that
+violates a requirement, answers repetitions of a design from its known result, gives the other
+points to the executor, keeps what arrives and gives it on in blocks. The table is the same for any
+number of workers and any size of a block.
+"""
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
+import json
+import sys
 import time
-from collections.abc import Callable, Collection, Generator, Iterator, Mapping
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
-from dataclasses import dataclass, fields, replace
-from os import PathLike
-from typing import Any
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, collection, finite_array, integer, invalid, known_name
-from pymoo_psi.algorithms._sampling import (
-    LPTauSampling,
-    QMCSampling,
-    UniformSampling,
-    uniform_sampling,
-)
-from pymoo_psi.parallel import Result, Values
-from pymoo_psi.problems import DesignSpace, require_known_keywords
-from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau, lp_tau_at
-from pymoo_psi.study import ALL, LAST, Share, Study
-from pymoo_psi.table import Limits, TestTable, columns_of, head_of, kinds_of_columns, table_of
+from pymoo_psi._validation import identity_text, integer
+from pymoo_psi.algorithms._executor import Executor, Model, Tested, executor_of, values_of_table
+from pymoo_psi.algorithms._limits import kept_tests, require_limits
+from pymoo_psi.algorithms._options import RunOptions
+from pymoo_psi.algorithms._sources import PlannedPoints, Points, Source, points_of_sequence
+from pymoo_psi.algorithms._store import Recall, Store, store_of, stored_at_termination
+from pymoo_psi.errors import PsiError
+from pymoo_psi.parallel import Values
+from pymoo_psi.problems import problem_identity
+from pymoo_psi.study import LAST
+from pymoo_psi.table import TestTable, design_keys
 
-Array = NDArray[np.float64]
-
-# Seconds between two commits of a study: beside them a commit of some milliseconds does not count,
+# Seconds between two commits of a study: a commit of some milliseconds does not count beside them,
 # and not much more is lost when the process is killed.
 SECONDS = 1.0
 # Seconds of computing, by all workers together, after which there is a commit in any case: results
@@ -38,353 +40,406 @@ SECONDS = 1.0
 COMPUTED = 20.0
 
 
-@dataclass(frozen=True)
-class RunOptions:
-    """The options of a run, checked: which points are tested, how, and where tests are stored.
+# Makes a source of the points of a sequence, and of what it needs to know besides.
+SourceMaker = Callable[[Points, Model, Store, Executor], Source]
+
+
+class Block(NamedTuple):
+    """Tests of a run.
 
     Attributes:
-        first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
-            and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
-        sampling: Where the points come from: ``"lptau"`` by default, and for more than 51
-            variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or, as on
-            the command line, ``"sobol"``, ``"halton"`` or ``"lhs"``, whose random points follow
-            the seed; or another :class:`~pymoo_psi.UniformSampling`, such as
-            :class:`~pymoo_psi.QMCSampling` or a sequence of your own.
-        seed: Seed of a randomised sampling; in ``minimize``, pymoo's ``seed``.
-        limits: Limits on objectives, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
-            see :class:`TestTable`. A design that exceeds one counts as infeasible in the result;
-            the table keeps it as it is, so that other limits can be tried on the table afterwards.
-            So does one without a value that has a limit; if no test has it, the limit is refused.
-        share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
-            many machines, are the run without it; each is spread over all bounds.
-        study: Name of a study file, in which tests are stored as they arrive, about every second;
-            also when an interrupt, SIGTERM or a failure ends the run. The same call continues a
-            study that was interrupted, a larger ``n_points`` extends it, and no stored design is
-            evaluated again. With a ``share`` it is the name of a folder, in which each share has a
-            file; :func:`~pymoo_psi.read_table` reads it as one study.
-        study_key: What else the study depends on, such as a version or constants of the model; a
-            study with another key is refused. The study itself compares name, variables, bounds
-            and numbers of objectives and constraints, and the numbers and texts that the problem
-            was made with and keeps, or what its method ``fingerprint()`` returns; it cannot see
-            into the model.
-        retry: ``"failed"`` evaluates what the study holds as failed once more.
-        names: Names of your own for variables, objectives and constraints, by their default names:
-            ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. The table, the study, files,
-            plots and limits have them. Unless given, those of the problem's attribute ``names``.
-        maximize: The objectives to be maximised, by these names. pymoo minimises, so that
-            ``out["F"]`` holds such an objective with the sign turned; whatever is reached by name
-            is in the original direction. Unless given, those of the problem's attribute
-            ``maximize``; a list that leaves one of these out is refused, an empty one turns all
-            of them off.
-        units: Units of columns by these names, also of further outputs. Unless given, those of
-            the problem's attribute ``units``.
-        log: Variables whose scale is logarithmic: points are spread evenly, and surrogates see
-            distances, in the logarithm. Unless given, those of the problem's attribute ``log``.
-        requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or functions; see
-            :class:`Required`. The model never runs for a design that violates one: it counts as
-            infeasible. Unless given, those of the problem's attribute ``requirements``.
-        fill: Go on in the sequence until ``n_points`` designs meet the requirements; the others
-            are numbered, too.
-        block_size: Points per iteration of ``PSI``, after each of which display, callback and
-            termination are called: by default the run has 32 iterations, of at least 64 points.
-            For ``investigate``, points that are evaluated together, at most.
-
-    Raises:
-        ArgumentValueError: A count is out of range, or there is no such action or share.
-        ArgumentTypeError: An option has the wrong type.
-    """
-
-    first: int = 1
-    sampling: UniformSampling | str | None = None
-    seed: int | None = None
-    limits: Limits | None = None
-    share: tuple[int, int] | None = None
-    study: str | PathLike[str] | None = None
-    study_key: str | None = None
-    retry: str | None = None
-    names: Mapping[str, str] | None = None
-    maximize: Collection[str] | None = None
-    units: Mapping[str, str] | None = None
-    log: Collection[str] | None = None
-    requirements: Any = None
-    fill: bool = False
-    block_size: int | None = None
-
-    def __post_init__(self) -> None:
-        """Check what can be checked without a problem."""
-        integer("first", self.first, minimum=1)
-        object.__setattr__(self, "sampling", uniform_sampling(self.sampling))
-        if self.block_size is not None:
-            integer("block_size", self.block_size, minimum=1)
-        if self.retry is not None:
-            known_name("retry", self.retry, ("failed",))
-        if self.log is not None:
-            collection("log", self.log, "a list of variables", "one goes into a list too")
-
-    def sampling_in(self, n_dim: int) -> UniformSampling:
-        """Return where points of so many dimensions come from."""
-        few = n_dim <= MAX_DIMENSIONS  # SciPy's Sobol' points have up to 21201
-        default = LPTauSampling() if few else QMCSampling("sobol", scramble=False)
-        return uniform_sampling(self.sampling) or default
-
-    def points(self, n_points: int, n_dim: int) -> Points:
-        """Return the points of which a run, or its share of one, consists.
-
-        Those of LPτ are made when they are asked for, in a worker process too.
-
-        Args:
-            n_points: How many points the run has, those of other shares too.
-            n_dim: In how many dimensions they lie.
-        """
-        first, last, sampling = self.first, self.first + n_points - 1, self.sampling_in(n_dim)
-        units = None
-        if isinstance(sampling, LPTauSampling):
-            lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
-        else:  # any part needs all before it, or all
-            state = np.random.default_rng(self.seed)
-            made = sampling.unit_points(n_points, n_dim, first=first, random_state=state)
-            units = finite_array("unit_points of sampling", made)
-            if units.shape != (n_points, n_dim) or (units < 0).any() or (units > 1).any():
-                rule = f"{n_points} points of the unit cube of {n_dim} variables, in [0, 1)"
-                raise invalid("unit_points of sampling", rule, made)
-        numbers = self.part.numbers(first, last)
-        if len(numbers) == 0:
-            rule = f"one that gets a point of points {first} to {last}"
-            remedy = "test as many points as there are shares"
-            raise invalid("share", rule, Received(self.part), remedy)
-        return Points(numbers, n_dim, None if units is None else units[numbers - first])
-
-    @property
-    def part(self) -> Share:
-        """The share of the points that is tested."""
-        return ALL if self.share is None else Share.checked(self.share)
-
-
-def run_options(
-    owner: str, given: Mapping[str, Any], base: type = object, *, without: Collection[str] = ()
-) -> tuple[RunOptions, dict[str, Any]]:
-    """Return the run options among keyword arguments, and the others, which are pymoo's.
-
-    Args:
-        owner: Name of the callable, for the message.
-        given: The keyword arguments.
-        base: The pymoo class that takes the others.
-        without: Run options that the owner does not take.
-
-    Raises:
-        ArgumentTypeError: A keyword is unknown; a near miss is pointed out.
-    """
-    known = {field.name for field in fields(RunOptions)} - {*without}
-    require_known_keywords(owner, base, given, more=known)
-    options = {name: value for name, value in given.items() if name in known}
-    return RunOptions(**options), {n: v for n, v in given.items() if n not in known}
-
-
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Points of a run, or some of them, which are sent to where they are tested.
-
-    Attributes:
-        numbers: ``(n,)`` their numbers, increasing.
-        n_dim: In how many dimensions they lie.
-        given: ``(n, n_dim)`` where, for points that are not of LPτ.
-        rounds: ``(n,)`` the round in which each was proposed, 0 if it is of a sequence; ``None``
-            where nothing is proposed.
-        designs: ``(n, n_var)`` their designs, where these are given and not made of points.
+        numbers: ``(n,)`` the numbers of the points.
+        tests: Their tests; fewer where the run keeps some only.
+        n_called: For how many of the points the model was called.
     """
 
     numbers: NDArray[np.int64]
-    n_dim: int
-    given: Array | None = None
-    rounds: Array | None = None
-    designs: NDArray[Any] | None = None
+    tests: TestTable
+    n_called: int
 
-    def __post_init__(self) -> None:
-        """Write a range of numbers out."""
-        object.__setattr__(self, "numbers", np.asarray(self.numbers, dtype=np.int64))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Send consecutive numbers as a range: half a megabyte takes as long as 7000 designs."""
-        numbers: Any = self.numbers
-        if self._consecutive:
-            numbers = range(int(numbers[0]), int(numbers[-1]) + 1)
-        return Points, (numbers, self.n_dim, self.given, self.rounds, self.designs)
-
-    def __len__(self) -> int:
-        """Return how many points there are."""
-        return len(self.numbers)
-
-    @property
-    def _consecutive(self) -> bool:
-        return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
-
-    @property
-    def units(self) -> Array:
-        """``(n, n_dim)`` points of the unit cube."""
-        if self.given is not None:
-            return self.given
-        if self._consecutive:  # all at once is faster
-            return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
-        return lp_tau_at(self.numbers, self.n_dim)
-
-    def matrix(self, space: DesignSpace) -> NDArray[Any]:
-        """Return their ``(n, n_var)`` designs."""
-        return space.matrix(self.units) if self.designs is None else self.designs
-
-    def at(self, rows: NDArray[np.intp]) -> Points:
-        """Return the points in some rows, from 0."""
-        parts = (self.given, self.rounds, self.designs)
-        return Points(
-            self.numbers[rows], self.n_dim, *(None if a is None else a[rows] for a in parts)
-        )
-
-    def followed(self, numbers: NDArray[np.int64], units: Array, number_of_round: int) -> Points:
-        """Return these points, followed by those that a round has proposed."""
-        rounds = np.zeros(len(self)) if self.rounds is None else self.rounds
-        rounds = np.append(rounds, np.full(len(numbers), float(number_of_round)))
-        numbers, units = np.append(self.numbers, numbers), np.vstack([self.units, units])
-        return Points(numbers, self.n_dim, units, rounds)
+    def rows(self, rows: NDArray[np.bool_]) -> Block:
+        """Return some of a block that has all tests of its points."""
+        n_called = int(np.count_nonzero(rows)) if self.n_called else 0
+        return Block(self.numbers[rows], self.tests.rows(rows), n_called)
 
 
-class Store:
-    """The study of a run, or nothing where there is none.
+class Run:
+    """The testing of the points of a source.
 
     Args:
-        options: The options of the run.
-        table: A table without tests: the columns that the problem promises, and what makes its
-            tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
+        model: The model, which makes tests of values.
+        source: Where the points come from.
+        executor: What evaluates them.
+        store: Where tests are recalled and kept.
+        repeats: The results by design, where designs recur; ``None`` if they do not.
+        kept: Returns those of some tests that are given on; ``None`` for all.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        source: Source,
+        executor: Executor,
+        store: Store,
+        *,
+        repeats: Repeats | None = None,
+        kept: Callable[[TestTable], TestTable] | None = None,
+    ) -> None:
+        self.model = model
+        self.source = source
+        self.executor = executor
+        self.store = store
+        self._repeats = repeats
+        self._kept = kept
+        self._issued = Points.none()  # whose tests no block has given yet
+        self._n_opened = 0  # how many of them are submitted, or known
+        self._n_awaited = 0  # how many of them the next block waits for
+        self._last = 0  # the number of the last of these
+        self._arrived: list[Block] = []  # tests of issued points
+        self._work: Generator[Block] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies begin at the next block; what is being evaluated stays here."""
+        return self.__dict__ | {"_arrived": [], "_work": None}
+
+    @property
+    def empty(self) -> TestTable:
+        """The table without tests: the columns that the problem promises, and its identity."""
+        return self.store.empty
+
+    @property
+    def n_left(self) -> int:
+        """How many points have no test in a block so far; 0 where none is to come."""
+        return len(self._issued) + self.source.n_left
+
+    def tests(self) -> Generator[Block]:
+        """Test all points; yield blocks as they arrive, in any order, those of a study too.
+
+        Close it early to stop the workers.
+
+        Raises:
+            WorkerError: A worker process was lost, or the problem cannot be sent to one.
+        """
+        self._n_awaited = sys.maxsize
+        self._last = LAST
+        with closing(self._test_points()) as work:
+            for block in work:
+                is_left = ~np.isin(self._issued.numbers, block.numbers)
+                self._issued = self._issued.at(is_left)
+                self._n_opened -= len(block.numbers)
+                yield block
+
+    def next_points(self, count: int | None) -> Points:
+        """Return the points of the next block, the same ones until they are tested.
+
+        Args:
+            count: How many, at most; ``None`` for all that the source has given, or gives now.
+        """
+        least = 1 if count is None else count
+        while len(self._issued) < least:
+            points = self.source.ask(least - len(self._issued), self._n_free)
+            if len(points) == 0:
+                break
+            self._issued = self._issued.joined(points)
+        return self._issued.at(slice(0, count))
+
+    def block(self, count: int | None) -> Block:
+        """Test the next points; what arrives is stored within a second or two.
+
+        Args:
+            count: How many, as for :meth:`next_points`; there must be one.
+
+        Returns:
+            All their tests, by number.
+        """
+        points = self.next_points(count)
+        self._n_awaited = len(points)
+        self._last = last = int(points.numbers[-1])
+        with stored_at_termination(self.store):
+            try:
+                while sum(np.count_nonzero(b.numbers <= last) for b in self._arrived) < len(points):
+                    if self._work is None:
+                        self._work = self._test_points()
+                    self._arrived.append(next(self._work))
+                if self.executor.n_pending == 0:
+                    self._end_work()  # which gives the lock back; workers are kept
+            except BaseException:
+                self.close()
+                raise
+        self._issued = self._issued.at(slice(len(points), None))
+        self._n_opened -= len(points)
+        return self._taken(last)
+
+    def _taken(self, last: int) -> Block:
+        """Take what has arrived of points up to a number."""
+        blocks = []
+        later = []
+        for block in self._arrived:
+            is_due = block.numbers <= last
+            if is_due.all():
+                blocks.append(block)
+            else:
+                blocks.append(block.rows(is_due))
+                later.append(block.rows(~is_due))
+        self._arrived = later
+        tests = by_number([block.tests for block in blocks])
+        return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
+
+    def tell(self, tests: TestTable) -> None:
+        """Take and store tests of the next points, which were evaluated elsewhere."""
+        self.store.keep(tests)
+        self._issued = self._issued.at(slice(len(tests), None))
+        self.source.tell(tests)
+
+    def close(self) -> None:
+        """Give up what is being evaluated; what has arrived is in the study, if there is one."""
+        self._end_work()
+        self._arrived = []
+
+    def _end_work(self) -> None:
+        if self._work is not None:
+            self._work.close()
+        self._work = None
+
+    @property
+    def _n_free(self) -> int:
+        return self.executor.n_workers - self.executor.n_pending
+
+    def _test_points(self) -> Generator[Block]:
+        """Test the awaited points, and some ahead; yield blocks as they arrive."""
+        executor = self.executor
+        self._n_opened = 0
+        if self._repeats is not None:
+            self._repeats.waiting.clear()
+        with self.store.session() as recall:
+            try:
+                yield from self._open(recall, self._n_awaited)
+                if executor.n_pending:  # nothing ahead of points that are all known
+                    yield from self._open(recall, self._n_awaited + executor.ahead)
+                began = time.monotonic()
+                computed = 0.0
+                while executor.n_pending:
+                    computed += executor.wait()
+                    is_late = computed >= COMPUTED or time.monotonic() - began >= SECONDS
+                    is_complete = executor.n_pending == 0 or executor.first_pending > self._last
+                    if is_late or is_complete or self.source.eager:
+                        yield from self._receive(executor.take())
+                        began = time.monotonic()
+                        computed = 0.0
+                    yield from self._open(recall, self._n_awaited + executor.ahead)
+            finally:
+                if executor.n_evaluated:
+                    for _ in self._receive(executor.take()):
+                        pass  # it is stored; nobody waits for it
+                executor.close()
+
+    def _open(self, recall: Recall, count: int) -> Iterator[Block]:
+        """Open up to ``count`` issued points: yield known tests, and submit the other points."""
+        while self._n_opened < count:
+            room = self.executor.room
+            if room == 0:
+                return
+            if self._n_opened == len(self._issued):
+                if self.source.n_left == 0:
+                    return
+                points = self.source.ask(min(count - len(self._issued), room), self._n_free)
+                if len(points) == 0:
+                    return
+                self._issued = self._issued.joined(points)
+            end = min(count, self._n_opened + room)
+            points = self._issued.at(slice(self._n_opened, end))
+            self._n_opened += len(points)
+            for block in self._arrived:  # while the run was at work before
+                points = points.at(~np.isin(points.numbers, block.numbers))
+            if len(points) == 0:
+                continue
+            stored = recall(points.numbers)
+            if len(stored):
+                points = points.at(~np.isin(points.numbers, stored.numbers))
+                yield from self._arrive(stored.numbers, stored, n_called=0)
+            if len(points):
+                yield from self._submit(points)
+
+    def _submit(self, points: Points) -> Iterator[Block]:
+        """Yield the tests of points that need no evaluation, and submit the others."""
+        X = points.matrix(self.model.space)
+        violations = self.model.violations(X)
+        if violations.shape[1]:
+            unmet = np.asarray((violations > 0).any(axis=1))
+            n_unmet = int(np.count_nonzero(unmet))
+            self.model.problem.n_not_run += n_unmet
+            if n_unmet:
+                yield from self._answer(points.at(unmet), [{"failure": ""}] * n_unmet)
+            points = points.at(~unmet)
+            X = X[~unmet]
+        if self._repeats is not None:
+            new, known, values = self._repeats.sorted(points.numbers, X)
+            if values:
+                yield from self._answer(points.at(known), values)
+            points = points.at(new)
+        self.executor.submit(points)
+
+    def _receive(self, tested: Tested) -> Iterator[Block]:
+        """Keep and yield tests for which the model was called."""
+        self.store.keep(tested.tests, tested.seconds)
+        yield from self._arrive(tested.numbers, tested.tests, n_called=len(tested.numbers))
+
+    def _answer(self, points: Points, values: Sequence[Values]) -> Iterator[Block]:
+        """Keep and yield tests whose values are known without the model."""
+        tests = self.model.tests(points, values)
+        self.store.keep(tests, 0.0)
+        yield from self._arrive(points.numbers, tests, n_called=0)
+
+    def _arrive(
+        self, numbers: NDArray[np.int64], tests: TestTable, n_called: int
+    ) -> Iterator[Block]:
+        """Yield tests that are stored, and those of the same designs that waited for them."""
+        self.source.tell(tests)
+        kept = tests
+        if self._kept is not None and len(tests) == len(numbers):  # else the executor has filtered
+            kept = self._kept(tests)
+        repeated: list[int] = []
+        values: list[Values] = []
+        if self._repeats is not None:
+            repeated, values = self._repeats.learn(tests)
+            rows = np.searchsorted(self._issued.numbers, repeated)
+            points = self._issued.at(rows)
+        yield Block(numbers, kept, n_called)
+        if repeated:
+            yield from self._answer(points, values)
+
+
+class Repeats:
+    """The results of a run by design, where designs recur as no variable is real.
+
+    Args:
+        tests: Known tests.
 
     Attributes:
-        study: The study file; ``None`` stores nothing.
-        layout: The columns that the problem promises.
-        origin: Where the designs come from, for the readers of the study.
+        known: The values of every design that is known.
+        waiting: For each design being evaluated, the numbers of the other points with it.
     """
 
-    def __init__(self, options: RunOptions, table: TestTable) -> None:
-        self.study, self.layout, self._retry = None, table.layout, options.retry
-        self.origin = ""
-        if options.study is None:
-            return
-        path, share = Study(options.study).path, options.part if options.share else None
-        if os.path.exists(path) and os.path.isdir(path) != bool(share):
-            rule = "the name of a folder with a share=(k, n), of a file without one"
-            raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")
-        self.study = Study(f"{path}/{share.file}" if share else path)
-        # "LP-tau", not "LP-tau from point 1": every test has its number beside it
-        self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
-        self.study.begin(head_of(table), share if share and share.of > 1 else None)
+    def __init__(self, tests: TestTable) -> None:
+        self.known: dict[tuple[str, ...], Values] = {}
+        self.waiting: dict[tuple[str, ...], list[int]] = {}
+        self.learn(tests)
 
-    def writing(self) -> AbstractContextManager[None]:
-        """Keep others from testing points of the study while the body runs."""
-        return nullcontext() if self.study is None else self.study.writing()
+    def learn(self, tests: TestTable) -> tuple[list[int], list[Values]]:
+        """Learn the results of tests; return the points that waited for them, and their values."""
+        numbers: list[int] = []
+        answers: list[Values] = []
+        for key, values in zip(design_keys(tests.X), values_of_table(tests), strict=True):
+            self.known.setdefault(key, values)
+            for number in self.waiting.pop(key, ()):
+                numbers.append(number)
+                answers.append(values)
+        return numbers, answers
 
-    def recall(self, numbers: NDArray[np.int64]) -> TestTable:
-        """Return what is stored of increasing test points of the run and not to be retried."""
-        if self.study is None or len(numbers) == 0:
-            return TestTable.empty(self.layout)
-        first, last = int(numbers[0]), int(numbers[-1])
-        known = self.known(first, last - first + 1)
-        # the file of a share may have come to hold points of other shares
-        return known.rows(np.isin(known.numbers, numbers))
-
-    def known(self, first: int = 1, count: int = LAST) -> TestTable:
-        """Return what is stored of test points and not to be retried."""
-        stored = self.stored(first, count)
-        return stored.rows(~self.to_retry(stored))
-
-    def stored(self, first: int = 1, count: int = LAST) -> TestTable:
-        """Return what is stored of the test points from ``first`` on."""
-        if self.study is None:
-            return TestTable.empty(self.layout)
-        columns = self.study.contents(first, count)[1]
-        known = kinds_of_columns(self.layout)
-        # Tests of another run may have outputs that this one does not know yet.
-        outputs = tuple(name for name in columns if name not in known)
-        layout = replace(self.layout, outputs=self.layout.outputs + outputs)
-        head = head_of(TestTable.empty(layout))
-        return table_of(head, columns, self.study.path, TestTable)
-
-    def to_retry(self, stored: TestTable) -> NDArray[np.bool_]:
-        """``(n,)`` which of stored tests are failed ones to be evaluated once more."""
-        return np.asarray((stored.status == "failed") & (self._retry is not None))
-
-    @property
-    def kept(self) -> str:
-        """What is kept of an interrupted run, and how it goes on."""
-        if self.study is None:
-            return "no test is kept; with study='FILE.db' the same call would go on from the last"
-        return f"tests are kept in study {self.study.path}; the same call goes on from there"
-
-    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
-        """Store tests, and what each of them took; those that are stored already are left alone."""
-        if self.study is not None and len(tests):
-            self.study.append(columns_of(tests), origin=self.origin, seconds=seconds)
+    def sorted(
+        self, numbers: NDArray[np.int64], X: NDArray[Any]
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp], list[Values]]:
+        """Return which points, with designs X, to evaluate; which are known; and their values."""
+        new: list[int] = []
+        known: list[int] = []
+        answers: list[Values] = []
+        for row, key in enumerate(design_keys(X)):
+            if key in self.known:
+                known.append(row)
+                answers.append(self.known[key])
+            elif key in self.waiting:
+                self.waiting[key].append(int(numbers[row]))
+            else:
+                self.waiting[key] = []
+                new.append(row)
+        return np.array(new, dtype=np.intp), np.array(known, dtype=np.intp), answers
 
 
-def in_groups(
-    results: Generator[Result],
-    keep: Callable[[NDArray[np.intp], tuple[Values, ...], NDArray[np.float64]], None],
-    at_once: Callable[[Result], bool] = lambda result: False,
-) -> Generator[None]:
-    """Take results, a step for each, and keep them in groups, all of them whatever ends it.
+def run_of_sequence(
+    problem: Any,
+    n_points: int,
+    options: RunOptions,
+    *,
+    keep: str = "all",
+    n_jobs: int = 1,
+    whole: bool = True,
+    method: str = "",
+    source_of: SourceMaker | None = None,
+) -> Run:
+    """Return a run that tests the points of a sequence, or a share of them.
 
     Args:
-        results: The results; they are closed at the end.
-        keep: Keeps a group, its indices, values and seconds; about every second, and at the end.
-        at_once: Whether a result and those before it are to be kept without delay.
+        problem: A pymoo problem.
+        n_points: How many points the run has, those of other shares too.
+        options: The options of the run.
+        keep: Which tests are given: ``"all"``, the ``"feasible"`` ones, or the ``"pareto"`` set of
+            each block.
+        n_jobs: Processes for a vectorised problem; -1 for as many as there are cores.
+        whole: Whether all points are going to be tested, or a termination may end the run before.
+        method: By what designs are proposed after these points, for the study.
+        source_of: Returns the source, which may give others after these points; unless given, it
+            gives these points alone.
     """
-    group: list[Result] = []
-    began, computed = time.monotonic(), 0.0
+    model = Model(problem, options)
+    require_limits(options.limits, model.layout)
+    integer("n_points", n_points, minimum=1)
+    points, n_all = points_of_sequence(options, n_points, model.problem, model.space)
+    sampling = options.sampling_in(points.n_dim)
+    table = table_of_run(model, options, lambda: sampling.identity(n_all, options.seed) + method)
+    store = store_of(table, options)
+    repeats = None
+    if model.space.finite and (model.elementwise or n_jobs == 1):
+        repeats = Repeats(store.known())
+    kept = None if keep == "all" else partial(kept_tests, keep, options.limits)
+    # Where neither a study nor repetitions need all tests, they are filtered where they are made.
+    filters_early = options.study is None and repeats is None
+    executor = executor_of(
+        model,
+        options,
+        n_points=len(points),
+        n_jobs=n_jobs,
+        whole=whole,
+        kept=kept if filters_early else None,
+    )
+    if source_of is None:
+        source: Source = PlannedPoints(points)
+    else:
+        source = source_of(points, model, store, executor)
+    return Run(model, source, executor, store, repeats=repeats, kept=kept)
 
-    def flush() -> None:
-        nonlocal began, computed
-        indices, values, seconds = zip(*group, strict=True)
-        group.clear()
-        keep(np.array(indices), values, np.array(seconds))
-        began, computed = time.monotonic(), 0.0
 
-    try:
-        with closing(results):
-            for result in results:
-                group.append(result)
-                computed += result[2]
-                late = computed >= COMPUTED or time.monotonic() - began >= SECONDS
-                if at_once(result) or late:
-                    flush()
-                yield
-    finally:
-        if group:
-            flush()
+def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]) -> TestTable:
+    """Return the table of a run without tests, with what makes its tests belong together.
 
+    Args:
+        model: The model.
+        options: The options of the run.
+        sampling: Returns what the study calls the origin of the points.
 
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM, which like Ctrl-C no model takes for a failure of a design."""
-
-
-@contextmanager
-def stored_at_termination(store: Store | None = None) -> Iterator[None]:
-    """Let SIGTERM end the process after the body has stored what has arrived.
-
-    Clusters send it before they kill. A handler of the user's is left alone. Where there is a
-    store, an interrupt that leaves the body says what is kept.
+    Raises:
+        PsiError: A file cannot hold the identity, and a study or a share needs it.
     """
-    main = threading.current_thread() is threading.main_thread()
-    ours = main and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
-
-    def interrupt(*_: Any) -> None:
-        raise _Terminated
-
-    if ours:
-        signal.signal(signal.SIGTERM, interrupt)
+    table = TestTable.empty(model.layout)
     try:
-        yield
-    except KeyboardInterrupt as error:
-        if ours and isinstance(error, _Terminated):
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
-            os.kill(os.getpid(), signal.SIGTERM)
-        if store is not None:
-            error.args = error.args or (store.kept,)  # the last line of what Python prints
-        raise
-    finally:
-        if ours:
-            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        identity = problem_identity(model.problem, model.space)
+        text = identity_text(identity | {"sampling": sampling(), "key": options.study_key})
+    except PsiError:
+        # Shares must be of the same points, whether they are stored or not.
+        if options.study is not None or options.part.of > 1:
+            raise
+        return table
+    return replace(table, problem=json.loads(text))
+
+
+def by_number(tables: Sequence[TestTable]) -> TestTable:
+    """Return tables that have no test in common as one, by number."""
+    # Blocks of workers come in any order; rows that are sorted then need no second copy.
+    first, *others = sorted(tables, key=_first_number)
+    table = first.extended(*others)
+    if (np.diff(table.numbers) < 0).any():
+        table = table.rows(np.argsort(table.numbers))
+    return table
+
+
+def _first_number(table: TestTable) -> int:
+    return int(table.numbers.min(initial=LAST)) if len(table) else 0

@@ -7,23 +7,30 @@ has them before they are tested. So a run that is killed goes on as if nothing h
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.core.algorithm import Algorithm
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import boolean, integer
-from pymoo_psi.algorithms._engine import by_number
+from pymoo_psi.algorithms._executor import Executor, Model
+from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded, propose
-from pymoo_psi.algorithms._psi import PSI
-from pymoo_psi.algorithms._run import Points
+from pymoo_psi.algorithms._psi import PointAlgorithm
+from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
+from pymoo_psi.algorithms._sources import Points, Source
+from pymoo_psi.algorithms._store import Store
 from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
-from pymoo_psi.problems import known_expressions
-from pymoo_psi.study import LAST
-from pymoo_psi.table import TestTable
+from pymoo_psi.problems import DesignSpace, known_expressions
+from pymoo_psi.study import Proposal
+from pymoo_psi.table import Limits, TestTable
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 Array = NDArray[np.float64]
 
@@ -38,7 +45,7 @@ _POINTS = 20  # a sample that shows a heavy tail; more tell less than as many pr
 _LEAST = 4  # tests that are known, below which no surrogate is made
 
 
-class SurrogatePSI(PSI):
+class SurrogatePSI(PointAlgorithm):
     """Few evaluations spent well: test points first, then designs that surrogates propose.
 
     It begins as :class:`PSI`. Then surrogates of all objectives and constraints are made from all
@@ -95,9 +102,7 @@ class SurrogatePSI(PSI):
         [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]
     """
 
-    # A share of the points or blocks of them have no meaning here.
-    _without = ("share", "block_size", "seed")
-
+    @takes(SearchKeywords)
     def __init__(
         self,
         n_evaluations: int,
@@ -105,153 +110,277 @@ class SurrogatePSI(PSI):
         n_points: int | None = None,
         batch: int | None = None,
         asynchronous: bool | None = None,
-        **options: Any,
+        **options: Unpack[SearchKeywords],
     ) -> None:
-        super().__init__(integer("n_evaluations", n_evaluations, minimum=1), **options)
+        run, keywords = run_options("SurrogatePSI", options, SearchKeywords, Algorithm)
+        integer("n_evaluations", n_evaluations, minimum=1)
         self._batch = None if batch is None else integer("batch", batch, minimum=1)
         self._asynchronous = None if asynchronous is None else boolean("asynchronous", asynchronous)
-        self._asked = _POINTS if n_points is None else integer("n_points", n_points, minimum=1)
-        self._ends: list[int] = []  # how many tests there are at the start, after each round
-        self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
+        self._n_sequence = _POINTS if n_points is None else integer("n_points", n_points, minimum=1)
+        super().__init__(n_evaluations, run, None, **keywords)
 
-    def _setup(self, problem: Any, **kwargs: Any) -> None:
+    def begin(self, options: RunOptions, whole: bool) -> Run:
+        """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
         self.seed = self.seed or 0
         batches = self._batch or f"{_FEW}, from {_LITTLE} tests on {_BATCH}"
         # of the points all, also where a run ends among them, as it may go on
-        what = f", {self._asked} points, then proposals in batches of {batches}"
-        size = min(self._asked, self.n_points)
-        self._engine = self._engine_of(size, method=f"{what}, seed {self.seed}")
-        workers, overlap = self._engine.n_workers, self._asynchronous
+        method = (
+            f", {self._n_sequence} points, then proposals in batches of {batches}, seed {self.seed}"
+        )
+        return run_of_sequence(
+            self.problem,
+            min(self._n_sequence, self.n_points),
+            replace(options, seed=self.seed),
+            whole=whole,
+            method=method,
+            source_of=self._source,
+        )
+
+    def _source(
+        self, points: Points, model: Model, store: Store, executor: Executor
+    ) -> SurrogateSource:
+        overlap = self._asynchronous
         if overlap is None:
-            overlap = workers > (self._batch or _BATCH)
-        self._engine.extend = self._extend if overlap and workers else None
-        points = self._engine.points
-        self._engine.points = replace(points, given=points.units, rounds=np.zeros(len(points)))
-        self._tests = self._engine.table
-        self._ends = [len(points)]
-        self._n_tests = self.n_points - size + len(points)  # more by `fill`, not evaluated
+            overlap = executor.n_workers > (self._batch or _BATCH)
+        rounds = _Rounds(self.seed or 0, self._batch, executor.n_workers if overlap else 0)
+        n_proposed = max(0, self.n_points - self._n_sequence)
+        return SurrogateSource(model, store, self.limits, points, n_proposed, rounds)
 
-    def _rows(self) -> NDArray[np.intp]:
-        """Return the rows of the points that are tested next; those of a round are proposed."""
-        if self.n_tested == len(self._engine.points):
-            self._extend()
-        return np.arange(self.n_tested, len(self._engine.points))
 
-    def _extend(self) -> None:
-        """Add the designs of a round to the points, as many as are left."""
-        points = self._engine.points
-        if left := self._n_tests - len(points):
-            size = self._engine.n_idle or (_FEW if len(points) < _LITTLE else _BATCH)
-            first = int(points.numbers[-1]) + 1
-            made = self._round(first, self._batch or size)
-            self._ends.append(len(points) + len(made))
-            units, turn = made[:left], len(self._ends) - 1
-            self._engine.points = points.followed(first + np.arange(len(units)), units, turn)
+@dataclass(frozen=True)
+class _Rounds:
+    """How rounds are proposed.
 
-    def _round(self, first: int, size: int) -> Array:
-        """Return the points that a round proposes, those of the study if it has them."""
-        # Of asynchronous rounds some designs before have no test yet.
-        study, points = self._engine.store.study, self._engine.points
-        table = by_number([self._tests, self._engine.arrived()])
-        pending = points.at(np.flatnonzero(~np.isin(points.numbers, table.numbers)))
+    Attributes:
+        seed: The seed of the random numbers.
+        batch: How many designs; ``None`` follows the number of tests or of free workers.
+        n_workers: How many workers get the next round while others are at work; 0 if a round waits
+            for all tests.
+    """
+
+    seed: int
+    batch: int | None
+    n_workers: int
+
+    def size(self, n_points: int, n_free: int) -> int:
+        """Return the size of a round after some points, for so many free workers."""
+        if self.batch is not None:
+            return self.batch
+        if self.n_workers:
+            # A quarter more than are free, so that these need not wait for the next proposals.
+            return n_free + max(1, self.n_workers // 4)
+        return _FEW if n_points < _LITTLE else _BATCH
+
+
+class SurrogateSource(Source):
+    """Points of a sequence, then rounds of proposals from surrogates of all tests.
+
+    Args:
+        model: The model.
+        store: Where proposals are stored before they are tested.
+        limits: The limits, which proposals keep.
+        sequence: The points that come first.
+        n_proposed: How many points are proposed.
+        rounds: How rounds are proposed.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        store: Store,
+        limits: Limits | None,
+        sequence: Points,
+        n_proposed: int,
+        rounds: _Rounds,
+    ) -> None:
+        self._model = model
+        self._store = store
+        self._limits = limits
+        self._sequence = replace(sequence, given=sequence.units, rounds=np.zeros(len(sequence)))
+        self._n_points = len(sequence) + n_proposed
+        self._rounds = rounds
+        self.eager = rounds.n_workers > 0
+        self._points = Points.none()  # all that were given
+        self._tests = store.empty
+        self._ends = [len(sequence)]  # how many points there are at the start, after each round
+        self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
+        self._proposals: list[Proposal] | None = None  # of the study
+
+    @property
+    def n_left(self) -> int:
+        """How many points it will still give."""
+        return self._n_points - len(self._points)
+
+    def tell(self, tests: TestTable) -> None:
+        """Take tests; a later test of the same point is left out."""
+        is_new = ~np.isin(tests.numbers, self._tests.numbers)
+        self._tests = self._tests.extended(tests.rows(is_new))
+
+    def ask(self, count: int, n_free: int) -> Points:
+        """Return the points of the sequence, and then a round of proposals when one is due."""
+        points = self._next(n_free)
+        self._points = self._points.joined(points)
+        return points
+
+    def _next(self, n_free: int) -> Points:
+        if len(self._points) == 0:
+            return self._sequence
+        is_pending = ~np.isin(self._points.numbers, self._tests.numbers)
+        is_due = not is_pending.any() or (self.eager and n_free >= 0)
+        if self.n_left == 0 or not is_due:
+            return Points.none()
+        size = self._rounds.size(len(self._points), n_free)
+        first = int(self._points.numbers[-1]) + 1
         turn = len(self._ends)
-        stored = [] if study is None else study.proposals(first, LAST - first)
+        units = self._round(first, size, self._points.at(is_pending))
+        self._ends.append(len(self._points) + len(units))
+        units = units[: self.n_left]
+        numbers = first + np.arange(len(units))
+        return Points(numbers, self._points.n_dim, units, np.full(len(units), float(turn)))
+
+    def _round(self, first: int, size: int, pending: Points) -> Array:
+        """Return the points that a round proposes, those of the study if it has them."""
+        turn = len(self._ends)
+        if self._proposals is None:
+            self._proposals = self._store.proposals()
+        stored = [proposal for proposal in self._proposals if proposal[0] >= first]
         if not stored:
             # Several threads would spin at matrices as small as these, ten times as long where
             # other work is going on, and their sums differ in the last digits from those of one.
             with threadpool_limits(limits=1, user_api="blas"):
-                made = self._proposed(size, table, pending)
-            if study is None:
-                return made
-            # All tests before them were known but these.
-            more = {"pending": pending.numbers.tolist()} if len(pending) else {}
-            contents = [{"point": point} | more for point in made.tolist()]
-            rows = [(n, turn, "surrogates", content) for n, content in enumerate(contents, first)]
+                units = self._proposed(size, pending)
+            content: dict[str, Any] = {}
+            if len(pending):  # all tests before them were known but these
+                content["pending"] = pending.numbers.tolist()
+            proposals = []
+            for number, point in enumerate(units.tolist(), first):
+                proposals.append((number, turn, "surrogates", {"point": point} | content))
             # Another process may have proposed the same meanwhile: one file, one truth.
-            stored = study.propose(rows)
-        return np.array([content["point"] for _, n, _, content in stored if n == turn])
+            stored = self._store.propose(proposals)
+        points = []
+        for _, number_of_round, _, content in stored:
+            if number_of_round == turn:
+                points.append(content["point"])
+        return np.array(points)
 
-    def _proposed(self, size: int, table: TestTable, pending: Points) -> Array:
+    def _proposed(self, size: int, pending: Points) -> Array:
+        """Return ``(size, d)`` points that surrogates of the tests propose."""
+        table = by_number([self._tests])
         goal, further = self._goal(table)
-        last = self._engine.points.numbers[self._ends[0] - 1]
+        last = self._points.numbers[self._ends[0] - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
         tests = self._known_tests(table, n_uniform, further, pending)
-        # up to how many tests lengths are fitted: of rising numbers the last one that is reached
-        fitted = n_uniform
+        # up to how many tests lengths are fitted: of increasing numbers the last one reached
+        n_fitted = n_uniform
         for end in self._ends:
-            if fitted * _GROWTH <= end <= len(table):
-                fitted = end
+            if n_fitted * _GROWTH <= end <= len(table):
+                n_fitted = end
         known = ~tests.unknown
-        if known[:fitted].sum() < _LEAST:
-            fitted = len(table)
-        if self._fitted[0] != fitted:
-            rows, fit = np.flatnonzero(known[:fitted]), None
+        if known[:n_fitted].sum() < _LEAST:
+            n_fitted = len(table)
+        if self._fitted[0] != n_fitted:
+            rows = np.flatnonzero(known[:n_fitted])
+            fit = None
             if len(rows) >= _LEAST:
-                uniform = max(int(known[:n_uniform].sum()), _LEAST)
+                n_known_uniform = max(int(known[:n_uniform].sum()), _LEAST)
                 Z = goal.encode(tests.points[rows])
-                fit = Fit.of(Z, bounded(tests.Y[rows]), uniform, goal.n_obj)
-            self._fitted = fitted, fit
+                fit = Fit.of(Z, bounded(tests.Y[rows]), n_known_uniform, goal.n_obj)
+            self._fitted = n_fitted, fit
         turn = len(self._ends) - 1
-        random = np.random.default_rng([self.seed or 0, turn])
+        random = np.random.default_rng([self._rounds.seed, turn])
         return propose(tests, self._fitted[1], goal, size, turn, random)
 
     def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
         """Return what is searched for, and the further outputs that have limits."""
-        layout, space, problem = table.layout, self._engine.space, self._engine.model
-        names = [v.name for v in space.searched]
-        low, high = np.zeros(len(names)), np.ones(len(names))
-        n_obj, n_ieq = problem.n_obj, problem.n_ieq_constr
-        known = n_obj + n_ieq + problem.n_eq_constr
-        bounds = [(j, -np.inf if j < n_obj + n_ieq else 0.0, 0.0) for j in range(n_obj, known)]
+        layout = table.layout
+        space = self._model.space
+        problem = self._model.inner
+        names = [variable.name for variable in space.searched]
+        low = np.zeros(len(names))
+        high = np.ones(len(names))
+        n_obj = problem.n_obj
+        n_inequalities = n_obj + problem.n_ieq_constr
+        n_outputs = n_inequalities + problem.n_eq_constr
+        bounds = []
+        for j in range(n_obj, n_outputs):
+            least = -np.inf if j < n_inequalities else 0.0
+            bounds.append((j, least, 0.0))
         further: list[str] = []
-        for name, (least, greatest) in table.under(limits=self.limits).limits.items():
-            if name in layout.objectives:
-                pair = (-greatest, -least) if name in layout.maximize else (least, greatest)
-                bounds.append((layout.objectives.index(name), *pair))
+        for name, (least, greatest) in table.under(limits=self._limits).limits.items():
+            if name in layout.maximize:
+                bounds.append((layout.objectives.index(name), -greatest, -least))
+            elif name in layout.objectives:
+                bounds.append((layout.objectives.index(name), least, greatest))
             elif name in layout.outputs:
-                bounds.append((known + len(further), least, greatest))
+                bounds.append((n_outputs + len(further), least, greatest))
                 further.append(name)
             elif name in names:
                 j = names.index(name)
                 low[j], high[j] = space.searched[j].between(least, greatest)
-        goal = Goal(n_obj, bounds, low, high, self._required, partial(encoded, space))
+        goal = Goal(n_obj, bounds, low, high, self._violations, partial(encoded, space))
         expressions = known_expressions(problem)
         # Expressions are not learned, but the outputs of the program that they are made of.
         used = {name for output in expressions.values() for name in output.operands}
         if not used:
             return goal, further
-        made = [n for n in used if n in layout.outputs and n not in expressions]
-        places = {n: known + len(further) + j for j, n in enumerate(sorted(made))}
-        places |= {n: j for j, n in enumerate(problem.objectives)}
+        learned = []
+        for name in sorted(used):
+            if name in layout.outputs and name not in expressions:
+                learned.append(name)
+        places = {name: n_outputs + len(further) + j for j, name in enumerate(learned)}
+        places |= {name: j for j, name in enumerate(problem.objectives)}
+        compute = partial(_computed, problem, space, places)
+        return replace(goal, compute=compute), further + learned
 
-        def compute(points: Array, Y: Array) -> Array:
-            columns = dict(zip(problem.variables, space.matrix(points).T, strict=True))
-            turned = {n: -1 if n in problem.maximize else 1 for n in places}
-            columns |= {n: Y[:, j] * turned[n] for n, j in places.items()}
-            for j, values in problem.computed(columns).items():
-                Y[:, j] = values
-            return bounded(Y)
-
-        return replace(goal, compute=compute), further + sorted(made)
-
-    def _required(self, points: Array) -> Array:
+    def _violations(self, points: Array) -> Array:
         """Return ``(n, k)`` by how much points violate requirements."""
-        return self._engine.amounts(self._engine.space.matrix(points))
+        return self._model.violations(self._model.space.matrix(points))
 
     def _known_tests(
         self, table: TestTable, n_uniform: int, further: Sequence[str], pending: Points
     ) -> KnownTests:
-        failed, n_ieq = table.status == "failed", self._engine.model.n_ieq_constr
-        required = table.G[:, n_ieq:]  # behind the model's own
-        unknown = failed | (required > 0).any(axis=1)
+        """Return what surrogates learn from.
+
+        Args:
+            table: All tests.
+            n_uniform: How many of them, the first, are of the sequence.
+            further: The outputs that are learned beside objectives and constraints.
+            pending: The points that are being tested.
+        """
+        failed = table.status == "failed"
+        n_ieq = self._model.inner.n_ieq_constr
+        unmet = (table.G[:, n_ieq:] > 0).any(axis=1)  # requirements follow the model's own
+        unknown = failed | unmet
         uniform = table.F[:n_uniform][~unknown[:n_uniform]]
         F = without_penalties(table.F, uniform)
-        G = below_zero(np.where(unknown[:, None], np.nan, table.G[:, :n_ieq]), n_uniform)
+        G = np.where(unknown[:, None], np.nan, table.G[:, :n_ieq])
+        G = below_zero(G, n_uniform)
         return KnownTests(
-            self._engine.space.points(table.X),
+            self._model.space.points(table.X),
             np.column_stack([F, G, table.H, *map(table.column, further)]),
-            table.under(limits=self.limits).eligible(),
+            table.under(limits=self._limits).eligible(),
             failed,
             unknown,
             pending.units,
         )
+
+
+def _computed(
+    problem: Any, space: DesignSpace, places: dict[str, int], points: Array, Y: Array
+) -> Array:
+    """Return ``(n, q)`` outputs of points, those that are expressions computed from the others.
+
+    Args:
+        problem: A problem that has expressions.
+        space: Its variables.
+        places: The columns of ``Y`` of what expressions use.
+        points: ``(n, d)`` points of the unit cube.
+        Y: ``(n, q)`` outputs as surrogates predict them; it is changed.
+    """
+    columns = dict(zip(problem.variables, space.matrix(points).T, strict=True))
+    for name, j in places.items():
+        sign = -1 if name in problem.maximize else 1
+        columns[name] = Y[:, j] * sign
+    for j, values in problem.computed(columns).items():
+        Y[:, j] = values
+    return bounded(Y)

@@ -17,11 +17,11 @@ from pymoo.optimize import minimize
 
 from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.algorithms import (
-    Engine,
     Recorded,
     RunOptions,
     by_number,
     nsga3,
+    run_of_sequence,
     stored_at_termination,
 )
 from pymoo_psi.cli._app import Options
@@ -223,15 +223,16 @@ def _by_psi(
     block_size = min(65_536, max(64, -(-points // 32)))
     if problem.elementwise:
         jobs = 1
-    engine = Engine(problem, points, replace(run, block_size=block_size), n_jobs=jobs)
-    count = _counting(show, len(engine.points), formulation)
-    tables = [engine.table]
+    options = replace(run, block_size=block_size)
+    investigation = run_of_sequence(problem, points, options, n_jobs=jobs)
+    count = _counting(show, investigation.n_left, formulation)
+    tables = [investigation.empty]
     n_evaluated = 0
-    with closing(engine.tests()) as blocks:
-        for tests, called in blocks:
-            count(tests)
-            tables.append(tests)
-            n_evaluated += int(called.sum())
+    with closing(investigation.tests()) as blocks:
+        for block in blocks:
+            count(block.tests)
+            tables.append(block.tests)
+            n_evaluated += block.n_called
     return _search(problem, by_number(tables), formulation, n_evaluated)
 
 

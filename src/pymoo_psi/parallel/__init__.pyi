@@ -10,3 +10,4 @@ from ._progress import progress_bar as progress_bar
 from ._runner import JoblibRunner as JoblibRunner
 from ._runner import active_workers as active_workers
 from ._runner import in_parallel as in_parallel
+from ._runner import stream_tasks as stream_tasks

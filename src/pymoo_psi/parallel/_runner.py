@@ -192,19 +192,19 @@ def _evaluated(f: Function, waiting: Waiting) -> list[Result]:
     return list(evaluate_here(f, waiting, moment=0.0))
 
 
-def in_parallel(
-    function: Callable[[Any], Any], tasks: Iterable[Any], n_jobs: int
+def stream_tasks(
+    function: Callable[[Any], Any], waiting: Waiting, n_jobs: int
 ) -> Generator[tuple[int, Any]]:
-    """Give the number and the result of each task as soon as it is done.
+    """Do the tasks of a queue; yield the index and the result of each as soon as it is done.
 
     Close early to stop the workers: what the collector of garbage does, it does at any time and in
     any thread.
 
     Args:
         function: What to do with a task; it is sent to a worker once.
-        tasks: The tasks; they are taken as results are read, so that there may be any number.
-        n_jobs: Number of workers, as of :class:`~pymoo_psi.JoblibRunner`; where it is 1, the tasks
-            are done in this process.
+        waiting: A deque of pairs: an index, different for each, and a task. It is emptied; more
+            tasks may be added while the results are read.
+        n_jobs: Number of workers, as of :class:`~pymoo_psi.JoblibRunner`; 1 is this process.
 
     Raises:
         WorkerError: A worker was lost, or cannot load the function.
@@ -212,17 +212,34 @@ def in_parallel(
     """
     count = active_workers(n_jobs)
     if count == 1:
-        for number, task in enumerate(tasks):
-            yield number, function(task)
+        while waiting:
+            index, task = waiting.popleft()
+            yield index, function(task)
         return
-    left = enumerate(tasks)
-    waiting = deque(islice(left, _TASKS_AHEAD * count))
     try:
-        with closing(JoblibRunner(n_jobs).by_workers(function, waiting, count)) as done:
-            for number, result, _ in done:
-                yield number, result
-                waiting.extend(islice(left, 1))
+        with closing(JoblibRunner(n_jobs).by_workers(function, waiting, count)) as results:
+            for index, result, _ in results:
+                yield index, result
     except EvaluationError as error:
         if error.original is None:
             raise WorkerError(f"a worker process failed: {error.reason}") from error
         raise error.original from error.original.__cause__
+
+
+def in_parallel(
+    function: Callable[[Any], Any], tasks: Iterable[Any], n_jobs: int
+) -> Generator[tuple[int, Any]]:
+    """Do tasks, of which there may be any number; they are taken as results are read.
+
+    Args:
+        function: See :func:`stream_tasks`, also for what it yields and raises.
+        tasks: The tasks; their numbers from 0 are the indices.
+        n_jobs: Number of workers; 1 is this process.
+    """
+    rest = enumerate(tasks)
+    n_ahead = 1 if n_jobs == 1 else _TASKS_AHEAD * active_workers(n_jobs)
+    waiting = deque(islice(rest, n_ahead))
+    with closing(stream_tasks(function, waiting, n_jobs)) as results:
+        for index, result in results:
+            yield index, result
+            waiting.extend(islice(rest, 1))

@@ -218,6 +218,24 @@ class Study:
         with self._transaction() as (db, facts):
             return facts, _selected(db, facts["head"], first, first + count - 1)
 
+    def numbers(self, first: int = 1, *, failed: bool = True) -> NDArray[np.int64]:
+        """Return the numbers of the stored tests, increasing.
+
+        Args:
+            first: Number of the first test point of interest.
+            failed: Whether failed tests are of interest, too.
+
+        Raises:
+            StudyError: As :meth:`facts`.
+        """
+        query = (
+            "SELECT test_point FROM tests WHERE test_point >= ? AND (? OR status <> 'failed') "
+            "ORDER BY test_point"
+        )
+        with self._transaction() as (db, _):
+            rows = db.execute(query, (first, failed))
+            return np.fromiter((number for (number,) in rows), np.int64)
+
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Commit designs that are going to be tested, unless others are stored under their numbers.
 

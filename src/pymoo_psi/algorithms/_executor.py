@@ -1,0 +1,474 @@
+"""Executors: they evaluate points on whatever there is and give their tests in any order.
+
+The designs of a model that is evaluated one by one are a single stream to its workers, none of
+which waits for another. Points of a vectorised model go in pieces that take about a second, in this
+process or in others, where each piece is generated, evaluated and filtered.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Generator, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import mapping
+from pymoo_psi.algorithms._options import RunOptions
+from pymoo_psi.algorithms._sources import Points
+from pymoo_psi.parallel import (
+    JoblibRunner,
+    Result,
+    Values,
+    Waiting,
+    active_workers,
+    stream_tasks,
+)
+from pymoo_psi.problems import (
+    DesignSpace,
+    columns_of_values,
+    design_space,
+    evaluate_designs,
+    problem_layout,
+    required,
+    stream_designs,
+    streams,
+    untolerant,
+    without_requirements,
+)
+from pymoo_psi.study import LAST
+from pymoo_psi.table import PROPOSAL_ROUND, RESERVED, Layout, TestTable
+
+Array = NDArray[np.float64]
+
+# Points that may wait for workers: as many as can be held easily.
+_WAITING = 4096
+# Points for each worker that may be evaluated ahead where a termination may end the run. With 8,
+# the slowest design of a block takes as long as 8 others.
+_NEAR = 8
+# A piece of a run with a study takes about so many seconds: a commit of some milliseconds does not
+# count beside them, and not much more is lost when the process is killed.
+_SECONDS = 1.0
+# Designs in the first piece of a run with a study: enough to measure the cost of one, and few
+# enough that a model of seconds a design loses minutes only.
+_LEAST = 64
+# 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
+_LARGEST, _LARGEST_ELEMENTWISE = 65_536, 64
+# Pieces for each worker of a run without a study, so that the last ones end at about the same time.
+_PIECES = 8
+# Pieces for each worker that are under way, wait for it, or are done and wait to be read.
+_PIECES_AHEAD = 4
+
+
+class Tested(NamedTuple):
+    """What an executor gives: tests of points.
+
+    Attributes:
+        numbers: ``(n,)`` the numbers of the points.
+        tests: Their tests; fewer where an executor filters.
+        seconds: ``(n,)`` what the evaluation of each took.
+    """
+
+    numbers: NDArray[np.int64]
+    tests: TestTable
+    seconds: Array
+
+
+class Executor:
+    """Evaluates points; it knows nothing of studies, of points still to come, or of algorithms.
+
+    Points are submitted in the order of their numbers, also while others are evaluated. Copies have
+    the settings; what is being evaluated stays with the executor.
+
+    Attributes:
+        n_workers: How many workers evaluate designs without waiting for one another, or 0.
+        ahead: How many points beyond those that are awaited it should be given, so that no worker
+            waits.
+    """
+
+    n_workers = 0
+    ahead = 0
+
+    def __init__(self) -> None:
+        self._clear()
+
+    def _clear(self) -> None:
+        self._points = Points.none()
+        self._waiting: Waiting = deque()
+        self._pending: dict[int, Any] = {}  # what waits or is evaluated, by the first number
+        self._evaluated: list[Any] = []
+        self._results: Generator[Any] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the settings."""
+        cleared = ("_points", "_waiting", "_pending", "_evaluated", "_results")
+        return {name: value for name, value in vars(self).items() if name not in cleared}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Begin without points."""
+        self.__dict__.update(state)
+        self._clear()
+
+    @property
+    def room(self) -> int:
+        """How many more points to submit now; 0 while enough of them wait."""
+        raise NotImplementedError
+
+    @property
+    def n_pending(self) -> int:
+        """How many points, or pieces of points, are submitted and not evaluated yet."""
+        return len(self._pending)
+
+    @property
+    def first_pending(self) -> int:
+        """The number of the first pending point; the largest number if none is pending."""
+        return next(iter(self._pending), LAST)
+
+    @property
+    def n_evaluated(self) -> int:
+        """How many points, or pieces of points, are evaluated and not taken yet."""
+        return len(self._evaluated)
+
+    def submit(self, points: Points) -> None:
+        """Take points to evaluate, with numbers above those of all before."""
+        raise NotImplementedError
+
+    def wait(self) -> float:
+        """Wait until more is evaluated; return what it took, in seconds of a worker."""
+        raise NotImplementedError
+
+    def take(self) -> Tested:
+        """Return the tests of the evaluated points, in the order in which they were evaluated."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Give up what is pending and not taken; workers with nothing to do are kept."""
+        if self._results is not None:
+            if not self._pending:
+                next(self._results, None)  # the end, where workers become idle
+            self._results.close()
+        self._clear()
+
+
+class Model:
+    """The model of a run: a problem, its variables, and tests made of its values.
+
+    Args:
+        problem: A pymoo problem.
+        options: The options of the run.
+
+    Attributes:
+        problem: The problem with its requirements, not tolerant of failures.
+        inner: The same problem without its requirements.
+        space: Its variables.
+        layout: The columns that the problem promises.
+    """
+
+    def __init__(self, problem: Any, options: RunOptions) -> None:
+        self.problem = required(untolerant(problem), options.requirements)
+        self.inner = without_requirements(self.problem)
+        names = mapping("names", options.names or {}, "names such as f1 to your own")
+        log = options.log
+        if log is not None:
+            default_names = {own: name for name, own in names.items()}
+            log = [default_names.get(name, name) for name in log]
+        self.space = design_space(self.problem, log=log)
+        columns = options.names, options.maximize, options.units
+        self.layout = problem_layout(self.problem, self.space, *columns)
+
+    @property
+    def elementwise(self) -> bool:
+        """Whether the problem is evaluated one design at a time."""
+        return bool(self.problem.elementwise)
+
+    def violations(self, X: NDArray[Any]) -> Array:
+        """``(n, k)`` by how much n designs violate the k requirements; <= 0 where they are met."""
+        if self.problem is self.inner:
+            return np.zeros((len(X), 0))
+        violations: Array = self.problem.amounts(X)
+        return violations
+
+    def tests(self, points: Points, values: Sequence[Values], X: Any = None) -> TestTable:
+        """Return the tests of points.
+
+        Args:
+            points: The points.
+            values: The values of each, as the problem without its requirements gives them.
+            X: Their ``(n, n_var)`` designs where these are not those of the points.
+        """
+        if X is None:
+            X = points.matrix(self.space)
+        # Requirements follow the model's own constraints; they are computed, whatever happened.
+        n_ieq = self.inner.n_ieq_constr
+        rows = []
+        for row in values:
+            if "G" in row:
+                row = row | {"G": row["G"][:n_ieq]}
+            rows.append(row)
+        out = columns_of_values(self.inner, rows)
+        out["G"] = np.hstack([out["G"], self.violations(X)])
+        return table_of_values(self.layout, points, X, out)
+
+
+class OneByOne(Executor):
+    """Gives designs to workers that do not wait for one another, or evaluates them here.
+
+    Args:
+        model: A model whose designs can be evaluated one by one.
+        whole: Whether all points are going to be tested, or a termination may end the run before.
+    """
+
+    def __init__(self, model: Model, whole: bool) -> None:
+        super().__init__()
+        self._model = model
+        runner = model.problem.elementwise_runner
+        if isinstance(runner, JoblibRunner):
+            self.n_workers = active_workers(runner.n_jobs)
+            self.ahead = _WAITING if whole else _NEAR * self.n_workers
+
+    @property
+    def room(self) -> int:
+        """How many more points to submit now."""
+        return _WAITING if len(self._waiting) < _WAITING else 0
+
+    def submit(self, points: Points) -> None:
+        """Take points to evaluate."""
+        if len(points) == 0:
+            return
+        matrix = points.matrix(self._model.space)
+        numbers = points.numbers.tolist()
+        # with their designs, which are not computed again for the tests
+        points = Points(points.numbers, 0, rounds=points.rounds, designs=matrix)
+        self._points = self._points.joined(points)  # those that are not taken
+        self._pending |= dict.fromkeys(numbers)
+        designs = self._model.space.designs(matrix)
+        self._waiting.extend(zip(numbers, designs, strict=True))
+
+    def wait(self) -> float:
+        """Wait for the values of another design."""
+        if self._results is None:
+            self._results = stream_designs(self._model.inner, self._waiting)
+        result: Result = next(self._results)
+        self._evaluated.append(result)
+        number, _, seconds = result
+        del self._pending[number]
+        return seconds
+
+    def take(self) -> Tested:
+        """Return the tests of the evaluated points."""
+        numbers, values, seconds = zip(*self._evaluated, strict=True)
+        self._evaluated.clear()
+        rows = np.searchsorted(self._points.numbers, numbers)
+        points = self._points.at(rows)
+        is_left = np.ones(len(self._points), dtype=bool)
+        is_left[rows] = False
+        self._points = self._points.at(is_left)
+        return Tested(points.numbers, self._model.tests(points, values), np.array(seconds))
+
+
+class InPieces(Executor):
+    """Evaluates points by calls for many, in this process or in others.
+
+    Args:
+        task: Returns the tests of a piece that are kept, and the seconds of one of its designs.
+        largest: How many points to evaluate together at most.
+        size: How many points are in the first pieces.
+        least: Where pieces are to take about a second, how many points they have at least; ``None``
+            leaves all of them at the first size.
+        n_jobs: How many processes evaluate pieces; 1 is this process.
+    """
+
+    def __init__(
+        self,
+        task: Callable[[Points], tuple[TestTable, float]],
+        largest: int,
+        size: int,
+        least: int | None,
+        n_jobs: int,
+    ) -> None:
+        super().__init__()
+        self._task = task
+        self._largest = largest
+        self._size = size
+        self._least = least
+        self._n_jobs = n_jobs
+        self._n_waiting = 1 if n_jobs == 1 else _PIECES_AHEAD * n_jobs
+
+    @property
+    def room(self) -> int:
+        """How many more points to submit now."""
+        is_enough = len(self._points) > 0 or len(self._waiting) >= self._n_waiting
+        return 0 if is_enough else self._largest
+
+    def submit(self, points: Points) -> None:
+        """Take points to evaluate."""
+        self._points = self._points.joined(points)  # those that are in no piece
+        self._cut()
+
+    def _cut(self) -> None:
+        """Let workers have as many pieces as they need."""
+        while len(self._points) and len(self._waiting) < self._n_waiting:
+            piece = self._points.at(slice(0, self._size))
+            self._points = self._points.at(slice(self._size, None))
+            first = int(piece.numbers[0])
+            self._pending[first] = piece
+            self._waiting.append((first, piece))
+
+    def wait(self) -> float:
+        """Wait for another piece."""
+        if self._results is None:
+            self._results = stream_tasks(self._task, self._waiting, self._n_jobs)
+        seconds: float
+        first, (tests, seconds) = next(self._results)
+        piece = self._pending.pop(first)
+        self._evaluated.append((piece, tests, seconds))
+        if self._least is not None:
+            # The first designs load libraries and say little: at most 100 times as many follow.
+            fitting = int(min(_SECONDS / max(seconds, 1e-9), 100 * len(piece)))
+            self._size = max(self._least, min(self._largest, fitting))
+        self._cut()
+        return seconds * len(piece)
+
+    def take(self) -> Tested:
+        """Return the tests of the evaluated points."""
+        pieces, tables, seconds = zip(*self._evaluated, strict=True)
+        self._evaluated.clear()
+        numbers = np.concatenate([piece.numbers for piece in pieces])
+        tests = tables[0].extended(*tables[1:])
+        sizes = [len(piece) for piece in pieces]
+        return Tested(numbers, tests, np.repeat(np.array(seconds), sizes))
+
+
+def executor_of(
+    model: Model,
+    options: RunOptions,
+    *,
+    n_points: int | None = None,
+    n_jobs: int = 1,
+    whole: bool = True,
+    kept: Callable[[TestTable], TestTable] | None = None,
+) -> Executor:
+    """Return the executor for a model.
+
+    Args:
+        model: The model.
+        options: The options of the run.
+        n_points: How many points there are; ``None`` evaluates together what is submitted together.
+        n_jobs: Processes for a vectorised model; -1 for as many as there are cores.
+        whole: Whether all points are going to be tested, or a termination may end the run before.
+        kept: Returns those tests of a piece that are to be given; ``None`` for all.
+    """
+    if streams(model.inner):
+        return OneByOne(model, whole)
+    n_jobs = 1 if n_jobs == 1 else active_workers(n_jobs)
+    task = partial(_tested, model.problem, model.space, model.layout, kept)
+    if n_points is None:
+        return InPieces(task, LAST, LAST, None, n_jobs)
+    least = _LEAST
+    largest = _LARGEST
+    if model.elementwise:
+        least = active_workers(getattr(model.problem.elementwise_runner, "n_jobs", -1))
+        largest = _LARGEST_ELEMENTWISE
+    largest = options.block_size or largest
+    least = min(least, largest)
+    has_study = options.study is not None
+    size = least if has_study else largest
+    if n_jobs > 1:
+        share = -(-n_points // (_PIECES * n_jobs))
+        size = min(size, max(_LEAST, share))
+    return InPieces(task, largest, size, least if has_study else None, n_jobs)
+
+
+def _tested(
+    problem: Any,
+    space: DesignSpace,
+    layout: Layout,
+    kept: Callable[[TestTable], TestTable] | None,
+    points: Points,
+) -> tuple[TestTable, float]:
+    """Return the kept tests of points, and the seconds of one; it is sent to processes."""
+    began = time.monotonic()
+    X = points.matrix(space)
+    out = evaluate_designs(problem, space.designs(X))
+    seconds = (time.monotonic() - began) / len(points)
+    tests = table_of_values(layout, points, X, out)
+    return tests if kept is None else kept(tests), seconds
+
+
+# What pymoo knows by itself and its users put beside the outputs of a model; and our reasons.
+NO_OUTPUTS = {
+    *("F", "G", "H", "dF", "dG", "dH", "ddF", "ddG", "ddH", "CV", "cv", "feas", "X", "hash"),
+    "failure",
+}
+
+
+def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, Any]) -> TestTable:
+    """Return the tests of n designs with all numbers that the model gave.
+
+    An output that is not a single number for any design, or has the name of another column, is left
+    out with a warning, as the values of the other columns count and a run need not end for it. If
+    it is one for some designs, these keep it: values of one design never affect those of another.
+
+    Args:
+        layout: The columns that the problem promises.
+        points: The n points of the designs.
+        X: ``(n, n_var)`` the designs.
+        out: Their values, as :func:`evaluate_designs` returns them.
+    """
+    numbers = points.numbers
+    if points.rounds is not None:
+        # First, whatever the first design gives; a repeated design has the round of its own point.
+        out = {PROPOSAL_ROUND: None} | dict(out) | {PROPOSAL_ROUND: points.rounds}
+    reasons = {}
+    for number, reason in zip(numbers.tolist(), out["failure"], strict=True):
+        if reason:
+            reasons[number] = reason
+    other_columns = {*layout.columns, *RESERVED}
+    outputs = {}
+    for name, values in out.items():
+        if name in NO_OUTPUTS or str(name).startswith("__"):
+            continue
+        column, odd = _numbers(values, len(numbers))
+        has_numbers = not odd or not np.isnan(column).all()
+        is_free = isinstance(name, str) and name not in other_columns
+        if is_free and has_numbers:
+            outputs[name] = np.where(out["failure"] == "", column, np.nan)
+        if odd:
+            _warn_of(name, f"where it is no single number, such as {odd[0]!r:.40}")
+        elif not is_free:
+            _warn_of(name, "by this name")
+    return TestTable.of(
+        numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, layout=layout
+    )
+
+
+def _warn_of(name: object, why: str) -> None:
+    warnings.warn(f"out[{name!r}] is not kept in the table {why}", stacklevel=3)
+
+
+def _numbers(values: Any, n: int) -> tuple[NDArray[Any], list[Any]]:
+    """Return a number for each of n designs, NaN where there is none, and what is no number."""
+    column = np.asarray(values)
+    if column.dtype.kind in "fiub" and column.size == n:
+        return column.reshape(n), []
+    numbers = np.full(n, np.nan)
+    odd = []
+    for i, value in enumerate(column):
+        cell = np.asarray(value)
+        if cell.size == 1 and cell.dtype.kind in "fiub":
+            numbers[i] = cell.item()
+        elif value is not None:
+            odd.append(value)
+    return numbers, odd
+
+
+def values_of_table(tests: TestTable) -> list[Values]:
+    """Return the values of each test as its evaluation has given them."""
+    names = ("F", "G", "H", *tests.layout.outputs, "failure")
+    reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
+    rows = zip(tests.F, tests.G, tests.H, *tests.outputs.T.tolist(), reasons, strict=True)
+    return [dict(zip(names, row, strict=True)) for row in rows]

@@ -1,0 +1,219 @@
+"""The options of a run: one value that holds them, and the keywords by which users give them."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, fields
+from os import PathLike
+from typing import Any, TypedDict, TypeVar
+
+from pymoo.core.algorithm import Algorithm
+
+from pymoo_psi._validation import collection, integer, known_name
+from pymoo_psi.algorithms._sampling import (
+    LPTauSampling,
+    QMCSampling,
+    UniformSampling,
+    uniform_sampling,
+)
+from pymoo_psi.problems import require_known_keywords
+from pymoo_psi.sequences import MAX_DIMENSIONS
+from pymoo_psi.study import ALL, Share
+from pymoo_psi.table import Limits
+
+Owner = TypeVar("Owner", bound=Callable[..., Any])
+
+
+class StudyKeywords(TypedDict, total=False):
+    """Options of every run that stores tests, as :class:`RunOptions` describes them."""
+
+    study_key: str | None
+    retry: str | None
+    names: Mapping[str, str] | None
+    maximize: Collection[str] | None
+    units: Mapping[str, str] | None
+
+
+class PointKeywords(StudyKeywords, total=False):
+    """Options of runs that test points of a sequence."""
+
+    first: int
+    sampling: UniformSampling | str | None
+    seed: int | None
+    limits: Limits | None
+    study: str | PathLike[str] | None
+    log: Collection[str] | None
+    requirements: Any
+    fill: bool
+
+
+class RunKeywords(PointKeywords, total=False):
+    """Options of runs that test nothing but points of a sequence, as :func:`investigate`."""
+
+    share: tuple[int, int] | None
+    block_size: int | None
+
+
+class AlgorithmKeywords(TypedDict, total=False):
+    """What else the constructor of pymoo's ``Algorithm`` takes."""
+
+    termination: Any
+    output: Any
+    display: Any
+    callback: Any
+    archive: Any
+    return_least_infeasible: bool
+    save_history: bool
+    verbose: bool
+    evaluator: Any
+
+
+class SearchKeywords(PointKeywords, AlgorithmKeywords, total=False):
+    """Options of :class:`SurrogatePSI`."""
+
+
+class PSIKeywords(RunKeywords, AlgorithmKeywords, total=False):
+    """Options of :class:`PSI`."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """The options of a run, checked: which points are tested, how, and where tests are stored.
+
+    Attributes:
+        first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
+            and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
+        sampling: Where the points come from: ``"lptau"`` by default, and for more than 51
+            variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or, as on
+            the command line, ``"sobol"``, ``"halton"`` or ``"lhs"``, whose random points follow
+            the seed; or another :class:`~pymoo_psi.UniformSampling`, such as
+            :class:`~pymoo_psi.QMCSampling` or a sequence of your own.
+        seed: Seed of a randomised sampling; in ``minimize``, pymoo's ``seed``.
+        limits: Limits on objectives, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
+            see :class:`TestTable`. A design that exceeds one counts as infeasible in the result;
+            the table keeps it as it is, so that other limits can be tried on the table afterwards.
+            So does one without a value that has a limit; if no test has it, the limit is refused.
+        share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
+            many machines, are the run without it; each is spread over all bounds.
+        study: Name of a study file, in which tests are stored as they arrive, about every second;
+            also when an interrupt, SIGTERM or a failure ends the run. The same call continues a
+            study that was interrupted, a larger ``n_points`` extends it, and no stored design is
+            evaluated again. With a ``share`` it is the name of a folder, in which each share has a
+            file; :func:`~pymoo_psi.read_table` reads it as one study.
+        study_key: What else the study depends on, such as a version or constants of the model; a
+            study with another key is refused. The study itself compares name, variables, bounds
+            and numbers of objectives and constraints, and the numbers and texts that the problem
+            was made with and keeps, or what its method ``fingerprint()`` returns; it cannot see
+            into the model.
+        retry: ``"failed"`` evaluates what the study holds as failed once more.
+        names: Names of your own for variables, objectives and constraints, by their default names:
+            ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. The table, the study, files,
+            plots and limits have them. Unless given, those of the problem's attribute ``names``.
+        maximize: The objectives to be maximised, by these names. pymoo minimises, so that
+            ``out["F"]`` holds such an objective with the sign turned; whatever is reached by name
+            is in the original direction. Unless given, those of the problem's attribute
+            ``maximize``; a list that leaves one of these out is refused, an empty one turns all
+            of them off.
+        units: Units of columns by these names, also of further outputs. Unless given, those of
+            the problem's attribute ``units``.
+        log: Variables whose scale is logarithmic: points are spread evenly, and surrogates see
+            distances, in the logarithm. Unless given, those of the problem's attribute ``log``.
+        requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or functions; see
+            :class:`Required`. The model never runs for a design that violates one: it counts as
+            infeasible. Unless given, those of the problem's attribute ``requirements``.
+        fill: Go on in the sequence until ``n_points`` designs meet the requirements; the others
+            are numbered, too.
+        block_size: Points per iteration of ``PSI``, after each of which display, callback and
+            termination are called: by default the run has 32 iterations, of at least 64 points.
+            For ``investigate``, points that are evaluated together, at most.
+
+    Raises:
+        ArgumentValueError: A count is out of range, or there is no such action or share.
+        ArgumentTypeError: An option has the wrong type.
+    """
+
+    first: int = 1
+    sampling: UniformSampling | str | None = None
+    seed: int | None = None
+    limits: Limits | None = None
+    share: tuple[int, int] | None = None
+    study: str | PathLike[str] | None = None
+    study_key: str | None = None
+    retry: str | None = None
+    names: Mapping[str, str] | None = None
+    maximize: Collection[str] | None = None
+    units: Mapping[str, str] | None = None
+    log: Collection[str] | None = None
+    requirements: Any = None
+    fill: bool = False
+    block_size: int | None = None
+
+    def __post_init__(self) -> None:
+        """Check what can be checked without a problem."""
+        integer("first", self.first, minimum=1)
+        object.__setattr__(self, "sampling", uniform_sampling(self.sampling))
+        if self.block_size is not None:
+            integer("block_size", self.block_size, minimum=1)
+        if self.retry is not None:
+            known_name("retry", self.retry, ("failed",))
+        if self.log is not None:
+            collection("log", self.log, "a list of variables", "one goes into a list too")
+
+    def sampling_in(self, n_dim: int) -> UniformSampling:
+        """Return where points of so many dimensions come from."""
+        few = n_dim <= MAX_DIMENSIONS  # SciPy's Sobol' points have up to 21201
+        default = LPTauSampling() if few else QMCSampling("sobol", scramble=False)
+        return uniform_sampling(self.sampling) or default
+
+    @property
+    def part(self) -> Share:
+        """The share of the points that is tested."""
+        return ALL if self.share is None else Share.checked(self.share)
+
+
+def run_options(
+    owner: str, arguments: Mapping[str, Any], keywords: Any, base: type = object
+) -> tuple[RunOptions, dict[str, Any]]:
+    """Return the run options among keyword arguments, and the other arguments, which are pymoo's.
+
+    Args:
+        owner: Name of the callable, for the message.
+        arguments: The keyword arguments.
+        keywords: The ``TypedDict`` of those that the owner takes.
+        base: The class of pymoo that takes the others.
+
+    Raises:
+        ArgumentTypeError: A keyword is unknown; a near miss is pointed out.
+    """
+    require_known_keywords(owner, base, arguments, more=keywords.__annotations__)
+    names = [field.name for field in fields(RunOptions)]
+    options = {name: value for name, value in arguments.items() if name in names}
+    others = {name: value for name, value in arguments.items() if name not in names}
+    return RunOptions(**options), others
+
+
+def takes(keywords: Any) -> Callable[[Owner], Owner]:
+    """Return a decorator that writes keywords into the signature that help and editors show.
+
+    Args:
+        keywords: The ``TypedDict`` that the function unpacks.
+    """
+    known = dict(inspect.signature(Algorithm.__init__).parameters)
+    for field in fields(RunOptions):
+        known[field.name] = inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=field.default,
+            annotation=field.type,
+        )
+
+    def expanded(function: Owner) -> Owner:
+        signature = inspect.signature(function)
+        parameters = list(signature.parameters.values())[:-1]  # without **options
+        for name in keywords.__annotations__:
+            parameters.append(known[name].replace(kind=inspect.Parameter.KEYWORD_ONLY))
+        function.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+        return function
+
+    return expanded

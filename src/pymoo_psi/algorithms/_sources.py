@@ -1,0 +1,230 @@
+"""Points of a run, and the sources that they come from.
+
+A run asks its source for points to test; see :class:`Source`. A new way to choose points is a new
+source, in a file of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pymoo_psi._validation import Received, finite_array, invalid
+from pymoo_psi.algorithms._options import RunOptions
+from pymoo_psi.algorithms._sampling import LPTauSampling
+from pymoo_psi.problems import DesignSpace, without_requirements
+from pymoo_psi.sequences import lp_tau, lp_tau_at
+from pymoo_psi.table import TestTable
+
+Array = NDArray[np.float64]
+
+_DOUBLINGS = 10  # of the points, to find as many that meet the requirements: 1 in 1000 does
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Points to test, which may be sent to other processes.
+
+    Attributes:
+        numbers: ``(n,)`` their numbers, increasing.
+        n_dim: In how many dimensions they lie.
+        given: ``(n, n_dim)`` the points of the unit cube; ``None`` for those of LPτ, which are
+            computed from their numbers where they are needed.
+        rounds: ``(n,)`` the round in which each was proposed, 0 for a point of a sequence; ``None``
+            where nothing is proposed.
+        designs: ``(n, n_var)`` their designs, where these are known.
+    """
+
+    numbers: NDArray[np.int64]
+    n_dim: int
+    given: Array | None = None
+    rounds: Array | None = None
+    designs: NDArray[Any] | None = None
+
+    def __post_init__(self) -> None:
+        """Write a range of numbers out."""
+        object.__setattr__(self, "numbers", np.asarray(self.numbers, dtype=np.int64))
+
+    @classmethod
+    def none(cls) -> Points:
+        """Return no points."""
+        return cls(np.zeros(0, dtype=np.int64), 0)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Send consecutive numbers as a range: half a megabyte takes as long as 7000 designs."""
+        numbers: Any = self.numbers
+        if self._consecutive:
+            numbers = range(int(numbers[0]), int(numbers[-1]) + 1)
+        return Points, (numbers, self.n_dim, self.given, self.rounds, self.designs)
+
+    def __len__(self) -> int:
+        """Return how many points there are."""
+        return len(self.numbers)
+
+    @property
+    def _consecutive(self) -> bool:
+        return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
+
+    @property
+    def units(self) -> Array:
+        """``(n, n_dim)`` points of the unit cube."""
+        if self.given is not None:
+            return self.given
+        if self._consecutive:  # all at once is faster
+            return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
+        return lp_tau_at(self.numbers, self.n_dim)
+
+    def matrix(self, space: DesignSpace) -> NDArray[Any]:
+        """Return their ``(n, n_var)`` designs."""
+        if self.designs is not None:
+            return self.designs
+        return space.matrix(self.units)
+
+    def at(self, rows: NDArray[Any] | slice) -> Points:
+        """Return the points in some rows, given by indices, a mask or a slice."""
+        parts = []
+        for array in (self.given, self.rounds, self.designs):
+            parts.append(None if array is None else array[rows])
+        return Points(self.numbers[rows], self.n_dim, *parts)
+
+    def joined(self, others: Points) -> Points:
+        """Return these points, followed by others of the same source."""
+        if len(self) == 0:
+            return others
+        if len(others) == 0:
+            return self
+        numbers = np.append(self.numbers, others.numbers)
+        parts = []
+        for name in ("given", "rounds", "designs"):
+            array = getattr(self, name)
+            if array is not None:
+                array = np.concatenate([array, getattr(others, name)])
+            parts.append(array)
+        return Points(numbers, self.n_dim, *parts)
+
+
+class Source:
+    """A source of points, which a run asks for the next ones.
+
+    A run asks before a block and whenever workers can take more, and reports every test as it
+    arrives, also those that were stored or follow without an evaluation. Whatever decides about the
+    next points (the tests known, the points pending, a formulation, how many are left) is kept in
+    the source alone: between two questions it may be changed, for example to other limits, to more
+    points, to a pause, or to a repetition of a design, and the next answer follows the change.
+
+    A subclass writes ``n_left`` and ``ask``, and ``tell`` if its points depend on tests.
+
+    Attributes:
+        eager: Whether a test may change the next answer before all points given are tested: then
+            each test is reported at once.
+    """
+
+    eager = False
+
+    @property
+    def n_left(self) -> int:
+        """How many points it will still give; 0 if none any more."""
+        raise NotImplementedError
+
+    def ask(self, count: int, n_free: int) -> Points:
+        """Return the next points, with numbers above all before; no points if none for now.
+
+        Args:
+            count: How many points are of use. Points that belong together may be more.
+            n_free: How many workers have nothing to do; negative while designs wait for workers.
+        """
+        raise NotImplementedError
+
+    def tell(self, tests: TestTable) -> None:
+        """Take tests of points that it gave, in any order."""
+
+
+class PlannedPoints(Source):
+    """Points that are known beforehand: those of a sequence, or designs."""
+
+    def __init__(self, points: Points) -> None:
+        self._points = points
+        self._n_given = 0
+
+    @property
+    def n_left(self) -> int:
+        """How many points it will still give."""
+        return len(self._points) - self._n_given
+
+    def ask(self, count: int, n_free: int) -> Points:
+        """Return the next ``count`` points, or as many as are left."""
+        start = self._n_given
+        self._n_given = min(start + count, len(self._points))
+        return self._points.at(slice(start, self._n_given))
+
+
+def points_of_sequence(
+    options: RunOptions, n_points: int, problem: Any, space: DesignSpace
+) -> tuple[Points, int]:
+    """Return the points that a run tests, and how many they are with those of other shares.
+
+    Args:
+        options: The options of the run.
+        n_points: How many points are asked for, those of other shares among them.
+        problem: The problem with its requirements.
+        space: Its variables.
+
+    Raises:
+        ArgumentValueError: There are no such points, or too few meet the requirements.
+    """
+    n_dim = len(space.searched)
+    if options.fill and without_requirements(problem) is not problem:
+        n_points = _filled(options, n_points, problem, space)
+    return unit_points(options, n_points, n_dim), n_points
+
+
+def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
+    """Return the points of a run, or of its share of one.
+
+    Those of LPτ are computed where they are needed, in a worker process too.
+
+    Args:
+        options: The options of the run.
+        n_points: How many points the run has, those of other shares too.
+        n_dim: In how many dimensions they lie.
+    """
+    first = options.first
+    last = first + n_points - 1
+    sampling = options.sampling_in(n_dim)
+    units = None
+    if isinstance(sampling, LPTauSampling):
+        lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
+    else:  # any part of them needs all before it, or all
+        random = np.random.default_rng(options.seed)
+        array = sampling.unit_points(n_points, n_dim, first=first, random_state=random)
+        units = finite_array("unit_points of sampling", array)
+        if units.shape != (n_points, n_dim) or (units < 0).any() or (units > 1).any():
+            rule = f"{n_points} points of the unit cube of {n_dim} variables, in [0, 1)"
+            raise invalid("unit_points of sampling", rule, array)
+    numbers = options.part.numbers(first, last)
+    if len(numbers) == 0:
+        rule = f"one that gets a point of points {first} to {last}"
+        remedy = "test as many points as there are shares"
+        raise invalid("share", rule, Received(options.part), remedy)
+    if units is not None:
+        units = units[numbers - first]
+    return Points(numbers, n_dim, units)
+
+
+def _filled(options: RunOptions, n_points: int, problem: Any, space: DesignSpace) -> int:
+    """Return how many points it takes until ``n_points`` of them meet the requirements."""
+    n_dim = len(space.searched)
+    if not options.sampling_in(n_dim).extendable or options.share:
+        rule = "used without share and with a sequence that can be continued"
+        raise invalid("fill", rule, True)
+    for doublings in range(_DOUBLINGS + 1):
+        n_tried = n_points << doublings
+        designs = unit_points(options, n_tried, n_dim).matrix(space)
+        met = np.flatnonzero((problem.amounts(designs) <= 0).all(axis=1))
+        if len(met) >= n_points:
+            return int(met[n_points - 1]) + 1
+    received = Received(f"{len(met)} of {n_tried}")
+    raise invalid("requirements", "met by one point in 1000", received)

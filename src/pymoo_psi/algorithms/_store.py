@@ -1,0 +1,227 @@
+"""The store of a run: it recalls and keeps tests in a study, or does nothing without one."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pymoo_psi._validation import invalid
+from pymoo_psi.algorithms._options import RunOptions
+from pymoo_psi.study import LAST, Proposal, Study
+from pymoo_psi.table import TestTable, columns_of, head_of, kinds_of_columns, table_of
+
+Numbers = NDArray[np.int64]
+Recall = Callable[[Numbers], TestTable]
+
+
+class Store:
+    """A store that keeps nothing: that of a run without a study.
+
+    Args:
+        table: A table without tests: the columns that the problem promises.
+
+    Attributes:
+        empty: This table.
+        origin: Where the designs come from, for the readers of the study.
+        advice: What is kept when a run is interrupted, and how it goes on.
+    """
+
+    advice = "no test is kept; with study='FILE.db' the same call would go on from the last"
+
+    def __init__(self, table: TestTable) -> None:
+        self.empty = table
+        self.origin = ""
+
+    @contextmanager
+    def session(self) -> Iterator[Recall]:
+        """Give :meth:`recall` for a run; after the first miss, no other process tests points.
+
+        The lock is given back at the end of the body.
+        """
+        yield self.recall
+
+    def writing(self) -> AbstractContextManager[None]:
+        """Keep others from testing points of the study while the body runs."""
+        return nullcontext()
+
+    def recall(self, numbers: Numbers) -> TestTable:
+        """Return the stored tests of increasing numbers, without those to be retried."""
+        return self.empty
+
+    def known(self) -> TestTable:
+        """Return all stored tests, without those to be retried."""
+        return self.empty
+
+    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
+        """Store tests, and what each of them took; those that are stored already are left alone."""
+
+    def proposals(self) -> list[Proposal]:
+        """Return all stored proposals, by number."""
+        return []
+
+    def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
+        """Store proposals; return those that are stored under their numbers now."""
+        return list(proposals)
+
+
+class StudyStore(Store):
+    """A store that keeps tests in a study.
+
+    Args:
+        table: A table without tests: the columns that the problem promises, and what makes its
+            tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
+        options: The options of the run.
+
+    Raises:
+        ArgumentValueError: The study is a folder without a share, or a file with one.
+        StudyError: The study belongs to another problem, or cannot be used.
+    """
+
+    def __init__(self, table: TestTable, options: RunOptions) -> None:
+        super().__init__(table)
+        self._retry = options.retry is not None
+        self._stored = np.zeros(0, dtype=np.int64)  # numbers, as far as they are known
+        self._has_written = False
+        path = Study(options.study or "").path
+        share = options.part if options.share else None
+        if os.path.exists(path) and os.path.isdir(path) != bool(share):
+            rule = "the name of a folder with a share=(k, n), of a file without one"
+            raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")
+        if share is not None:
+            path = f"{path}/{share.file}"
+        self.study = Study(path)
+        # "LP-tau", not "LP-tau from point 1": every test has its number beside it
+        self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
+        self.study.begin(head_of(table), share if share and share.of > 1 else None)
+
+    @property
+    def advice(self) -> str:  # type: ignore[override]
+        """What is kept when a run is interrupted, and how it goes on."""
+        return f"tests are kept in study {self.study.path}; the same call goes on from there"
+
+    @contextmanager
+    def session(self) -> Iterator[Recall]:
+        """Give a function that recalls tests; after the first miss, no other process tests any."""
+        with ExitStack() as lock:
+            is_locked = False
+
+            def recall(numbers: Numbers) -> TestTable:
+                nonlocal is_locked
+                stored = np.isin(numbers, self._stored)
+                if not stored.all() and not self._has_written:
+                    self._look(numbers)
+                    stored = np.isin(numbers, self._stored)
+                if not stored.all() and not is_locked:
+                    lock.enter_context(self.writing())
+                    is_locked = True
+                    self._has_written = True
+                    self._look(numbers)  # another process may have stored some meanwhile
+                    stored = np.isin(numbers, self._stored)
+                return self.recall(numbers) if stored.any() else self.empty
+
+            yield recall
+
+    def _look(self, numbers: Numbers) -> None:
+        """Learn which tests are stored, from the first of increasing numbers on."""
+        stored = self.study.numbers(int(numbers[0]), failed=not self._retry)
+        self._stored = np.union1d(self._stored, stored)
+
+    def writing(self) -> AbstractContextManager[None]:
+        """Keep others from testing points of the study while the body runs."""
+        return self.study.writing()
+
+    def recall(self, numbers: Numbers) -> TestTable:
+        """Return the stored tests of increasing numbers, without those to be retried."""
+        if len(numbers) == 0:
+            return self.empty
+        first, last = int(numbers[0]), int(numbers[-1])
+        tests = self._without_retried(self.stored(first, last - first + 1))
+        # The file of a share may have come to hold points of other shares.
+        others = ~np.isin(tests.numbers, numbers)
+        return tests.rows(~others) if others.any() else tests
+
+    def known(self) -> TestTable:
+        """Return all stored tests, without those to be retried."""
+        return self._without_retried(self.stored())
+
+    def stored(self, first: int = 1, count: int = LAST) -> TestTable:
+        """Return what is stored of ``count`` test points from number ``first`` on."""
+        columns = self.study.contents(first, count)[1]
+        layout = self.empty.layout
+        promised = kinds_of_columns(layout)
+        # Tests of another run may have outputs that this one does not know yet.
+        outputs = tuple(name for name in columns if name not in promised)
+        layout = replace(layout, outputs=layout.outputs + outputs)
+        return table_of(head_of(TestTable.empty(layout)), columns, self.study.path, TestTable)
+
+    def to_retry(self, tests: TestTable) -> NDArray[np.bool_]:
+        """``(n,)`` which of stored tests have failed and are to be evaluated once more."""
+        failed = tests.status == "failed"
+        if not self._retry:
+            failed[:] = False
+        return np.asarray(failed)
+
+    def _without_retried(self, tests: TestTable) -> TestTable:
+        retried = self.to_retry(tests)
+        return tests.rows(~retried) if retried.any() else tests
+
+    def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
+        """Store tests, and what each of them took; those that are stored already are left alone."""
+        if len(tests):
+            self.study.append(columns_of(tests), origin=self.origin, seconds=seconds)
+
+    def proposals(self) -> list[Proposal]:
+        """Return all stored proposals, by number."""
+        return self.study.proposals(1, LAST)
+
+    def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
+        """Store proposals; return those that are stored under their numbers now."""
+        return self.study.propose(proposals)
+
+
+def store_of(table: TestTable, options: RunOptions) -> Store:
+    """Return the store of a run: its study, if it has one."""
+    if options.study is None:
+        return Store(table)
+    return StudyStore(table, options)
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM, which like Ctrl-C no model takes for a failure of a design."""
+
+
+@contextmanager
+def stored_at_termination(store: Store | None = None) -> Iterator[None]:
+    """Let SIGTERM end the process after the body has stored what has arrived.
+
+    Clusters send it before they kill. A handler of the user's is left alone. If there is a store,
+    an interrupt that leaves the body says what is kept.
+    """
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    is_default = in_main_thread and signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+    def interrupt(*_: Any) -> None:
+        raise _Terminated
+
+    if is_default:
+        signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        if is_default and isinstance(error, _Terminated):
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+            os.kill(os.getpid(), signal.SIGTERM)
+        if store is not None:
+            error.args = error.args or (store.advice,)  # the last line of what Python prints
+        raise
+    finally:
+        if is_default:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)

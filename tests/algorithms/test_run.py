@@ -1,0 +1,139 @@
+"""A run joins a source of points, an executor and a store; its options are visible."""
+
+import dataclasses
+import inspect
+import sqlite3
+from collections import Counter
+
+import numpy as np
+import pytest
+from pymoo.core.algorithm import Algorithm
+from pymoo.optimize import minimize
+
+from pymoo_psi import (
+    PSI,
+    JoblibRunner,
+    Recorded,
+    SphereChute,
+    SurrogatePSI,
+    TestTable,
+    VectorizedSphereChute,
+    investigate,
+    read_table,
+)
+from pymoo_psi.algorithms import PointAlgorithm, Points, RunOptions, Source, run_of_sequence
+from pymoo_psi.algorithms._options import AlgorithmKeywords, PSIKeywords, RunKeywords
+
+CHUTE = VectorizedSphereChute(0.4, model="rolling")
+
+
+class Halving(Source):
+    """Points of a sequence, then, one by one, half way from the best test to the middle."""
+
+    def __init__(self, sequence, n_points):
+        self.sequence, self.n_points = sequence, n_points
+        self.given, self.tests = Points.none(), TestTable.empty()
+        self.is_paused = False
+
+    @property
+    def n_left(self):
+        return self.n_points - len(self.given)
+
+    def tell(self, tests):
+        self.tests = self.tests.extended(tests)
+
+    def ask(self, count, n_free):
+        points = Points.none()
+        if len(self.given) == 0:
+            points = dataclasses.replace(self.sequence, given=self.sequence.units)
+        elif len(self.tests) == len(self.given) and not self.is_paused:
+            row = self.tests.numbers[self.tests.F[:, 0].argmin()] - 1
+            unit = (self.given.units[row] + 0.5) / 2
+            number = len(self.given) + 1
+            points = Points(np.array([number]), 2, unit[None])
+        self.given = self.given.joined(points)
+        return points
+
+
+class HalvingPSI(PointAlgorithm):
+    def __init__(self, n_points, options):
+        super().__init__(n_points, options, None)
+
+    def begin(self, options, whole):
+        def source(points, model, store, executor):
+            return Halving(points, self.n_points)
+
+        return run_of_sequence(self.problem, 8, options, whole=whole, source_of=source)
+
+
+@pytest.mark.parametrize("runner", [None, JoblibRunner(2, in_process=False)])
+def test_a_source_of_points_is_all_that_a_new_method_needs(tmp_path, runner):
+    problem = CHUTE if runner is None else SphereChute(0.4, elementwise_runner=runner)
+    tables = []
+    for n in (10, 12):
+        algorithm = HalvingPSI(n, RunOptions(study=tmp_path / "s.db"))
+        tables.append(minimize(problem, algorithm).algorithm.table)
+    assert tables[1].rows(np.arange(10)).equals(tables[0])
+    assert read_table(tmp_path / "s.db").equals(tables[1])
+    assert tables[1].numbers.tolist() == list(range(1, 13))
+
+
+def test_a_source_may_be_changed_between_two_questions():
+    run = run_of_sequence(
+        CHUTE, 8, RunOptions(), source_of=lambda points, *others: Halving(points, 9)
+    )
+    assert len(run.block(None).tests) == 8
+    run.source.is_paused = True
+    assert len(run.next_points(None)) == 0
+    run.source.is_paused = False
+    assert run.block(None).numbers.tolist() == [9]
+    assert run.n_left == 0
+    run.source.n_points += 2
+    assert [block.numbers.tolist() for block in run.tests()] == [[10], [11]]
+
+
+@pytest.mark.parametrize("owner", [PSI, SurrogatePSI, investigate, Recorded])
+def test_options_are_in_the_signature_with_their_defaults(owner):
+    parameters = inspect.signature(owner).parameters
+    assert all(p.kind != p.VAR_KEYWORD for p in parameters.values())
+    shown = {name: p.default for name, p in parameters.items()}
+    for field in dataclasses.fields(RunOptions):
+        if field.name in shown and (owner, field.name) != (Recorded, "study"):
+            assert shown[field.name] == field.default
+    own = {"share", "block_size"} if owner is SurrogatePSI else set()
+    if owner is not Recorded:
+        assert {field.name for field in dataclasses.fields(RunOptions)} - own <= {*shown}
+
+
+def test_keywords_are_those_of_the_options_and_of_pymoo():
+    assert {*RunKeywords.__annotations__} == {f.name for f in dataclasses.fields(RunOptions)}
+    pymoos = inspect.signature(Algorithm.__init__).parameters
+    assert {*AlgorithmKeywords.__annotations__} <= {*pymoos}
+    missing = {*pymoos} - {*PSIKeywords.__annotations__} - {"self", "kwargs"}
+    assert missing == set()
+
+
+@pytest.fixture
+def transactions(monkeypatch):
+    """Counts the transactions on all databases."""
+    counts, connect = Counter(), sqlite3.connect
+
+    def connected(*args, **kwargs):
+        db = connect(*args, **kwargs)
+        db.set_trace_callback(lambda text: counts.update([text.split()[0]]))
+        return db
+
+    monkeypatch.setattr(sqlite3, "connect", connected)
+    return counts
+
+
+def test_a_run_with_a_study_needs_a_handful_of_transactions(tmp_path, transactions):
+    path = tmp_path / "s.db"
+    table = investigate(CHUTE, 4096, study=path)
+    assert transactions["BEGIN"] <= 6  # made, asked twice what it holds, and a commit or two
+    transactions.clear()
+    assert investigate(CHUTE, 4096, study=path).equals(table)
+    assert transactions["BEGIN"] <= 3
+    transactions.clear()
+    minimize(CHUTE, PSI(1024, block_size=64, study=tmp_path / "psi.db"))
+    assert transactions["BEGIN"] <= 2 * 16 + 4  # of a block, one to look and one to commit
