@@ -20,15 +20,15 @@ _ENDS = 65_536  # bytes at each end of a file, in which its names of columns are
 # A ranking is known by its columns, all else by a mark.
 _OURS = re.compile(rb'mu3"?,"?rank"?[,\r\n]|pymoo_psi_|name="generator" content="pymoo-psi')
 
-ROWS = 10  # that a notebook shows: a table of 100 000 tests is asked for by to_frame()
+ROWS = 10  # shown in a notebook; to_frame() gives all rows
 _COLUMNS = 24
 
 
 @contextmanager
 def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
-    """Give the path of a file to write, which then takes the place of ``path`` at once.
+    """Yield the path of a new file, which replaces ``path`` at once when the body ends.
 
-    If the body raises, ``path`` is as it was and what was written is removed. A link is followed,
+    If the body raises, ``path`` stays as it was and the new file is removed. A link is followed,
     and the mode of a file that is replaced is kept. What is no file, such as ``/dev/null`` or a
     pipe, is not replaced but written to.
 
@@ -40,23 +40,33 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
         mode = os.stat(path).st_mode
     except OSError:  # there is none yet; any other reason shows when the new one is written
         mode = None
-    replaced = mode is None or stat.S_ISREG(mode)
+    if mode is not None and not stat.S_ISREG(mode):
+        with _about(path, None):
+            yield Path(path)
+        return
     # In the same folder, as os.replace() works within one file system only; by a name of its own
     # and not target's with a suffix, which may be as long as names can be; hidden from globs.
-    written = target.with_name(f".{secrets.token_hex(8)}.tmp") if replaced else Path(path)
+    new = target.with_name(f".{secrets.token_hex(8)}.tmp")
     try:
-        yield written
-        if replaced and mode is not None:
-            os.chmod(written, stat.S_IMODE(mode))  # before, so that it never has wider rights
-        if replaced:
-            os.replace(written, target)
-    except BaseException as error:  # an interruption, too
-        # The other name tells the user nothing, and a full disk comes without any.
-        if isinstance(error, OSError) and error.errno and error.filename in (None, str(written)):
+        with _about(path, new):
+            yield new
+            if mode is not None:
+                os.chmod(new, stat.S_IMODE(mode))  # before, so that it never has wider rights
+            os.replace(new, target)
+    except BaseException:  # an interruption, too
+        with suppress(FileNotFoundError):  # the body may not have come to write
+            os.unlink(new)
+        raise
+
+
+@contextmanager
+def _about(path: str | PathLike[str], new: Path | None) -> Iterator[None]:
+    """Let errors of the system name a file, not the new one, whose name tells the user nothing."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno and error.filename in (None, str(new)):  # a full disk comes without a name
             error.filename = str(path)
-        if replaced:
-            with suppress(FileNotFoundError):  # the body may not have come to write
-                os.unlink(written)
         raise
 
 
@@ -70,21 +80,27 @@ def is_marked(path: Path) -> bool:
 
 
 class Shown:
-    """What a notebook shows as its name and a short table."""
+    """A class that a notebook shows as one line and a short table."""
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
-        """Return the first n rows, for a reader, and how many there are."""
+        """Return the first n rows for a reader, and the number of all rows."""
         frame = self.to_frame()  # type: ignore[attr-defined]  # of every class that is shown
         return frame.head(n), len(frame)
 
     def _repr_html_(self) -> str:
-        """Return what Jupyter shows; names are data, and no markup of theirs is."""
-        lines = [repr(self)]
-        table = ""
-        with suppress(ValueError):  # of names that do not fit into one table
+        """Return what Jupyter shows; names are data, and markup in them is escaped."""
+        page = _paragraph(repr(self))
+        try:
             frame, n = self._first_rows(ROWS)
             table = frame.to_html(
                 max_cols=_COLUMNS, na_rep="", notebook=True, float_format=lambda v: f"{v:.5g}"
             )
-            lines += [f"The first {len(frame)} of {n} rows:"] if n > len(frame) else []
-        return "".join(f"<p>{html.escape(line)}</p>\n" for line in lines) + table
+        except ValueError:  # names that do not fit into one table
+            return page
+        if n > len(frame):
+            page += _paragraph(f"The first {len(frame)} of {n} rows:")
+        return page + table
+
+
+def _paragraph(text: str) -> str:
+    return f"<p>{html.escape(text)}</p>\n"

@@ -1,7 +1,7 @@
-"""Checks of arguments, in one place.
+"""Checks of arguments.
 
-Every message names the argument, the rule, the value received and, where there is one, the
-remedy. The functions return the checked value in the form in which the caller computes with it.
+Every message names the argument, the rule, the value received and, where there is one, a remedy.
+The functions return the checked value in the form with which the caller computes.
 """
 
 from __future__ import annotations
@@ -23,9 +23,13 @@ Kind = TypeVar("Kind")
 
 
 def counted(n: int, one: str, many: str = "") -> str:
-    """Return a number of things as a message says it: "1 design", "2 criteria"."""
-    figure = f"{n:,}".replace(",", "\N{NO-BREAK SPACE}") if n >= 10_000 else str(n)
-    return f"{figure} {one if n == 1 else many or f'{one}s'}"
+    """Return a number of things for a message: "1 design", "2 criteria"."""
+    figure = str(n)
+    if n >= 10_000:
+        figure = f"{n:,}".replace(",", "\N{NO-BREAK SPACE}")
+    if n == 1:
+        return f"{figure} {one}"
+    return f"{figure} {many or f'{one}s'}"
 
 
 def invalid(name: str, rule: str, received: object, remedy: str = "") -> ArgumentValueError:
@@ -39,19 +43,25 @@ def wrong_type(name: str, rule: str, received: object, remedy: str = "") -> Argu
 
 
 def _message(name: str, rule: str, received: object, remedy: str) -> str:
-    text = f"{name} must be {rule}, got {_shown(received)}"
-    return f"{text}; {remedy}" if remedy else text
+    message = f"{name} must be {rule}, got {_shown(received)}"
+    if remedy:
+        return f"{message}; {remedy}"
+    return message
 
 
 def _shown(value: object) -> str:
     if isinstance(value, np.ndarray) and value.ndim == 0:  # repr() would say array(3)
         value = value.item()
-    text = value.strip() if isinstance(value, Received) else repr(value)
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    text = repr(value)
+    if isinstance(value, Received):
+        text = value.strip()
+    if len(text) > 80:
+        return f"{text[:77]}..."
+    return text
 
 
 class Received(str):
-    """A ready description of what was received, to be shown without quotation marks."""
+    """A description of what was received, shown without quotation marks."""
 
 
 def integer(name: str, value: object, *, minimum: int) -> int:
@@ -66,7 +76,7 @@ def integer(name: str, value: object, *, minimum: int) -> int:
 
 
 def job_count(name: str, value: object) -> int:
-    """Return ``value`` as an ``int``; joblib's meaning: not 0, and -1 is one job per core."""
+    """Return ``value`` as an ``int``, with joblib's meaning: -1 is one job per core."""
     jobs = integer(name, value, minimum=-1)
     if jobs == 0:
         raise invalid(name, "1 or more, or -1 for one per core", jobs)
@@ -76,32 +86,38 @@ def job_count(name: str, value: object) -> int:
 def instance(name: str, value: object, kind: type[Kind], remedy: str = "") -> Kind:
     """Return ``value``; it must be an object of a class."""
     if not isinstance(value, kind):
-        article = "an" if kind.__name__[0] in "AEIOU" else "a"
-        received = Received(type(value).__name__ if value is not None else "None")
+        article = "a"
+        if kind.__name__[0] in "AEIOU":
+            article = "an"
+        received = Received("None")
+        if value is not None:
+            received = Received(type(value).__name__)
         raise wrong_type(name, f"{article} {kind.__name__}", received, remedy)
     return value
 
 
 def mapping(name: str, value: object, what: str, remedy: str = "") -> Mapping[Any, Any]:
-    """Return ``value``; it must map what is said, such as "names to units"."""
+    """Return ``value``; it must be a mapping of a kind such as "names to units"."""
     if not isinstance(value, Mapping):
-        hint = f"; {remedy}" if remedy else ""
-        raise ArgumentTypeError(f"{name} must map {what}, got {_shown(value)}{hint}")
+        message = f"{name} must map {what}, got {_shown(value)}"
+        if remedy:
+            message += f"; {remedy}"
+        raise ArgumentTypeError(message)
     return value
 
 
 def collection(name: str, value: object, rule: str, remedy: str = "") -> Collection[Any]:
-    """Return ``value``; it must be a list or the like, which a text, of letters, is not."""
+    """Return ``value``; it must be a list or the like, not a text."""
     if isinstance(value, str) or not isinstance(value, Collection):
         raise wrong_type(name, rule, value, remedy)
     return value
 
 
 def identity_text(identity: Mapping[str, Any], **layout: Any) -> str:
-    """Return what is known of a problem as JSON, laid out as ``json.dumps`` is told.
+    """Return the identity of a problem as JSON; ``layout`` is passed to ``json.dumps``.
 
     Raises:
-        ArgumentTypeError: Its fingerprint holds what JSON cannot hold.
+        ArgumentTypeError: The fingerprint of the problem holds what JSON cannot hold.
     """
     try:
         return json.dumps(identity, **layout)
@@ -113,12 +129,16 @@ def identity_text(identity: Mapping[str, Any], **layout: Any) -> str:
 
 
 def flat(values: Any, of: str = "") -> dict[str, str]:
-    """Return plain values by their path as JSON, in which NaN is equal to NaN."""
+    """Return nested values by their path, each as JSON, in which NaN is equal to NaN."""
     texts: dict[str, str] = {}
-    for name, value in values.items() if isinstance(values, Mapping) else enumerate(values):
-        inner = isinstance(value, (Mapping, list))
-        text = json.dumps(None if inner else value, ensure_ascii=False)
-        texts |= flat(value, f"{of}{name}.") if inner else {f"{of}{name}": text}
+    if not isinstance(values, Mapping):
+        values = dict(enumerate(values))
+    for name, value in values.items():
+        path = f"{of}{name}"
+        if isinstance(value, (Mapping, list)):
+            texts |= flat(value, f"{path}.")
+        else:
+            texts[path] = json.dumps(value, ensure_ascii=False)
     return texts
 
 
@@ -148,36 +168,38 @@ def positive_number(name: str, value: object) -> float:
 
 
 def known_name(name: str, value: object, names: Collection[str], remedy: str = "") -> str:
-    """Return ``value``; it must be one of ``names``, and a near miss is pointed out."""
+    """Return ``value``; it must be one of ``names``, and the error names the nearest one."""
     if isinstance(value, str) and value in names:
         return value
-    options = ", ".join(repr(option) for option in sorted(names))
-    rule = f"one of {options}" if names else "left out, as there is nothing to choose from"
+    rule = "left out, as there is nothing to choose from"
+    if names:
+        rule = f"one of {', '.join(map(repr, sorted(names)))}"
     if not isinstance(value, str):
         raise wrong_type(name, rule, value, remedy)
-    # F1 for f1 differs in all its letters
+    # Without regard to case: F1 differs from f1 in all its letters.
     folded = {option.casefold(): option for option in names}
     near = difflib.get_close_matches(value.casefold(), folded, n=1)
-    hint = "; ".join(
-        part for part in (f"did you mean {folded[near[0]]!r}?" if near else "", remedy) if part
-    )
-    raise invalid(name, rule, value, hint)
+    remedies = []
+    if near:
+        remedies.append(f"did you mean {folded[near[0]]!r}?")
+    if remedy:
+        remedies.append(remedy)
+    raise invalid(name, rule, value, "; ".join(remedies))
 
 
 def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a new or shared float64 array; text and objects are refused."""
-    if np.ma.is_masked(value):  # asarray would take what is under the mask for values
+    if np.ma.is_masked(value):  # asarray would take the numbers under the mask for values
         raise invalid(name, "without masked values", Received("a masked array"), remedy)
     try:
         array = np.asarray(value)
     except ValueError as error:  # rows of unequal length
-        raise ArgumentValueError(
-            f"{name} must be a rectangular array of numbers: {error}"
-        ) from error
+        problem = f"{name} must be a rectangular array of numbers: {error}"
+        raise ArgumentValueError(problem) from error
     # astype() would turn texts such as "1" into numbers, and drop the imaginary parts of others.
     if array.dtype.kind not in "fiub":
-        found = Received(f"dtype {array.dtype}")
-        raise wrong_type(name, "an array of real numbers", found, remedy)
+        dtype = Received(f"dtype {array.dtype}")
+        raise wrong_type(name, "an array of real numbers", dtype, remedy)
     return array.astype(np.float64, copy=False)
 
 
@@ -185,11 +207,15 @@ def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a float64 array of finite numbers."""
     array = real_array(name, value)
     bad = ~np.isfinite(array)
-    if bad.any():
-        first = tuple(int(i) for i in np.argwhere(bad)[0])
-        where = f"{array[first]} at index {first[0] if len(first) == 1 else first}"
-        raise invalid(name, "finite", Received(where if array.ndim else str(array)), remedy)
-    return array
+    if not bad.any():
+        return array
+    index = tuple(np.argwhere(bad)[0].tolist())
+    received = str(array[index])
+    if len(index) == 1:
+        received += f" at index {index[0]}"
+    elif len(index) > 1:
+        received += f" at index {index}"
+    raise invalid(name, "finite", Received(received), remedy)
 
 
 def objective_matrix(name: str, value: Any) -> Array:

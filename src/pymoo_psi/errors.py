@@ -148,24 +148,38 @@ class EvaluationError(PsiError, RuntimeError):
     """
 
     def __init__(self, design: Any, reason: str, original: BaseException | None = None) -> None:
-        # One line, cut: a design of many variables would bury the reason.
-        if isinstance(design, dict):  # mixed variables, of which NumPy's would show their type
-            design = {name: getattr(v, "item", lambda v=v: v)() for name, v in design.items()}
-        shown = " ".join(str(getattr(design, "tolist", lambda: design)()).split())
-        shown = shown if len(shown) <= 200 else f"{shown[:197]}..."
         super().__init__(
-            f"design {shown} cannot be evaluated: {reason}; "
-            "FailureTolerant(problem), or PSI, keeps them and goes on"
+            f"design {_in_a_line(design)} cannot be evaluated: {reason}; "
+            "FailureTolerant(problem), or PSI, records such designs and goes on"
         )
         self.design = design
         self.reason = reason
-        self.original = self.__cause__ = original
+        self.original = original
+        self.__cause__ = original
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments of the constructor, not by the message."""
         # Exceptions rebuild themselves from args, here the message: unpickling in the parent of a
         # worker would raise a TypeError instead of this error.
         return type(self), (self.design, self.reason, self.original)
+
+
+def _in_a_line(design: Any) -> str:
+    """Return a design as one line, cut: many variables would bury the reason of an error."""
+    values = _plain(design)
+    if isinstance(design, dict):  # of mixed variables
+        values = {name: _plain(value) for name, value in design.items()}
+    line = " ".join(str(values).split())
+    if len(line) > 200:
+        return f"{line[:197]}..."
+    return line
+
+
+def _plain(value: Any) -> Any:
+    """Return values of NumPy as Python's own, which are shown without their types."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return value
 
 
 class RunError(PsiError, RuntimeError):
@@ -176,7 +190,8 @@ class RunError(PsiError, RuntimeError):
             f"the run of {run} ended in {reason}; FailureTolerant(problem) goes on where designs "
             "fail, and an algorithm that does not suit the problem is left out of algorithms"
         )
-        self.run, self.reason = run, reason
+        self.run = run
+        self.reason = reason
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the arguments of the constructor, not by the message."""

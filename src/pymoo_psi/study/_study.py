@@ -1,18 +1,19 @@
 """The study file: an SQLite database of tables that any program can read.
 
-``tests`` has one row a test: ``test_point``, its number; ``status``; ``reason``, why it failed;
-``origin``, where its design comes from; ``seconds``, what its evaluation took (the mean of designs
-evaluated together); then variables, objectives, constraints and outputs under their names, with
-``_`` behind a name that is taken. NaN is NULL, binary variables are 0 and 1, choices are texts.
-``proposals`` has designs that an algorithm is going to test. ``study`` has names and values, as
-JSON, of what holds for the whole file.
+- ``tests`` has one row for each test: ``test_point``, its number; ``status``; ``reason``, why it
+  failed; ``origin``, where its design comes from; ``seconds``, the time of its evaluation (the mean
+  of designs that were evaluated together); then variables, objectives, constraints and outputs
+  under their names. A name that is taken gets ``_`` appended. NaN is NULL, binary variables are 0
+  and 1, choices are texts.
+- ``proposals`` has designs that an algorithm is going to test.
+- ``study`` has the facts about the whole file: names, and values as JSON.
 
-A real number is in a column without a type, which keeps all its bits: one of type REAL would turn
--0.0 into 0.0.
+Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
+turn -0.0 into 0.0.
 
-Transactions, recovery after a kill and the locks between readers and a commit are SQLite's, with
-its rollback journal: at rest the file itself holds everything, and file systems shared by several
-machines are no obstacle, as they are for its write-ahead log.
+SQLite does the transactions, the recovery after a kill and the locks between readers and a commit,
+with its rollback journal. At rest the file itself holds everything. Unlike SQLite's write-ahead
+log, the journal also works on file systems that several machines share.
 """
 
 from __future__ import annotations
@@ -25,18 +26,18 @@ import sys
 import threading
 import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, suppress
 from datetime import datetime, timezone
 from os import PathLike
 from pathlib import Path
-from typing import IO, Any, NamedTuple, TypeAlias
+from typing import IO, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Received, flat, identity_text, integer, invalid, wrong_type
+from pymoo_psi._validation import Received, flat, identity_text, invalid, wrong_type
 from pymoo_psi.errors import (
     PsiError,
     StudyAccessError,
@@ -52,14 +53,17 @@ else:
     import fcntl
 
 Head: TypeAlias = Mapping[str, Any]
+Facts: TypeAlias = dict[str, Any]
 Columns: TypeAlias = dict[str, NDArray[Any]]
-# The number of a test, the round in which and by what it was proposed, and what else is known.
 Proposal: TypeAlias = tuple[int, int, str, dict[str, Any]]
+"""The number of a test, the round in which it was proposed, the algorithm that proposed it, and
+what else the algorithm keeps, including the design."""
 
 LAST = 2**63 - 1  # the largest number of a test point
 
-# The versions 1 to 3 are those of pymoo-psi 0.1 and 0.2.
-_APPLICATION, _VERSION = 0x50534931, 4
+SUFFIX = ".db"  # of the studies in a folder
+_APPLICATION = 0x50534931
+_VERSION = 4  # 1 to 3 are those of pymoo-psi 0.1 and 0.2
 _SCHEMA = f"""
 PRAGMA application_id = {_APPLICATION};
 PRAGMA user_version = {_VERSION};
@@ -70,21 +74,23 @@ CREATE TABLE tests
 """
 _FIXED = ("test_point", "status", "reason", "origin", "seconds")
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
-_GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
-_PATIENCE = 60.0  # seconds for readers to end their query before a commit, and for that commit
+_PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
+# A plain BEGIN would take the write lock at the first change only, after reading.
+_READ = "BEGIN"
+_WRITE = "BEGIN IMMEDIATE"
 
 
 class Study:
-    """A study file, by name: it may be copied, pickled, sent to processes and shared by threads.
+    """A study file, given by its name; it can be copied, pickled and shared by threads.
 
     The tests of a block are committed together, or none of them. They stay, whatever happens to
-    the process later. Reading waits for a commit at most and changes nothing.
+    the process later. Reading changes nothing and waits for a commit at most.
 
-    A study knows no tables, only their head, of values that JSON can hold, and their columns.
+    A study knows no tables, only their heads, of values that JSON can hold, and their columns.
 
     Attributes:
-        path: The file; an absolute path, whatever was given.
+        path: The absolute path of the file.
         wait: Seconds to wait for another process that is writing the study.
     """
 
@@ -93,62 +99,66 @@ class Study:
             raise wrong_type("study path", "the name of a file", path)
         self.path: str = os.path.realpath(path)
         self.wait = wait
-        self._seen: str | None = None  # its id, by which another file in its place is noticed
+        self._id: str | None = None  # of the study that was used; another file may take its place
 
     def begin(self, head: Head, share: tuple[int, int] | None = None) -> None:
-        """Create the file, or make sure that the one that is there belongs to the same problem.
+        """Create the file, or make sure that an existing one belongs to the same problem.
 
         Args:
             head: ``variables``, ``objectives``, ``inequalities``, ``equalities``: names;
-                ``kinds``: "real", "integer", "binary" or "choice" for each variable; and what
-                else makes the problem what it is, but for its outputs, which tests bring.
-            share: Which of how many shares of an investigation the file is, if it is one. Its
-                folder is made if there is none; the other studies in it must belong to the same
-                problem, too, and be shares of as many.
+                ``kinds``: "real", "integer", "binary" or "choice" for each variable; and whatever
+                else identifies the problem. Outputs are added by the tests.
+            share: For a share of an investigation: its part and the number of parts. Its folder is
+                made if necessary; the other studies in it must belong to the same problem and have
+                the same number of parts.
 
         Raises:
             StudyMismatchError: The file belongs to another problem; the message says what differs.
-            StudyError: It is damaged, no study, of another version, or cannot be made or read.
+            StudyError: The file is damaged, no study, of another version, or cannot be made or
+                read.
             ArgumentTypeError: JSON cannot hold the head.
         """
-        asked: dict[str, Any] = {"head": json.loads(identity_text(head))}
+        facts: Facts = {"head": json.loads(identity_text(head))}
         if share is not None:
-            asked["share"] = [*share]
+            facts["share"] = [*share]
             folder = os.path.dirname(self.path)
             with _reported(self.path):
                 os.makedirs(folder, exist_ok=True)
-            for path in sorted(Path(folder).glob("*.db")):
-                _require_alike(str(path), Study(path).facts(), asked)
-        with nullcontext() if os.path.exists(self.path) else self.writing():
-            # Again, as the owner of the lock before may have made it.
-            if not os.path.exists(self.path):
-                _create(self.path, asked)
-        self._seen = None
-        _require_alike(self.path, self.facts(), asked)
+            for path in studies_in(folder):
+                require_alike(path, Study(path).facts(), facts)
+        if not os.path.exists(self.path):
+            with self.writing():
+                # The previous owner of the lock may have made it meanwhile.
+                if not os.path.exists(self.path):
+                    _create(self.path, facts)
+        self._id = None
+        require_alike(self.path, self.facts(), facts)
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Keep others from writing while the body runs, so that none repeats its work.
+        """Keep other processes from writing while the body runs, so that none repeats its work.
 
-        Without it, :meth:`append` does so for the time of one block. It may be nested. Threads of
-        this process wait for their turn.
+        Without it, :meth:`append` does so for each block. It may be nested. Threads of this process
+        wait for one another.
 
         Raises:
-            StudyLockedError: Another process is writing; one that was killed does not count.
+            StudyLockedError: Another process is writing. A killed process does not hold the lock.
             StudyAccessError: The folder cannot be written.
         """
-        # setdefault is one step: two threads never get a lock each. By process, too, as a fork
-        # inherits the entries, but not the locks.
-        key = os.getpid(), self.path
-        with _TURNS.setdefault(key, threading.RLock()):
-            if key in _LOCKS:  # nested
+        # By process, too, since a fork inherits the entries, but not the locks.
+        key = (os.getpid(), self.path)
+        # setdefault is one step: two threads never get a lock each.
+        thread_lock = _THREAD_LOCKS.setdefault(key, threading.RLock())
+        with thread_lock:
+            if key in _HELD:  # nested
                 yield
                 return
-            with _locked(self.path, self.wait) as _LOCKS[key]:
+            with _locked(self.path, self.wait):
+                _HELD.add(key)
                 try:
                     yield
                 finally:
-                    del _LOCKS[key]
+                    _HELD.remove(key)
                     with suppress(OSError):  # Windows removes no open file
                         os.unlink(self.path + _LOCK)
 
@@ -157,65 +167,66 @@ class Study:
     ) -> int:
         """Commit a block of n tests; after the return they are on the disk.
 
-        A test that is stored already with the same values is left alone, also if one of both lacks
-        an output. One that is stored as failed is replaced by its repetition. No other stored test
-        can be changed.
+        A test that is already stored with the same values is skipped, even if one of the two lacks
+        an output. A test that is stored as failed is replaced by its repetition. No other stored
+        test can be changed.
 
         Args:
-            columns: ``(n,)`` each: ``test_point``, the numbers; the variables, objectives and
-                constraints by name, choices as texts; ``status``; ``reason``, texts; and numbers
-                that the model gives besides, its outputs, which may be others each time.
+            columns: Columns of n cells: ``test_point``, the numbers; the variables, objectives and
+                constraints by name, choices as texts; ``status``; ``reason``, texts; and the
+                outputs of the model, numbers, which may differ from block to block.
             origin: Where the designs come from.
-            seconds: What the evaluation of a design took, one number or ``(n,)``.
+            seconds: How long the evaluation of a design took, one number or ``(n,)``.
 
         Returns:
-            How many tests were new or replaced.
+            The number of tests that were new or replaced.
 
         Raises:
-            StudyMismatchError: Another study has taken its place.
+            StudyMismatchError: Another study has taken the place of this one.
             ArgumentValueError: A test is stored with other values.
             StudyLockedError: Another process is writing.
             StudyAccessError: The disk is full, or file or folder cannot be written.
             StudyCorruptError: The file is damaged.
         """
-        with self._transaction(write=True) as (db, facts):
+        with self.writing(), self._transaction(_WRITE) as (db, facts):
             head = facts["head"]
-            new = _unknown(db, self.path, head, columns)
+            new = _new_tests(db, self.path, head, columns)
             if new.any():
-                wider = _with_outputs(head, columns)
-                _add_columns(db, wider, known=_columns(head))
-                _put(db, head=wider)
-                seconds = np.full(len(new), seconds, dtype=np.float64)[new]
-                chosen = {name: column[new] for name, column in columns.items()}
-                _insert(db, wider, chosen, origin, seconds)
+                wider_head = _with_outputs(head, columns)
+                _add_columns(db, wider_head, present=_columns(head))
+                _put(db, head=wider_head)
+                new_columns = {name: column[new] for name, column in columns.items()}
+                new_seconds = np.full(len(new), seconds, dtype=np.float64)[new]
+                _insert(db, wider_head, new_columns, origin, new_seconds)
         return int(new.sum())
 
     def facts(self) -> dict[str, Any]:
-        """Return what holds for the whole file: ``head``, ``id``, ``begun``, ``share``.
+        """Return the facts about the whole file: ``head``, ``id``, ``begun``, ``share``.
 
         Raises:
-            StudyMismatchError: Another study has taken its place.
-            StudyVersionError: Another version wrote it.
-            StudyCorruptError: It is damaged, or no study.
-            StudyAccessError: It does not exist or cannot be read.
+            StudyMismatchError: Another study has taken the place of this one.
+            StudyVersionError: Another version of the package wrote the file.
+            StudyCorruptError: The file is damaged, or no study.
+            StudyAccessError: The file does not exist or cannot be read.
         """
-        with self._transaction() as (_, facts):
+        with self._transaction(_READ) as (_, facts):
             return facts
 
     def contents(self, first: int = 1, count: int = LAST) -> tuple[dict[str, Any], Columns]:
-        """Return the facts and the stored tests of one moment.
+        """Return the facts and the stored tests, both of the same moment.
 
         Args:
-            first: Number of the first test point of interest.
-            count: How many test points from there are of interest.
+            first: Number of the first test point.
+            count: Number of test points from there on.
 
         Returns:
-            The facts, and the columns of the tests, by number; see :meth:`append`.
+            The facts, and the columns of the tests in the order of their numbers; see
+            :meth:`append`.
 
         Raises:
             StudyError: As :meth:`facts`.
         """
-        with self._transaction() as (db, facts):
+        with self._transaction(_READ) as (db, facts):
             return facts, _selected(db, facts["head"], first, first + count - 1)
 
     def numbers(self, first: int = 1, *, failed: bool = True) -> NDArray[np.int64]:
@@ -240,8 +251,7 @@ class Study:
         """Commit designs that are going to be tested, unless others are stored under their numbers.
 
         Args:
-            proposals: Number, round, origin, and what else is known of each, as JSON can hold it;
-                by number.
+            proposals: The proposals in the order of their numbers.
 
         Returns:
             The proposals that are stored under these numbers now.
@@ -249,31 +259,33 @@ class Study:
         Raises:
             StudyError: As :meth:`append`.
         """
-        with self._transaction(write=True) as (db, _):
-            if stored := _proposals(db, proposals[0][0], proposals[-1][0]):
+        with self.writing(), self._transaction(_WRITE) as (db, _):
+            stored = _proposals(db, proposals[0][0], proposals[-1][0])
+            if stored:
                 return stored
-            rows = [(*row, json.dumps(content, ensure_ascii=False)) for *row, content in proposals]
+            rows = []
+            for number, proposed_in, origin, content in proposals:
+                text = json.dumps(content, ensure_ascii=False)
+                rows.append((number, proposed_in, origin, text))
             db.executemany("INSERT INTO proposals VALUES (?, ?, ?, ?)", rows)
         return list(proposals)
 
     def proposals(self, first: int, count: int) -> list[Proposal]:
-        """Return what is proposed of the ``count`` test points from number ``first``.
+        """Return the proposals among the ``count`` test points from number ``first``.
 
         Raises:
             StudyError: As :meth:`facts`.
         """
-        with self._transaction() as (db, _):
+        with self._transaction(_READ) as (db, _):
             return _proposals(db, first, first + count - 1)
 
     @contextmanager
-    def _transaction(
-        self, *, write: bool = False
-    ) -> Iterator[tuple[sqlite3.Connection, dict[str, Any]]]:
-        """Give a connection in a transaction, and the facts of what is still the same study.
+    def _transaction(self, begin: str) -> Iterator[tuple[sqlite3.Connection, Facts]]:
+        """Yield a connection in a transaction, and the facts of what is still the same study.
 
-        What the body has not finished is undone.
+        If the body raises, its changes are undone.
         """
-        with self.writing() if write else nullcontext(), _reported(self.path):
+        with _reported(self.path):
             if not os.path.isfile(self.path):
                 raise StudyAccessError(f"study {self.path} does not exist; check the name")
             # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
@@ -284,10 +296,9 @@ class Study:
             with closing(connected) as db:
                 db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
                 db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
-                # A plain BEGIN would take the write lock at the first change only, after reading.
-                db.execute("BEGIN IMMEDIATE" if write else "BEGIN")
+                db.execute(begin)
                 facts = _facts(db, self.path)
-                if self._seen not in (None, facts["id"]):
+                if self._id not in (None, facts["id"]):
                     raise StudyMismatchError(
                         f"study {self.path} is not the one that this run began or continued: "
                         "another has taken its place, and was left as it is; put the right file "
@@ -295,7 +306,7 @@ class Study:
                     )
                 yield db, facts
                 db.execute("COMMIT")
-        self._seen = facts["id"]
+        self._id = facts["id"]
 
 
 def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None:
@@ -309,8 +320,13 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
         raise StudyAccessError(
             f"study {file} exists already and was left as it is; give the name of a new file"
         )
-    known = json.loads(identity_text({"problem": None, **head}))
-    _create(file, {"head": _with_outputs(known, columns)}, columns)
+    stored_head = json.loads(identity_text({"problem": None, **head}))
+    _create(file, {"head": _with_outputs(stored_head, columns)}, columns)
+
+
+def studies_in(folder: str | PathLike[str]) -> list[str]:
+    """Return the paths of the studies in a folder, sorted."""
+    return sorted(map(str, Path(folder).glob(f"*{SUFFIX}")))
 
 
 # The file
@@ -318,25 +334,26 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
 
 @contextmanager
 def _reported(path: str) -> Iterator[None]:
-    """Turn errors of SQLite and the system, and of what cannot be read, into ours."""
+    """Turn errors of SQLite, of the system and of unreadable content into errors of a study."""
     try:
         yield
     except PsiError:
         raise
     except (sqlite3.OperationalError, OSError) as error:
+        problem = getattr(error, "strerror", None) or error
         raise StudyAccessError(
-            f"study {path} cannot be used: {getattr(error, 'strerror', None) or error}; see that "
-            "its folder exists, that you may write it, that the disk is not full, and that no "
-            "other program keeps it busy; what was stored before is kept"
+            f"study {path} cannot be used: {problem}; see that its folder exists, that you may "
+            "write it, that the disk is not full, and that no other program keeps it busy; what "
+            "was stored before is kept"
         ) from error
     except (sqlite3.DatabaseError, LookupError, TypeError, ValueError) as error:
         raise _unreadable(path, str(error)) from error
 
 
-def _unreadable(path: str, what: str) -> StudyCorruptError:
+def _unreadable(path: str, problem: str) -> StudyCorruptError:
     return StudyCorruptError(
-        f"{path} is no study of pymoo-psi, or damaged: {what:.80}; it was left as it is: restore "
-        "it from a copy, or move it away and run again what it held"
+        f"{path} is no study of pymoo-psi, or damaged: {problem:.80}; it was left as it is: "
+        "restore it from a copy, or move it away and repeat the runs that it held"
     )
 
 
@@ -357,44 +374,51 @@ def _create(path: str, facts: Mapping[str, Any], columns: Columns | None = None)
         db.execute("COMMIT")
 
 
-def _facts(db: sqlite3.Connection, path: str) -> dict[str, Any]:
+def _facts(db: sqlite3.Connection, path: str) -> Facts:
     """Return the facts of a study after making sure that the file is one, and nothing else."""
-    names = ("application_id", "user_version")
-    mark, version = (db.execute(f"PRAGMA {name}").fetchone()[0] for name in names)
-    if mark == _APPLICATION and version != _VERSION:
-        older = "continue it with pymoo-psi 0.2.0, or export it as CSV with that version"
+    (application,) = db.execute("PRAGMA application_id").fetchone()
+    (version,) = db.execute("PRAGMA user_version").fetchone()
+    if application == _APPLICATION and version != _VERSION:
+        remedy = "install a later one"
+        if version < _VERSION:
+            remedy = "continue it with pymoo-psi 0.2.0, or export it as CSV with that version"
         raise StudyVersionError(
             f"study {path} has format {version}, but this version of pymoo-psi reads format "
-            f"{_VERSION}; {older if version < _VERSION else 'install a later one'}"
+            f"{_VERSION}; {remedy}"
         )
-    # What SQLite would run by itself, such as a trigger, is not used.
-    made = "SELECT name, type FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
-    held, own = dict(db.execute(made)), dict.fromkeys(("study", "proposals", "tests"), "table")
-    if mark != _APPLICATION or held != own:
-        more = [f"the {kind} {name}" for name, kind in held.items() - own.items()]
-        raise _unreadable(path, f"it holds {', '.join(more) or 'no tests'}")
+    # Other items, such as triggers, are refused: SQLite would run them by itself.
+    query = "SELECT name, type FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
+    items = dict(db.execute(query))
+    tables = dict.fromkeys(("study", "proposals", "tests"), "table")
+    if application != _APPLICATION or items != tables:
+        others = [f"the {kind} {name}" for name, kind in items.items() - tables.items()]
+        raise _unreadable(path, f"it holds {', '.join(others) or 'no tests'}")
     facts = {name: json.loads(value) for name, value in db.execute("SELECT * FROM study")}
-    _columns(facts["head"])  # what is no head shows here
+    _columns(facts["head"])  # a damaged head raises here
     return facts
 
 
 def _put(db: sqlite3.Connection, **facts: Any) -> None:
-    rows = [(name, json.dumps(value, ensure_ascii=False)) for name, value in facts.items()]
-    db.executemany("INSERT OR REPLACE INTO study VALUES (?, ?)", rows)
+    for name, value in facts.items():
+        row = (name, json.dumps(value, ensure_ascii=False))
+        db.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", row)
 
 
 def _proposals(db: sqlite3.Connection, first: int, last: int) -> list[Proposal]:
     query = "SELECT * FROM proposals WHERE test_point BETWEEN ? AND ? ORDER BY test_point"
-    return [(*row, json.loads(content)) for *row, content in db.execute(query, (first, last))]
+    proposals = []
+    for number, proposed_in, origin, content in db.execute(query, (first, last)):
+        proposals.append((number, proposed_in, origin, json.loads(content)))
+    return proposals
 
 
 # Tests
 
 
 def _columns(head: Head) -> dict[str, tuple[str, Kind]]:
-    """Return the column of each name, as SQL refers to it, and what its cells are."""
+    """Return for each name its column, quoted for SQL, and the kind of its cells."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
-    found: dict[str, tuple[str, Kind]] = {}
+    columns: dict[str, tuple[str, Kind]] = {}
     taken = {*_FIXED}
     for group in ("variables", "objectives", "inequalities", "equalities", "outputs"):
         for name in head.get(group, ()):
@@ -403,24 +427,31 @@ def _columns(head: Head) -> dict[str, tuple[str, Kind]]:
                 column += "_"
             taken.add(column.lower())
             quoted = column.replace('"', '""')
-            found[name] = f'"{quoted}"', kinds.get(name, Kind.REAL)
-    return found
+            columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
+    return columns
 
 
-def _add_columns(db: sqlite3.Connection, head: Head, known: Collection[str] = ()) -> None:
+def _add_columns(db: sqlite3.Connection, head: Head, present: Collection[str] = ()) -> None:
     for name, (column, kind) in _columns(head).items():
-        if name not in known:
+        if name not in present:
             db.execute(f"ALTER TABLE tests ADD COLUMN {column} {_TYPES.get(kind, '')}")
 
 
 def _with_outputs(head: Head, columns: Columns) -> dict[str, Any]:
-    """Return a head with the outputs that tests bring."""
-    known = {*_FIXED[:3], *_columns(head)}
-    added = [name for name in columns if name not in known]
-    return {**head, "outputs": [*head.get("outputs", ()), *added]} if added else dict(head)
+    """Return a head with the outputs that tests have."""
+    columns_of_head = {*_FIXED[:3], *_columns(head)}
+    outputs = [*head.get("outputs", ())]
+    for name in columns:
+        if name not in columns_of_head:
+            outputs.append(name)
+    if not outputs:
+        return dict(head)
+    return {**head, "outputs": outputs}
 
 
-def _unknown(db: sqlite3.Connection, path: str, head: Head, columns: Columns) -> NDArray[np.bool_]:
+def _new_tests(
+    db: sqlite3.Connection, path: str, head: Head, columns: Columns
+) -> NDArray[np.bool_]:
     """``(n,)`` which tests are new or repeat failed ones.
 
     Raises:
@@ -428,26 +459,28 @@ def _unknown(db: sqlite3.Connection, path: str, head: Head, columns: Columns) ->
     """
     numbers = columns["test_point"]
     stored = _selected(db, head, int(numbers.min(initial=LAST)), int(numbers.max(initial=0)))
-    _, here, there = np.intersect1d(numbers, stored["test_point"], return_indices=True)
-    differ = _differing(stored, columns, there, here)
-    for number in numbers[here][differ & (stored["status"][there] != "failed")]:
+    _, rows, stored_rows = np.intersect1d(numbers, stored["test_point"], return_indices=True)
+    differ = differing(stored, stored_rows, columns, rows)
+    changed = numbers[rows][differ & (stored["status"][stored_rows] != "failed")]
+    if len(changed):
         rule = "of new test points, repetitions of failed ones, or what is stored"
-        found = Received(f"other values for test point {number}")
+        received = Received(f"other values for test point {changed[0]}")
         remedy = f"use another file if the model has changed; study {path} is as it was"
-        raise invalid("block", rule, found, remedy)
+        raise invalid("block", rule, received, remedy)
     new = np.ones(len(numbers), dtype=bool)
-    new[here[~differ]] = False
+    new[rows[~differ]] = False
     return new
 
 
-def _differing(
-    stored: Columns, others: Columns, one: NDArray[np.intp], other: NDArray[np.intp]
+def differing(
+    columns: Columns, rows: NDArray[np.intp], others: Columns, other_rows: NDArray[np.intp]
 ) -> NDArray[np.bool_]:
-    """``(n,)`` which tests, of rows ``one`` and ``other``, differ in what is known of both."""
-    differ = np.zeros(len(one), dtype=bool)
-    for name in stored.keys() & others.keys():
-        a, b = stored[name][one], others[name][other]
-        differ |= (a != b) & (a == a) & (b == b)  # NaN, which differs from itself, is unknown
+    """``(n,)`` which of n pairs of tests differ in a value that both have."""
+    differ = np.zeros(len(rows), dtype=bool)
+    for name in columns.keys() & others.keys():
+        one = columns[name][rows]
+        other = others[name][other_rows]
+        differ |= (one != other) & (one == one) & (other == other)  # NaN differs from itself
     return differ
 
 
@@ -455,50 +488,59 @@ def _insert(
     db: sqlite3.Connection, head: Head, columns: Columns, origin: str | None, seconds: ArrayLike
 ) -> None:
     """Write tests, in place of those with their numbers."""
-    n, known = len(columns["test_point"]), _columns(head)
+    n = len(columns["test_point"])
+    names = [*_FIXED]
     reasons = np.where(columns["reason"] == "", np.array(None), columns["reason"])
     cells = [columns["test_point"], columns["status"], reasons]
-    cells += [np.full(n, origin, dtype=object), np.full(n, seconds, dtype=np.float64)]
-    for name, (_, kind) in known.items():
-        # NaN: an output that these tests do not have.
-        cells.append(columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind]))
-    names = ", ".join([*_FIXED, *(column for column, _ in known.values())])
-    insert = f"INSERT OR REPLACE INTO tests ({names}) VALUES ({', '.join('?' * len(cells))})"
-    for start in range(0, len(cells[0]), _AT_A_TIME):
-        part = slice(start, start + _AT_A_TIME)
-        db.executemany(insert, zip(*(column[part].tolist() for column in cells), strict=True))
+    cells.append(np.full(n, origin, dtype=object))
+    cells.append(np.full(n, seconds, dtype=np.float64))
+    for name, (column, kind) in _columns(head).items():
+        # NaN where these tests lack an output.
+        values = columns.get(name, np.full(n, np.nan))
+        names.append(column)
+        cells.append(values.astype(DTYPES[kind]))
+    marks = ", ".join("?" * len(cells))
+    insert = f"INSERT OR REPLACE INTO tests ({', '.join(names)}) VALUES ({marks})"
+    for start in range(0, n, _AT_A_TIME):
+        block = [column[start : start + _AT_A_TIME].tolist() for column in cells]
+        db.executemany(insert, zip(*block, strict=True))
 
 
 def _selected(db: sqlite3.Connection, head: Head, first: int, last: int) -> Columns:
-    """Return the tests with numbers from ``first`` to ``last``, by number."""
-    known = _columns(head)
-    dtypes = {name: DTYPES[kind] for name, (_, kind) in known.items()}
-    dtypes = {"test_point": np.int64, **dtypes, "status": np.object_, "reason": np.object_}
-    # A name in double quotes that is no column would be a text, but for the table before it.
-    listed = [f"tests.{column}" for column, _ in known.values()]
+    """Return the tests with numbers from ``first`` to ``last``, in the order of their numbers."""
+    dtypes: dict[str, Any] = {"test_point": np.int64}
+    selected = ["test_point"]
+    for name, (column, kind) in _columns(head).items():
+        dtypes[name] = DTYPES[kind]
+        # With the table: SQLite takes a quoted name that is no column for a text.
+        selected.append(f"tests.{column}")
+    dtypes |= {"status": np.object_, "reason": np.object_}
+    selected += ["status", "coalesce(reason, '')"]
     cursor = db.execute(
-        f"SELECT {', '.join(['test_point', *listed, 'status'])}, coalesce(reason, '') "
+        f"SELECT {', '.join(selected)} "
         "FROM tests WHERE test_point BETWEEN ? AND ? ORDER BY test_point",
         (min(first, LAST), min(last, LAST)),
     )
     parts = {name: [np.array([], dtype)] for name, dtype in dtypes.items()}
     for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
-        for (name, dtype), cells in zip(dtypes.items(), zip(*rows, strict=True), strict=True):
-            parts[name].append(np.array(cells, dtype))
+        for name, cells in zip(dtypes, zip(*rows, strict=True), strict=True):
+            parts[name].append(np.array(cells, dtypes[name]))
     return {name: np.concatenate(part) for name, part in parts.items()}
 
 
-# One writer at a time: a lock beside the study. The operating system releases it when its process
-# ends, however it ends.
+# One writer at a time: a locked file beside the study. The operating system releases the lock when
+# its process ends, however it ends.
 
-_LOCK = ".pymoo-psi-lock"  # behind the name of the study; nobody else uses it
-_TURNS: dict[tuple[int, str], Any] = {}  # whose turn it is among the threads of a process
-_LOCKS: dict[tuple[int, str], IO[str]] = {}
+_LOCK = ".pymoo-psi-lock"  # appended to the name of the study
+# By process and study: the lock among the threads, and which studies the process holds.
+_THREAD_LOCKS: dict[tuple[int, str], Any] = {}
+_HELD: set[tuple[int, str]] = set()
 
 
 def _locked(path: str, wait: float) -> IO[str]:
-    """Return the open lock of a study, which is this process's now."""
-    lock, deadline = path + _LOCK, time.monotonic() + wait
+    """Return the open lock file of a study, locked for this process."""
+    lock = path + _LOCK
+    deadline = time.monotonic() + wait
     while True:
         with _reported(path):
             file = open(lock, "a")  # noqa: SIM115
@@ -517,9 +559,9 @@ def _locked(path: str, wait: float) -> IO[str]:
 
 
 def _lock(descriptor: int) -> None:
-    """Lock an open file for this process; an OSError says that another has done so.
+    """Lock an open file for this process; an OSError says that another process has locked it.
 
-    A fork does not inherit locks of POSIX records: no worker that outlives its parent keeps them.
+    A fork does not inherit record locks of POSIX, so that no worker keeps the lock of its parent.
     """
     if sys.platform == "win32":
         msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
@@ -530,136 +572,38 @@ def _lock(descriptor: int) -> None:
 # Heads
 
 
-def _require_alike(
-    path: str, facts: Mapping[str, Any], asked: Mapping[str, Any], there: str = "asked"
-) -> None:
-    """Refuse a study of another problem, or of another number of shares."""
-    # As JSON, NaN is NaN, and 2 is not 2.0. The name of the problem says most; outputs are those
-    # that tests have brought so far.
-    a, b = (flat({"problem": None, **f["head"], "outputs": None}) for f in (facts, asked))
-    differing = [
-        f"{name} is {a.get(name, 'absent'):.120} in the study, {b.get(name, 'absent'):.120} {there}"
-        for name in {**a, **b}
-        if a.get(name) != b.get(name)
-    ]
-    if len({known["share"][1] for known in (facts, asked) if "share" in known}) > 1:
-        differing = [f"it is one of {facts['share'][1]} shares, not of {asked['share'][1]}"]
-    if differing:
+def require_alike(path: str, facts: Facts, others: Facts, where: str = "asked") -> None:
+    """Refuse a study of another problem, or of another number of shares.
+
+    Args:
+        path: The study, for the message.
+        facts: The facts of the study.
+        others: The facts of the problem, or of another study.
+        where: Where these come from, for the message.
+
+    Raises:
+        StudyMismatchError: The facts differ.
+    """
+    stored = _compared(facts)
+    other = _compared(others)
+    differences = []
+    for name in {**stored, **other}:
+        one = stored.get(name, "absent")
+        two = other.get(name, "absent")
+        if one != two:
+            differences.append(f"{name} is {one:.120} in the study, {two:.120} {where}")
+    if "share" in facts and "share" in others and facts["share"][1] != others["share"][1]:
+        differences = [f"it is one of {facts['share'][1]} shares, not of {others['share'][1]}"]
+    if differences:
         raise StudyMismatchError(
-            f"study {path} belongs to another problem or search: {'; '.join(differing[:4])}. "
+            f"study {path} belongs to another problem or search: {'; '.join(differences[:4])}. "
             "Give the name of another file, or the problem (and study_key) with which it was begun"
         )
 
 
-# Shares: the points of one investigation divided among machines, and their files as one study
+def _compared(facts: Facts) -> dict[str, str]:
+    """Return what must agree, as JSON, in which NaN is NaN and 2 is not 2.0.
 
-
-class Share(NamedTuple):
-    """The k-th of n parts of the test points.
-
-    The points are assigned in rounds of n consecutive numbers, of which each share gets one. So the
-    first results of all shares together are the beginning of the sequence, which is uniform, a
-    longer run extends every share, and whose a point is does not depend on how many there are.
-
-    The k-th share does not get the k-th point of every round: the low binary digits of a number
-    are the leading ones of a point of LPτ, so that every 64th point lies in one strip, a 64th of
-    the first variable, which would be the hole that a lost share leaves. Each round begins with
-    another share instead, by multiples of the golden ratio (Fibonacci hashing, Knuth, The Art of
-    Computer Programming 3, section 6.4), and every share alone is spread over the bounds, too.
-
-    Attributes:
-        part: Which part, from 1 to ``of``.
-        of: How many parts there are.
+    The name of the problem comes first, as it says most; outputs are those of the tests so far.
     """
-
-    part: int
-    of: int
-
-    @classmethod
-    def checked(cls, value: object) -> Share:
-        """Return the share that a user gives as ``(k, n)``.
-
-        Raises:
-            ArgumentValueError: There is no k-th of n parts.
-            ArgumentTypeError: It is no pair of integers.
-        """
-        if not isinstance(value, (tuple, list)) or len(value) != 2:
-            raise wrong_type("share", "a pair (k, n), the k-th of n parts", value)
-        part, of = (integer("k and n of share=(k, n)", v, minimum=1) for v in value)
-        if part > of:
-            raise invalid("share", "(k, n) with k from 1 to n", Received(f"({part}, {of})"))
-        return cls(part, of)
-
-    def __str__(self) -> str:
-        """Return "3 of 64"."""
-        return f"{self.part} of {self.of}"
-
-    @property
-    def file(self) -> str:
-        """Name of its file in a folder of studies, sorted by part."""
-        return f"share-{self.part:0{len(str(self.of))}}-of-{self.of}.db"
-
-    def numbers(self, first: int, last: int) -> NDArray[np.int64]:
-        """Return the test points from ``first`` to ``last`` that it gets, increasing."""
-        if self.of == 1:
-            return np.arange(first, last + 1)
-        rounds = np.arange((first - 1) // self.of, (last - 1) // self.of + 1)
-        # Only the lowest 32 bits of the product count, so that its overflow does no harm.
-        moved = (rounds * _GOLDEN % 2**32) * self.of // 2**32
-        numbers: NDArray[np.int64] = rounds * self.of + (self.part - 1 + moved) % self.of + 1
-        return numbers[(first <= numbers) & (numbers <= last)]
-
-
-ALL = Share(1, 1)  # all points
-
-
-def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str]:
-    """Return the tests of all studies in a folder as those of one; see :class:`Study`.
-
-    Returns:
-        The head, the columns, and which test points are missing; empty if none are.
-
-    Raises:
-        StudyMismatchError: Two of them belong to different problems, or have other results for
-            the same test point.
-        StudyError: One is damaged, or there is none; the message names the file.
-    """
-    files = sorted(map(str, Path(path).resolve().glob("*.db")))
-    if not files:
-        raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
-    facts, blocks = zip(*(Study(file).contents() for file in files), strict=True)
-    for file, other in zip(files, facts, strict=True):
-        _require_alike(file, other, facts[0], there=f"in {files[0]}")
-    # A share has the outputs that its tests have brought so far, NaN where they did not.
-    outputs = dict.fromkeys(name for f in facts for name in f["head"].get("outputs", ()))
-    head = facts[0]["head"] | ({"outputs": [*outputs]} if outputs else {})
-    columns = {}
-    for name in blocks[0] | outputs:
-        parts = [b.get(name, np.full(len(b["test_point"]), np.nan)) for b in blocks]
-        columns[name] = np.concatenate(parts)
-    source = np.repeat(np.arange(len(files)), [len(block["test_point"]) for block in blocks])
-    # Stable, so that of a test that several files hold the first one is taken.
-    order = np.argsort(columns["test_point"], kind="stable")
-    columns = {name: column[order] for name, column in columns.items()}
-    numbers = columns["test_point"]
-    again = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
-    for i in again[_differing(columns, columns, again, again - 1)]:
-        one, other = (files[source[order[j]]] for j in (i - 1, i))
-        raise StudyMismatchError(
-            f"studies {one} and {other} have different results for test point {numbers[i]}; "
-            "move the file that is wrong, or older, to another folder"
-        )
-    columns = {name: np.delete(column, again) for name, column in columns.items()}
-    of = next((known["share"][1] for known in facts if "share" in known), 1)
-    return head, columns, _missing(of, columns["test_point"])
-
-
-def _missing(of: int, numbers: NDArray[np.int64]) -> str:
-    """Say how many test points between those that are stored each share lacks."""
-    if of == 1 or len(numbers) == 0:
-        return ""
-    shares = {k: Share(k, of).numbers(int(numbers[0]), int(numbers[-1])) for k in range(1, of + 1)}
-    lack = {k: len(np.setdiff1d(points, numbers)) for k, points in shares.items()}
-    lacking = ", ".join(f"{n} of share {Share(k, of)}" for k, n in lack.items() if n)
-    ends = f"test points {numbers[0]} and {numbers[-1]}"
-    return f"Missing between {ends}: {lacking}" if lacking else ""
+    return flat({"problem": None, **facts["head"], "outputs": None})

@@ -1,17 +1,20 @@
-"""What people write into files: from a text or a workbook to columns, and the numbers in them.
+"""From the rows that people write into files to columns, and the numbers in these.
 
-A plain number is an optional sign, digits, a decimal mark and an exponent. Points and commas
-have two meanings, one in each notation:
+A plain number is an optional sign, digits, a decimal mark and an exponent. Points and commas have
+two meanings, which depend on the notation:
 
 - with a decimal point, commas may divide thousands: 1.5, 1,250.5;
-- with a decimal comma, points may: 1,5, 1.250,5.
+- with a decimal comma, points may divide thousands: 1,5, 1.250,5.
 
-1. Where ``decimal`` or ``thousands`` is given, it decides.
-2. Else a column that only one notation can read, as one with 1.5, 0.125 or 1.250.000, is of it.
-3. Else the mark, as in 1.250, is a decimal mark if it is one in all columns of the file that are
-   certain; or if it is a point in a file with commas between its cells, and all numbers of the
-   column have three digits behind it, as programs print them.
-4. Else the column is refused: no number is read that could be another one.
+The notation of a column is found by the first of these rules that applies:
+
+1. ``decimal`` or ``thousands`` decides where the user gives it.
+2. A column that only one notation can read, such as one with 1.5, 0.125 or 1.250.000, has that
+   notation and is certain.
+3. A single mark, as in 1.250, is a decimal mark if it is one in all certain columns of the file. It
+   is also one if it is a point, commas separate the cells of the file, and every number in the
+   column has three digits behind it, as programs print them.
+4. Any other column is refused, so that no number is read that could be another one.
 """
 
 from __future__ import annotations
@@ -29,20 +32,20 @@ from pymoo_psi._validation import counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 
 Array: TypeAlias = NDArray[np.float64]
-# The numbers of a column by decimal mark; NaN of a blank cell, None of any other.
-_Values: TypeAlias = dict[str, list[float | None]]
+# The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
+_Readings: TypeAlias = dict[str, list[float | None]]
 
 EMPTY = "it is empty; it must hold a line of column names, then the designs"
 
 _BLANKS = {"", "nan", "na", "n/a", "<na>", "null", "none", "k.a.", "-", "--", "–", "—", "?"}
-# Errors of spreadsheets in any language, #DIV/0! as #WERT!, and of columns that are too narrow.
+# Errors of spreadsheets in any language, such as #DIV/0! and #WERT!, and cells too wide to show.
 _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
 _OTHER = {".": ",", ",": "."}
 _GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
-_LONGEST = 100  # characters of a number; a longer text is none, and costs no time
-# What a reader may take for a number, though it is none by the rule: $5, ~5, 5 kg, 1/2, =A1; but
-# not dates and times.
+_LONGEST = 100  # characters of a number; a longer text is not searched for one
+# Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
+# =A1; but not dates and times.
 _NUMBERLIKE = re.compile(
     r"(?!\d{4}-\d\d?-\d\d?(?:[T ].*)?$|\d\d?[./]\d\d?[./]\d{2,4}$|\d\d?:\d\d(?::\d\d)?$)"
     r"(?:=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d)",
@@ -50,7 +53,7 @@ _NUMBERLIKE = re.compile(
 )
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
-# Words by which spreadsheets and people call rows that summarise others: sums, means, extremes.
+# What spreadsheets and people call rows that summarise others: sums, means, extremes.
 _SUMMARY = re.compile(
     r"\b(sums?|totals?|subtotal|σ|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|teilsumme|"
     r"ergebnis|gesamtergebnis|teilergebnis|somme|suma|totale|mean|average|avg|ø|mittel|mittelwert|"
@@ -59,24 +62,25 @@ _SUMMARY = re.compile(
     r"schlechtester)\b",
     re.IGNORECASE,
 )
-_ROUNDED = 0.01  # relative; what is shown is often the rounded summary of unrounded numbers
+_ROUNDED = 0.01  # relative; a summary is often rounded, and computed from unrounded numbers
 
 
 class UnfitError(ArgumentValueError):
-    """A source is no table; :func:`read_table` says which source."""
+    """A source is no table; :func:`read_table` adds which source it is."""
 
 
 @dataclass(frozen=True)
 class Cells:
-    """The cells of a source that is no table of tests.
+    """The cells of a source, column by column.
 
     Attributes:
         columns: The n cells of each column by its name, in the order of the source.
         lines: The line of the file on which each row ends; empty if there are no lines.
         separator: The mark between the cells of a text.
-        head: What the source says of its columns, as :func:`designs_head` writes it.
-        label: The column that names the designs, if the source says so.
-        rows: The numbers of the rows, from 1 to n if empty.
+        head: What the source says of its columns: of designs, as :func:`designs_head` returns it;
+            of a table of tests, as :meth:`FileFormat.write` gets it.
+        label: The column that names the designs, if the source tells.
+        rows: The numbers of the rows; from 1 to n if empty.
     """
 
     columns: dict[str, list[Any]]
@@ -87,23 +91,25 @@ class Cells:
     rows: Sequence[int] = ()
 
     def where(self, i: int) -> str:
-        """Say where the i-th row stands."""
-        return f"row {self.rows[i]}" + (f" (line {self.lines[i]})" if self.lines else "")
+        """Return the place of the i-th row, for messages."""
+        if self.lines:
+            return f"row {self.rows[i]} (line {self.lines[i]})"
+        return f"row {self.rows[i]}"
 
     def line(self, i: int) -> int:
-        """Return the number by which the i-th row is left out."""
-        return (self.lines or self.rows)[i]
+        """Return the number by which ``skip_rows`` leaves the i-th row out."""
+        numbers = self.lines or self.rows
+        return numbers[i]
 
 
 class Column(NamedTuple):
-    """The n cells of a column, and their numbers.
+    """The n cells of a column, and the numbers in them.
 
     Attributes:
-        name: Its name.
+        name: The name of the column.
         cells: The cells as they are written.
-        numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if it is no column of them.
-        problem: Of a column that may be one of numbers but cannot be read: what is wrong, and what
-            settles it.
+        numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if the column has others.
+        problem: Why a column that may hold numbers cannot be read, and what to do; else empty.
     """
 
     name: str
@@ -115,60 +121,82 @@ class Column(NamedTuple):
         """Return the ``(n,)`` numbers.
 
         Raises:
-            ArgumentValueError: It cannot be read for certain, or holds no number.
+            ArgumentValueError: The column cannot be read for certain, or holds no number.
         """
-        if self.numbers is None:
-            remedy = "name objectives that do, or save what a spreadsheet has not computed yet"
-            raise UnfitError(
-                self.problem or f"its column {self.name!r} holds no number at all; {remedy}"
-            )
-        return self.numbers
+        if self.numbers is not None:
+            return self.numbers
+        if self.problem:
+            raise UnfitError(self.problem)
+        remedy = "name objectives that do, or save what a spreadsheet has not computed yet"
+        raise UnfitError(f"its column {self.name!r} holds no number at all; {remedy}")
 
 
 # From rows to cells
 
 
 def in_a_line(name: str) -> str:
-    """Return the name of a column without line breaks, which could not be typed as an option."""
+    """Return the name of a column without line breaks, which could not be typed in an option."""
     return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
 
 
 def cells_of_rows(
     rows: list[list[Any]], ends: list[int], separator: str, head: Mapping[str, Any] | None = None
 ) -> Cells:
-    """Return rows as columns under the names in the first row."""
+    """Return rows as columns under the names in the first row.
+
+    Raises:
+        ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
+            name occurs twice.
+    """
     if not rows:
         raise UnfitError(EMPTY)
-    usual = Counter(map(len, rows)).most_common(1)[0][0]
-    for end, row in zip(ends, rows, strict=True):
-        if len(row) != usual:
-            what = f"line {end} has {counted(len(row), 'cell')}, most lines {usual}"
-            remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
-            raise UnfitError(f"{what}; {remedy}")
-    header = [in_a_line(cell) if isinstance(cell, str) else cell for cell in rows[0]]
-    # A file without names would lose its first design as names, and nobody would notice.
-    if numbers := [cell for cell in header if is_number(cell)]:
-        what = f"its first line must name the columns, and holds numbers, {numbers[0]!r:.40}"
-        remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
-        raise UnfitError(f"{what}; {remedy}")
+    _require_one_length(rows, ends)
+    header = _names(rows[0])
     if len(rows) == 1:
         raise UnfitError("it holds column names, but no row")
-    columns = zip(header, map(list, zip(*rows[1:], strict=True)), strict=True)
-    named = [
-        # One without a name numbers rows, as data frames write their index.
-        (str(name) or "index", cells)
-        for name, cells in columns
-        if name != "" or not all(map(is_blank, cells))  # a comma at the end of every line
-    ]
-    for name, count in Counter(name for name, _ in named).items():
+    names = []
+    columns = {}
+    for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True):
+        if name == "":
+            if all(map(is_blank, cells)):  # a comma at the end of every line
+                continue
+            name = "index"  # data frames write the numbers of rows without a name
+        names.append(name)
+        columns[name] = list(cells)
+    for name, count in Counter(names).items():
         if count > 1:
-            what = f"its header names the column {name!r} {count} times"
-            raise UnfitError(f"{what}; rename all but one, or leave titles out by --skip-rows")
-    return Cells(dict(named), ends[1:], separator, head)
+            problem = f"its header names the column {name!r} {count} times"
+            raise UnfitError(f"{problem}; rename all but one, or leave titles out by --skip-rows")
+    return Cells(columns, ends[1:], separator, head)
+
+
+def _require_one_length(rows: list[list[Any]], ends: list[int]) -> None:
+    usual, _ = Counter(map(len, rows)).most_common(1)[0]
+    for end, row in zip(ends, rows, strict=True):
+        if len(row) != usual:
+            problem = f"line {end} has {counted(len(row), 'cell')}, most lines {usual}"
+            remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
+            raise UnfitError(f"{problem}; {remedy}")
+
+
+def _names(header: list[Any]) -> list[str]:
+    """Return the names in a header, empty where there is none."""
+    names = []
+    for cell in header:
+        name = cell
+        if isinstance(cell, str):
+            name = in_a_line(cell)
+        # A file without names would lose its first design as names, and nobody would notice.
+        if is_number(name):
+            problem = f"its first line must name the columns, and holds numbers, {name!r:.40}"
+            remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
+            raise UnfitError(f"{problem}; {remedy}")
+        names.append(str(name))
+    return names
 
 
 def cells_of_frame(frame: Any) -> Cells:
-    """Return the cells of a data frame; an index that does not count the rows names them."""
+    """Return the cells of a data frame; an index other than row numbers names the rows."""
     import pandas as pd  # only where there is a frame
 
     if len(frame) == 0 or not frame.columns.is_unique:
@@ -178,135 +206,195 @@ def cells_of_frame(frame: Any) -> Cells:
         label = str(frame.index.name or "index")
         frame = frame.rename_axis(label).reset_index()
     frame = frame.astype(object).where(frame.notna(), None)
-    return Cells({str(name): frame[name].tolist() for name in frame}, label=label)
+    columns = {str(name): frame[name].tolist() for name in frame}
+    return Cells(columns, label=label)
 
 
 # From cells to numbers
 
 
 def is_blank(cell: Any) -> bool:
-    """Say whether a cell holds nothing, or a word for it."""
-    if isinstance(cell, str):
-        text = cell.strip()
-        return text.lower().replace(". ", ".") in _BLANKS or (
-            text[:1] == "#" and bool(_ERROR.fullmatch(text))
-        )
-    return cell is None or cell != cell
+    """Say whether a cell holds nothing, a word for it, or an error of a spreadsheet."""
+    if not isinstance(cell, str):
+        return cell is None or cell != cell
+    text = cell.strip()
+    if text.lower().replace(". ", ".") in _BLANKS:
+        return True
+    return text.startswith("#") and _ERROR.fullmatch(text) is not None
 
 
 def is_number(cell: Any) -> bool:
     """Say whether a cell is a plain number in any notation."""
+    if isinstance(cell, str):
+        return _MARKED.fullmatch(_plain(cell)[:_LONGEST]) is not None
+    return _is_numeric(cell)
+
+
+def _is_numeric(cell: Any) -> bool:
+    return isinstance(cell, (int, float)) and not isinstance(cell, bool)
+
+
+def _plain(cell: Any) -> Any:
+    """Return a text without spaces around it and with ASCII minus signs."""
     if not isinstance(cell, str):
-        return isinstance(cell, (int, float)) and not isinstance(cell, bool)
-    return bool(_MARKED.fullmatch(_plain(cell)[:_LONGEST]))
+        return cell
+    if not cell.isascii():
+        cell = cell.translate(_MINUS)
+    return cell.strip()
 
 
 def read_columns(
     cells: Cells, decimal: str | None, thousands: str | None, labels: Collection[str]
 ) -> dict[str, Column]:
-    """Return columns with their numbers; see the rule on top.
+    """Return columns with their numbers, by the rules at the top of this module.
 
     Args:
         cells: Texts, or the values of a source whose cells have types.
-        decimal: The decimal mark, ``"."`` or ``","``, if it is known.
-        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, if it is known.
-        labels: Columns that name designs: a design 1.2 says nothing of decimals.
+        decimal: The decimal mark, ``"."`` or ``","``, if the user gave it.
+        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, likewise.
+        labels: Columns that name designs. A design called 1.2 says nothing about decimals.
     """
     notations = _notations(decimal, thousands)
-    readings = {name: _read(column, notations) for name, column in cells.columns.items()}
-    certain = {
-        marks[0]
-        for name, values in readings.items()
-        if name not in labels and len(marks := _marks(values)) == 1
-    }
-    return {name: _column(cells, name, values, certain) for name, values in readings.items()}
+    readings = {}
+    certain = set()
+    for name, column in cells.columns.items():
+        readings[name] = _readings(column, notations)
+        marks = _possible_marks(readings[name])
+        if len(marks) == 1 and name not in labels:
+            certain.add(marks[0])
+    columns = {}
+    for name in cells.columns:
+        columns[name] = _column(cells, name, readings[name], certain)
+    return columns
 
 
-def _notations(
-    decimal: str | None, thousands: str | None
-) -> dict[str, tuple[re.Pattern[str], dict[int, str]]]:
-    """Return patterns of numbers and translations to Python's, by possible decimal mark."""
+class _Notation(NamedTuple):
+    """How numbers with one decimal mark are written, and the translation to Python's."""
+
+    decimal: str
+    pattern: re.Pattern[str]
+    translation: dict[int, str]
+
+
+def _notations(decimal: str | None, thousands: str | None) -> list[_Notation]:
+    """Return the notations that the decimal mark and the mark between thousands allow."""
     if decimal not in (None, ".", ","):
         raise invalid("decimal", "'.' or ','", decimal)
     if thousands not in (None, ".", ",", " ", "'") or thousands == (decimal or ""):
         raise invalid("thousands", "'.', ',', ' ' or \"'\", and not the decimal mark", thousands)
-    known = decimal or _OTHER.get(thousands or "")
-    notations = {}
-    for mark in (known,) if known else (".", ","):
-        # Without a word on thousands, a gap divides nothing else in a number.
-        gaps = _GAPS.get(thousands or "", thousands or _OTHER[mark] + "".join(_GAPS.values()))
-        d, t = re.escape(mark), f"[{gaps}]"
-        # Nobody groups digits in front of an exponent.
-        grouped = rf"[1-9][0-9]{{0,2}}(?P<gap>{t})[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*(?:{d}[0-9]*)?"
-        plain = rf"(?:[0-9]+(?:{d}[0-9]*)?|{d}[0-9]+)(?:[eE][+-]?[0-9]+)?"
-        pattern = re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity|∞)", re.IGNORECASE)
-        notations[mark] = pattern, str.maketrans({**dict.fromkeys(gaps, ""), mark: ".", "∞": "inf"})
-    return notations
+    if decimal is not None:
+        marks = [decimal]
+    elif thousands in _OTHER:
+        marks = [_OTHER[thousands]]
+    else:
+        marks = [".", ","]
+    return [_notation(mark, thousands) for mark in marks]
 
 
-def _read(
-    cells: list[Any], notations: Mapping[str, tuple[re.Pattern[str], dict[int, str]]]
-) -> _Values:
-    plain = [cell if not isinstance(cell, str) else _plain(cell) for cell in cells]
-    return {mark: [_number(cell, *how) for cell in plain] for mark, how in notations.items()}
+def _notation(decimal: str, thousands: str | None) -> _Notation:
+    if thousands is None:
+        gaps = _OTHER[decimal] + "".join(_GAPS.values())
+    else:
+        gaps = _GAPS.get(thousands, thousands)
+    mark = re.escape(decimal)
+    # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
+    group = rf"(?P<gap>[{gaps}])[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*"
+    grouped = rf"[1-9][0-9]{{0,2}}{group}(?:{mark}[0-9]*)?"
+    plain = rf"(?:[0-9]+(?:{mark}[0-9]*)?|{mark}[0-9]+)(?:[eE][+-]?[0-9]+)?"
+    pattern = re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity|∞)", re.IGNORECASE)
+    translation = dict.fromkeys(gaps, "") | {decimal: ".", "∞": "inf"}
+    return _Notation(decimal, pattern, str.maketrans(translation))
 
 
-def _marks(values: _Values) -> list[str]:
-    """Return the decimal marks with which all cells of a column are numbers or blank."""
-    return [mark for mark, numbers in values.items() if None not in numbers]
-
-
-def _plain(cell: str) -> str:
-    """Return a text without spaces about it and minus signs of typesetters."""
-    return (cell if cell.isascii() else cell.translate(_MINUS)).strip()
+def _readings(cells: list[Any], notations: list[_Notation]) -> _Readings:
+    """Return the numbers in a column under each notation."""
+    plain = [_plain(cell) for cell in cells]
+    readings = {}
+    for decimal, pattern, translation in notations:
+        readings[decimal] = [_number(cell, pattern, translation) for cell in plain]
+    return readings
 
 
 def _number(cell: Any, pattern: re.Pattern[str], translation: dict[int, str]) -> float | None:
-    """Return the number in a cell, NaN if it is blank, ``None`` if there is another text."""
+    """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
     if isinstance(cell, str) and len(cell) <= _LONGEST and pattern.fullmatch(cell):
         return float(cell.translate(translation))
-    if isinstance(cell, (int, float)) and not isinstance(cell, bool):
+    if _is_numeric(cell):
         return float(str(cell))  # infinite for an integer beyond float64
-    return np.nan if is_blank(cell) else None
+    if is_blank(cell):
+        return np.nan
+    return None
 
 
-def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) -> Column:
+def _possible_marks(readings: _Readings) -> list[str]:
+    """Return the decimal marks with which all cells of a column are numbers or blank."""
+    return [mark for mark, numbers in readings.items() if None not in numbers]
+
+
+def _column(cells: Cells, name: str, readings: _Readings, certain: Collection[str]) -> Column:
     """Return a column by its readings and the decimal marks of the certain columns."""
     column = cells.columns[name]
-
-    def refused(i: Any, what: str) -> Column:
-        where = f"{cells.where(i)} holds {column[i]!r:.40} in the column {name!r}"
-        return Column(name, column, problem=f"{where}, {what}")
-
-    marks = _marks(values)
+    marks = _possible_marks(readings)
     if not marks:
-        best = min(values.values(), key=lambda numbers: numbers.count(None))
-        texts = [i for i, number in enumerate(best) if number is None]
-        # One number is enough: taken for text, the column would silently be no objective.
-        if mixed := any(number == number for number in best if number is not None):
-            looks = texts
-        else:
-            looks = [i for i in texts if _NUMBERLIKE.match(str(column[i]).strip()[:_LONGEST])]
-        if looks:
-            what = f"no plain number{' like the others' * mixed}; write it without a unit, "
-            what += "settle it by --decimal and --thousands, leave its line out by --skip-rows "
-            what += f"{cells.line(looks[0])}, or name the objectives by --objectives"
-            return refused(looks[0], what)
+        return Column(name, column, problem=_problem_of_texts(cells, name, readings))
+    first = np.array(readings[marks[0]])
+    last = np.array(readings[marks[-1]])
+    if np.isnan(first).all():
         return Column(name, column)
-    one, two = np.array(values[marks[0]]), np.array(values[marks[-1]])
-    if np.isnan(one).all():
-        return Column(name, column)
-    decimal = marks[0]
-    if len(unclear := np.flatnonzero(~np.isnan(one) & (one != two))):
-        i, used = unclear[0], {mark for i in unclear for mark in ".," if mark in column[i]}
-        printed = all(is_blank(c) or _PRINTED.fullmatch(str(c).strip()) for c in column)
-        decimal = "." if "." in column[i] else ","
-        settled = used == certain or (printed and cells.separator == "," and not certain)
-        if len(used) > 1 or not settled:
-            readings = " or ".join(f"{values[m][i]:.15g}" for m in (_OTHER[decimal], decimal))
-            remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
-            return refused(i, f"either {readings}; {remedy}")
-    return Column(name, column, np.array(values[decimal]))
+    ambiguous = np.flatnonzero(~np.isnan(first) & (first != last)).tolist()
+    if not ambiguous:
+        return Column(name, column, first)
+    decimal = _mark_in(column[ambiguous[0]])
+    used = {_mark_in(column[i]) for i in ambiguous}
+    # Either all other columns agree, or the numbers are printed by a program.
+    settled = used == certain
+    if not certain and cells.separator == ",":
+        settled = all(map(_is_printed, column))
+    if len(used) > 1 or not settled:
+        values = [readings[mark][ambiguous[0]] for mark in (_OTHER[decimal], decimal)]
+        either = " or ".join(f"{value:.15g}" for value in values)
+        remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
+        where = _where(cells, name, ambiguous[0])
+        return Column(name, column, problem=f"{where}, either {either}; {remedy}")
+    return Column(name, column, np.array(readings[decimal]))
+
+
+def _mark_in(cell: str) -> str:
+    """Return the mark in a number that may be read in two ways, and so has one mark."""
+    if "." in cell:
+        return "."
+    return ","
+
+
+def _is_printed(cell: Any) -> bool:
+    return is_blank(cell) or _PRINTED.fullmatch(str(cell).strip()) is not None
+
+
+def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
+    """Return what is wrong with a column that no notation can read; empty if it is one of texts."""
+    numbers = min(readings.values(), key=lambda numbers: numbers.count(None))
+    others = [i for i, number in enumerate(numbers) if number is None]
+    rule = "no plain number"
+    # One number is enough: taken for text, the column would silently be no objective.
+    if any(number is not None and number == number for number in numbers):
+        rule = "no plain number like the others"
+    else:
+        others = [i for i in others if _looks_like_number(cells.columns[name][i])]
+    if not others:
+        return ""
+    return (
+        f"{_where(cells, name, others[0])}, {rule}; write it without a unit, settle it by "
+        "--decimal and --thousands, leave its line out by --skip-rows "
+        f"{cells.line(others[0])}, or name the objectives by --objectives"
+    )
+
+
+def _looks_like_number(cell: Any) -> bool:
+    return _NUMBERLIKE.match(str(cell).strip()[:_LONGEST]) is not None
+
+
+def _where(cells: Cells, name: str, i: int) -> str:
+    return f"{cells.where(i)} holds {cells.columns[name][i]!r:.40} in the column {name!r}"
 
 
 # Rows that summarise others
@@ -315,48 +403,65 @@ def _column(cells: Cells, name: str, values: _Values, certain: Collection[str]) 
 def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     """Refuse rows that summarise others, such as "Total".
 
-    A name alone says nothing, as a design may be called Max, nor do a few equal numbers: a row is
-    refused if it is called by such a word and holds these numbers, of all other rows or of those
-    next to it.
+    A name alone says nothing, since a design may be called Max, nor do a few equal numbers. A row
+    is refused if it has such a name and its numbers summarise all other rows, or those next to it.
 
     Raises:
         ArgumentValueError: There is such a row.
     """
-    called: dict[int, str] = {}
+    names: dict[int, str] = {}
+    numbers = []
     for column in columns:
-        for i, cell in enumerate(column.cells if column.numbers is None else ()):
-            if isinstance(cell, str) and _SUMMARY.search(cell):
-                called[i] = cell.strip()
-    n, numbers = len(cells.rows), [c.numbers for c in columns if c.numbers is not None]
+        if column.numbers is not None:
+            numbers.append(column.numbers)
+        else:
+            names |= _names_of_summaries(column.cells)
+    n = len(cells.rows)
     # Words in most of many rows are values of a column, such as the levels min and max.
-    if not called or not numbers or len(called) > max(10, n // 2):
+    if not names or not numbers or len(names) > max(10, n // 2):
         return
     F = np.column_stack(numbers)
     F = np.where(np.isfinite(F), F, np.nan)
-    order = sorted(called)
-    others = np.setdiff1d(np.arange(n), order)
-    # Sums of groups stand below or above these, so between the rows that summarise.
-    groups = np.split(others, np.searchsorted(others, order))
-    for k, i in enumerate(order):
+    named = sorted(names)
+    others = np.setdiff1d(np.arange(n), named)
+    # Sums of groups stand below or above these, so between the named rows.
+    groups = np.split(others, np.searchsorted(others, named))
+    for k, i in enumerate(named):
         if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
-            out = ",".join(str(cells.line(j)) for j in order)
-            what = f"{cells.where(i)} is called {called[i]!r:.40} and summarises other rows"
-            raise UnfitError(f"{what}; leave it out by --skip-rows {out}, or rename it")
+            skipped = ",".join(str(cells.line(j)) for j in named)
+            problem = f"{cells.where(i)} is called {names[i]!r:.40} and summarises other rows"
+            raise UnfitError(f"{problem}; leave it out by --skip-rows {skipped}, or rename it")
+
+
+def _names_of_summaries(column: list[Any]) -> dict[int, str]:
+    """Return the cells that hold a word for a summary, by row."""
+    names = {}
+    for i, cell in enumerate(column):
+        if isinstance(cell, str) and _SUMMARY.search(cell):
+            names[i] = cell.strip()
+    return names
 
 
 def _summarises(row: Array, F: Array) -> bool:
-    """Whether a row holds sums, means, medians, deviations or extremes of other rows."""
+    """Say whether a row holds sums, means, medians, deviations or extremes of other rows."""
     # One number, or one beside zeros, is no sign of a summary, nor are equal numbers.
     several = np.isfinite(row) & ((np.isfinite(F) & (F != 0)).sum(axis=0) > 1)
     if not several.any():
         return False
-    F, row = F[:, several], row[several]
+    F = F[:, several]
+    row = row[several]
+    least = np.nanmin(F, axis=0)
+    greatest = np.nanmax(F, axis=0)
+    varied = least < greatest
+
+    def close(summary: Array) -> NDArray[np.bool_]:
+        return np.asarray(np.abs(summary - row) <= _ROUNDED * np.abs(row))
+
     with np.errstate(all="ignore"):
-        functions = (np.nansum, np.nanmean, np.nanmedian, np.nanstd, np.nanmin, np.nanmax)
-        found = np.array([function(F, axis=0) for function in functions])
-        close = np.abs(found - row) <= _ROUNDED * np.abs(row)
-    close[4] = (row == found[4]) | (row == found[5])
-    varied = found[4] < found[5]
+        sums = close(np.nansum(F, axis=0))
+        matches = [close(function(F, axis=0)) for function in (np.nanmean, np.nanmedian, np.nanstd)]
+    matches.append((row == least) | (row == greatest))
+    if varied.any() and any(match[varied].all() for match in matches):
+        return True
     # Beside sums there may be ratios of sums; but a design may be the best in many columns.
-    summary = varied.any() and close[1:5, varied].all(axis=1).any()
-    return bool(summary or close[0].mean() >= 0.5)
+    return bool(sums.mean() >= 0.5)

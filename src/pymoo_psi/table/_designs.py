@@ -1,7 +1,7 @@
 """Designs as a matrix: float64, int64 or bool where all variables are of that kind, else objects.
 
-In a matrix of objects a cell is Python's float, int, bool or str. So every value comes back from
-a frame or a file with the type it had.
+A cell of a matrix of objects is Python's float, int, bool or str. So every value comes back from a
+frame or a file with the type that it had.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ def is_writable(text: str) -> bool:
     """Say whether every file can hold a text: it has no NUL and no half of a surrogate pair."""
     # UTF-8 has no code for half a pair, and SQLite's functions and C programs end a text at NUL.
     # What one file could not hold is refused at once, lest a table be written to some files only.
-    return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
+    if "\0" in text:
+        return False
+    return not any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
 def design_matrix(
@@ -37,107 +39,139 @@ def design_matrix(
         name: Name of the argument, for messages.
         value: ``(n, n_var)`` array, rows, or frame; or n mappings from variable to value, as
             pymoo's mixed-variable problems have them. Whole numbers beside fractions are real
-            numbers in rows of numbers alone; others are taken as they are.
-        variables: The names of the variables, the order for mappings; theirs unless given.
-        kinds: What the variables are, where that is known; values are taken accordingly.
+            numbers where all cells of rows are numbers; other values keep their types.
+        variables: The names of the variables, in the order of the columns; for mappings, their
+            keys unless given.
+        kinds: The kinds of the variables, if known; values are converted to them.
 
     Raises:
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    array = value if isinstance(value, np.ndarray) else _array(name, value, variables)
+    listed = not isinstance(value, np.ndarray)
+    array = value
+    if listed:
+        array = _array(name, value, variables)
     if array.ndim != 2:
         rule = "two-dimensional (n designs, n_var variables)"
         raise invalid(name, rule, Received(f"shape {array.shape}"))
-    matrix = _normal(name, array, listed=array is not value and not kinds)
-    if len(kinds) != matrix.shape[1] or column_kinds(matrix) == _of_values(kinds):
-        return matrix  # whoever puts the table together refuses another number of columns
+    matrix = _normal(name, array, listed=listed and not kinds)
+    # Another number of columns is refused where the table is put together.
+    if len(kinds) != matrix.shape[1] or column_kinds(matrix) == _stored_kinds(kinds):
+        return matrix
     result = np.empty(matrix.shape, dtype=object)
-    for j, (kind, of_values) in enumerate(zip(kinds, _of_values(kinds), strict=True)):
-        result[:, j] = [_as_kind(cell, kind) for cell in matrix[:, j].tolist()]
-        for cell in result[:, j].tolist():
-            if of_values is not Kind.CHOICE and of_values is not _KIND_OF_TYPE[type(cell)]:
-                column = f"x{j + 1}" if variables is None else variables[j]
-                rule = f"{name} must hold {kind.value} values for {column}, got {cell!r:.80}"
-                raise ArgumentTypeError(rule)
+    for j, kind in enumerate(kinds):
+        cells = [_as_kind(cell, kind) for cell in matrix[:, j].tolist()]
+        column = f"x{j + 1}"
+        if variables is not None:
+            column = variables[j]
+        _require_kind(name, column, cells, kind)
+        result[:, j] = cells
     return result.astype(common_dtype(kinds))
+
+
+def _require_kind(name: str, column: str, cells: list[Any], kind: Kind) -> None:
+    """Refuse values of another kind; those of a choice may be of any type."""
+    if kind is Kind.CHOICE:
+        return
+    (stored,) = _stored_kinds([kind])
+    for cell in cells:
+        if _KIND_OF_TYPE[type(cell)] is not stored:
+            rule = f"{name} must hold {kind.value} values for {column}, got {cell!r:.80}"
+            raise ArgumentTypeError(rule)
 
 
 def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Return the rows of several design matrices in normal form, their values of the same types."""
     # A matrix without rows may be float64 whatever its variables are, and makes no other objects.
-    filled = [block for block in blocks if len(block)] or [blocks[0]]
+    filled = [block for block in blocks if len(block)]
+    if not filled:
+        filled = [blocks[0]]
     if any(block.dtype != filled[0].dtype for block in filled):
-        # Before they are put together: numpy would make floats of integers, integers of booleans.
+        # Before they are joined: NumPy would make floats of integers, integers of booleans.
         filled = [block.astype(object) for block in filled]
     return np.concatenate(filled)
 
 
 def column_kinds(X: NDArray[Any]) -> tuple[Kind, ...]:
-    """Return the kind of each column of ``(n, n_var)`` designs, as the values tell.
+    """Return the kind of each column of ``(n, n_var)`` designs, as their values show.
 
-    Values of several types are those of a choice.
+    A column with values of several types is that of a choice.
     """
     if X.dtype != object:
         return (_KIND_OF_DTYPE[X.dtype.kind],) * int(X.shape[1])
-    types = [set(map(type, column)) for column in X.T.tolist()]
-    return tuple(_KIND_OF_TYPE[t.pop()] if len(t) == 1 else Kind.CHOICE for t in types)
+    return tuple(_common_kind(set(map(type, column))) for column in X.T.tolist())
+
+
+def _common_kind(types: set[type]) -> Kind:
+    if len(types) == 1:
+        return _KIND_OF_TYPE[types.pop()]
+    return Kind.CHOICE
 
 
 def real_column(name: str, column: NDArray[Any]) -> NDArray[np.float64]:
     """Return a ``(n,)`` column as float64; one of a matrix of objects may hold numbers, too.
 
     Raises:
-        ArgumentTypeError: It holds other than numbers.
+        ArgumentTypeError: The column holds other values than numbers.
     """
-    if column.dtype.kind == "O" and not all(isinstance(v, (int, float)) for v in column.tolist()):
-        other = next(v for v in column.tolist() if not isinstance(v, (int, float)))
-        found = f"{name!r} holds {other!r:.40}"
-        raise ArgumentTypeError(
-            f"only columns of numbers can be limited and computed with, and {found}; select "
-            f"designs by it with table.rows(table.column({name!r}) == value)"
-        )
+    if column.dtype.kind == "O":
+        for value in column.tolist():
+            if not isinstance(value, (int, float)):
+                raise ArgumentTypeError(
+                    "only columns of numbers can be limited and computed with, and "
+                    f"{name!r} holds {value!r:.40}; select designs by it with "
+                    f"table.rows(table.column({name!r}) == value)"
+                )
     return column.astype(np.float64)
 
 
 def value_ranks(column: NDArray[Any]) -> tuple[list[Any], NDArray[np.intp]]:
-    """Return the distinct values of a column, ordered, and ``(n,)`` the index of each cell's.
+    """Return the distinct values of a column in order, and ``(n,)`` the index of each cell's value.
 
     Values of one type stand together.
     """
     # With the types, as 1, 1.0 and True are equal and hash alike; by the types' names, as text and
     # numbers have no order.
     keys = [(type(cell).__name__, cell) for cell in column.tolist()]
-    ranks = {key: k for k, key in enumerate(sorted({*keys}))}
-    return [value for _, value in ranks], np.array([ranks[key] for key in keys], dtype=np.intp)
+    ranks = {key: rank for rank, key in enumerate(sorted(set(keys)))}
+    values = [value for _, value in ranks]
+    return values, np.array([ranks[key] for key in keys], dtype=np.intp)
 
 
 def common_dtype(kinds: Sequence[Kind]) -> Any:
     """Return the dtype of a matrix of variables of these kinds; float64 if there is none."""
-    different = {*_of_values(kinds)} or {Kind.REAL}
-    return DTYPES[different.pop()] if len(different) == 1 else np.object_
+    stored = set(_stored_kinds(kinds))
+    if not stored:
+        return np.float64
+    if len(stored) == 1:
+        return DTYPES[stored.pop()]
+    return np.object_
 
 
 def design_keys(X: NDArray[Any]) -> list[tuple[str, ...]]:
-    """Return for each row of ``(n, n_var)`` designs what is the same where the design is.
+    """Return a key for each row of ``(n, n_var)`` designs; equal designs have equal keys.
 
-    Texts, as files and studies keep the options of a choice.
+    The keys are texts, as files and studies keep the options of a choice.
     """
     return [tuple(map(str, row)) for row in X.tolist()]
 
 
 def first_rows(X: NDArray[Any], F: NDArray[np.float64] | None = None) -> NDArray[np.intp]:
-    """``(n,)`` the index of the first row with the same design, and objectives if given."""
-    rows = first = np.arange(len(X))
-    if X.size == 0:  # of no variables, nothing is known of designs
+    """Return ``(n,)`` the first row with the same design, and the same objectives if given."""
+    first = np.arange(len(X))
+    if X.size == 0:  # without variables nothing is known of designs
         return first
-    if X.dtype != object:  # a value that occurs once is of a design that does
+    rows = first
+    if X.dtype != object:  # a design with a value that occurs once occurs once
         _, value, count = np.unique(X[:, 0], return_inverse=True, return_counts=True)
         rows = np.flatnonzero(count[value] > 1)
-    seen: dict[Any, int] = {}
-    more = [b""] * len(rows) if F is None else map(bytes, F[rows])
-    for i, key in zip(rows.tolist(), zip(design_keys(X[rows]), more, strict=True), strict=True):
-        first[i] = seen.setdefault(key, i)
+    keys: list[Any] = design_keys(X[rows])
+    if F is not None:
+        keys = list(zip(keys, map(bytes, F[rows]), strict=True))
+    row_by_key: dict[Any, int] = {}
+    for row, key in zip(rows.tolist(), keys, strict=True):
+        first[row] = row_by_key.setdefault(key, row)
     return first
 
 
@@ -149,16 +183,23 @@ def _array(name: str, value: Any, variables: Sequence[str] | None) -> NDArray[An
         raise wrong_type(name, "an array or rows, or a frame of pandas", value)
     rows = list(value)
     if rows and isinstance(rows[0], Mapping):
-        names = list(rows[0]) if variables is None else list(variables)
-        for row in rows:
-            if not isinstance(row, Mapping) or {*row} != {*names}:
-                rule = f"mappings of the variables {', '.join(map(str, names))}"
-                raise invalid(name, rule, row)
-        rows = [[row[variable] for variable in names] for row in rows]
+        if variables is None:
+            variables = list(rows[0])
+        rows = _rows_of_mappings(name, rows, variables)
     try:
         return np.array(rows, dtype=object)
     except ValueError as error:  # rows of unequal length
         raise ArgumentValueError(f"{name} must be a rectangular array: {error}") from error
+
+
+def _rows_of_mappings(name: str, mappings: list[Any], variables: Sequence[str]) -> list[list[Any]]:
+    rows = []
+    for mapping in mappings:
+        if not isinstance(mapping, Mapping) or set(mapping) != set(variables):
+            rule = f"mappings of the variables {', '.join(map(str, variables))}"
+            raise invalid(name, rule, mapping)
+        rows.append([mapping[variable] for variable in variables])
+    return rows
 
 
 def _normal(name: str, array: NDArray[Any], *, listed: bool) -> NDArray[Any]:
@@ -169,25 +210,35 @@ def _normal(name: str, array: NDArray[Any], *, listed: bool) -> NDArray[Any]:
         array: Two-dimensional.
         listed: Whether whole numbers beside fractions are real numbers if there are no others.
     """
-    kind = array.dtype.kind
-    if kind == "f":
+    if array.dtype.kind == "f":
         return np.array(finite_array(name, array), order="C")
-    if kind in "biu":
-        return np.array(array, dtype=bool if kind == "b" else np.int64, order="C")
-    cells = [[_plain(name, cell) for cell in row] for row in array.tolist()]
-    if listed and {type(cell) for row in cells for cell in row} == {int, float}:
-        cells = [[*map(float, row)] for row in cells]
-    types = {type(cell) for row in cells for cell in row} or {float}
-    narrowest = _KIND_OF_TYPE[types.pop()] if len(types) == 1 else Kind.CHOICE
-    matrix = np.empty(array.shape, dtype=DTYPES[narrowest])
-    if matrix.size:  # numpy cannot spread an empty list over shape (0, n_var)
+    if array.dtype.kind == "b":
+        return np.array(array, dtype=bool, order="C")
+    if array.dtype.kind in "iu":
+        return np.array(array, dtype=np.int64, order="C")
+    types: set[type] = set()
+    cells = []
+    for row in array.tolist():
+        values = [_plain(name, cell) for cell in row]
+        types.update(map(type, values))
+        cells.append(values)
+    if listed and types == {int, float}:
+        cells = [list(map(float, values)) for values in cells]
+        types = {float}
+    matrix = np.empty(array.shape, dtype=DTYPES[_common_kind(types or {float})])
+    if matrix.size:  # NumPy cannot spread an empty list over shape (0, n_var)
         matrix[:] = cells
     return matrix
 
 
-def _of_values(kinds: Sequence[Kind]) -> tuple[Kind, ...]:
-    """Return what values of these kinds are by themselves."""
-    return tuple(Kind.REAL if kind.real else kind for kind in kinds)
+def _stored_kinds(kinds: Sequence[Kind]) -> tuple[Kind, ...]:
+    """Return the kinds that the values of variables show: real numbers on either scale are real."""
+    stored = []
+    for kind in kinds:
+        if kind.real:
+            kind = Kind.REAL
+        stored.append(kind)
+    return tuple(stored)
 
 
 def _as_kind(cell: Any, kind: Kind) -> Any:
@@ -203,16 +254,23 @@ def _as_kind(cell: Any, kind: Kind) -> Any:
 
 
 def _plain(name: str, cell: Any) -> float | int | bool | str:
-    """Return a cell as Python's own type; subclasses of it become it, too."""
+    """Return a cell as Python's own type; values of subclasses are converted."""
     if isinstance(cell, np.generic):
         cell = cell.item()
-    kind = next((kind for kind in (bool, int, float, str) if isinstance(cell, kind)), None)
-    if kind is None:
-        raise wrong_type(name, "of numbers, booleans or text", cell)
-    if kind is float and not math.isfinite(cell):
-        raise invalid(name, "finite", cell)
-    if (kind is int and not -(2**63) <= cell < 2**63) or (kind is str and not is_writable(cell)):
-        found = Received("a larger integer") if kind is int else cell
-        rule = "an integer within int64 or Unicode text"
-        raise invalid(f"a value of {name}", rule, found, "name options of a choice by text")
-    return kind(cell)
+    if isinstance(cell, bool):
+        return cell
+    if isinstance(cell, float):
+        if not math.isfinite(cell):
+            raise invalid(name, "finite", cell)
+        return float(cell)
+    rule = "an integer within int64 or Unicode text"
+    remedy = "name options of a choice by text"
+    if isinstance(cell, int):
+        if not -(2**63) <= cell < 2**63:
+            raise invalid(f"a value of {name}", rule, Received("a larger integer"), remedy)
+        return int(cell)
+    if isinstance(cell, str):
+        if not is_writable(cell):
+            raise invalid(f"a value of {name}", rule, cell, remedy)
+        return str(cell)
+    raise wrong_type(name, "of numbers, booleans or text", cell)
