@@ -233,8 +233,8 @@ class Study:
         """Return the numbers of the stored tests, increasing.
 
         Args:
-            first: Number of the first test point of interest.
-            failed: Whether failed tests are of interest, too.
+            first: Number of the first test point.
+            failed: Whether failed tests are included.
 
         Raises:
             StudyError: As :meth:`facts`.
@@ -243,7 +243,7 @@ class Study:
             "SELECT test_point FROM tests WHERE test_point >= ? AND (? OR status <> 'failed') "
             "ORDER BY test_point"
         )
-        with self._transaction() as (db, _):
+        with self._transaction(_READ) as (db, _):
             rows = db.execute(query, (first, failed))
             return np.fromiter((number for (number,) in rows), np.int64)
 
