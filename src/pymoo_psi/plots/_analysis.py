@@ -1,4 +1,4 @@
-"""What is learned from tests: sensitivities, fits, comparisons."""
+"""Figures of sensitivities, of fits to measurements and of comparisons of algorithms."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
+from numpy.typing import NDArray
 
 from pymoo_psi._renamed import asked_under_a_formulation
-from pymoo_psi._validation import counted, instance, integer, known_name
-from pymoo_psi.errors import ArgumentTypeError
+from pymoo_psi._validation import Received, counted, instance, integer, known_name, wrong_type
 from pymoo_psi.plots._points import checked
 from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels
 from pymoo_psi.table import TestTable
 
-if TYPE_CHECKING:  # what tests are drawn of needs neither, nor pymoo and SciPy
+if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciPy
     from pymoo_psi.comparison import Comparison
     from pymoo_psi.problems import Identification
 
 _PANELS = 3  # side by side
-_MEANINGS = {
+# Indicators with their labels.
+_INDICATORS = {
     "hypervolume": "hypervolume (share of the box)",
     "igd_plus": "IGD+ (units of N − U)",
     "epsilon": "additive epsilon (units of N − U)",
@@ -31,14 +32,14 @@ _MEANINGS = {
 
 
 def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawing:
-    """Return bars of the first-order sensitivities with their bands, one panel to a column.
+    """Return bars of the first-order sensitivities with their bands, one panel for each column.
 
     Args:
         sensitivities: From :func:`pymoo_psi.table.sensitivities`.
-        title: What was tested; begins the caption.
+        title: Subject of the tests, with which the caption begins.
 
     Raises:
-        ArgumentTypeError: ``sensitivities`` is no such frame.
+        ArgumentTypeError: ``sensitivities`` is not such a frame.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -48,30 +49,42 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
         >>> [ax.get_title() for ax in figure.axes]
         ['f1', 'f2']
     """
-    names = getattr(getattr(sensitivities, "index", None), "names", None)
-    if names is None or list(names) != ["column", "variable"]:
-        rule = "sensitivities must be what sensitivities(table) gives"
-        raise ArgumentTypeError(f"{rule}, got {type(sensitivities).__name__}")
-    columns = sensitivities.index.unique("column").tolist()
-    variables = sensitivities.index.unique("variable").tolist()
-    wide, height = min(_PANELS, max(len(columns), 1)), 16 + 5.0 * len(variables)
-    with panels(len(columns), wide, head=22, height=height) as (figure, axes):
-        for k, (ax, column) in enumerate(zip(axes, columns, strict=True)):
-            # An index is between 0 and 1; its estimate need not be.
-            index = sensitivities.loc[column].loc[variables].clip(0, 1)
-            place = np.arange(len(index))
-            ax.barh(place, index["first_order"], 0.62, color="#0072B2", linewidth=0)
-            ax.hlines(place, index["lower"], index["upper"], color="black", linewidth=0.9)
-            ax.set(xlim=(0, 1), xlabel="share of the variance", ylim=(len(place) - 0.4, -0.6))
-            ax.set_yticks(place, [literal(name, 32) for name in variables])
-            ax.tick_params(labelleft=k % wide == 0)
-            ax.grid(visible=False, axis="y")
-            constant = ": constant" if index["first_order"].isna().all() else ""
-            ax.set_title(literal(column, 24) + constant)
-        what = "what share of the variance of a column each variable explains alone"
-        rest = "with 95 % bands; what they lack to 1 is interaction."
-        figure.describe(title, f"First-order sensitivities: {what}, {rest}")
+    index = getattr(sensitivities, "index", pd.Index([]))
+    if list(index.names) != ["column", "variable"]:
+        received = Received(type(sensitivities).__name__)
+        raise wrong_type("sensitivities", "a frame from sensitivities(table)", received)
+    columns = index.unique("column").tolist()
+    variables = index.unique("variable").tolist()
+    n_columns = min(_PANELS, max(len(columns), 1))
+    height = 16 + 5.0 * len(variables)
+    with panels(len(columns), n_columns, head=22, height=height) as (figure, axes):
+        for ax, column in zip(axes, columns, strict=True):
+            # A sensitivity is between 0 and 1; its estimate need not be.
+            estimates = sensitivities.loc[column].loc[variables].clip(0, 1)
+            _draw_sensitivities(ax, estimates)
+            name = literal(column, 24)
+            if estimates["first_order"].isna().all():
+                name += ": constant"
+            ax.set_title(name)
+            ax.tick_params(labelleft=False)
+        for ax in axes[::n_columns]:
+            ax.tick_params(labelleft=True)
+        figure.describe(
+            title,
+            "First-order sensitivities: the share of a column's variance that each variable "
+            "explains alone, with 95 % bands. The rest of the variance is interaction.",
+        )
     return figure
+
+
+def _draw_sensitivities(ax: Axes, estimates: pd.DataFrame) -> None:
+    """Draw a bar and its band for each variable, from top to bottom."""
+    places = np.arange(len(estimates))
+    ax.barh(places, estimates["first_order"], 0.62, color="#0072B2", linewidth=0)
+    ax.hlines(places, estimates["lower"], estimates["upper"], color="black", linewidth=0.9)
+    ax.set(xlim=(0, 1), xlabel="share of the variance", ylim=(len(places) - 0.4, -0.6))
+    ax.set_yticks(places, [literal(name, 32) for name in estimates.index])
+    ax.grid(visible=False, axis="y")
 
 
 @asked_under_a_formulation
@@ -82,18 +95,18 @@ def plot_identification(
     best: int = 3,
     title: str = "",
 ) -> Drawing:
-    """Return the best designs' curves over the measurements, one panel to a measured column.
+    """Return the best designs' curves over the measurements, one panel for each measured column.
 
     Args:
         problem: The model and its experiments.
         table: Its tests.
-        best: How many designs are drawn, those of the highest ranks of efficiency.
-        title: What was tested; begins the caption.
+        best: Number of designs to draw, those with the highest ranks of efficiency.
+        title: Subject of the tests, with which the caption begins.
 
     Raises:
-        ArgumentTypeError: ``problem`` is no :class:`~pymoo_psi.Identification`, or ``table`` no
-            test table.
-        ArgumentValueError: ``best`` is below 1, no design is feasible, or a limit does not fit.
+        ArgumentTypeError: ``problem`` is not an :class:`~pymoo_psi.Identification`, or ``table``
+            not a test table.
+        ArgumentValueError: ``best`` is below 1, or no design is feasible.
 
     Example:
         >>> import numpy as np, pandas as pd
@@ -113,30 +126,46 @@ def plot_identification(
     integer("best", best, minimum=1)
     ranking = checked(table).feasible_ranking()
     chosen = ranking.rows[ranking.order[:best]]
-    pairs = [(n, column) for n, data in problem.experiments.items() for column in data.columns[1:]]
+    pairs = []
+    for name, data in problem.experiments.items():
+        for column in data.columns[1:]:
+            pairs.append((name, column))
     with panels(len(pairs), min(len(pairs), _PANELS)) as (figure, axes):
         for ax, (name, column) in zip(axes, pairs, strict=True):
-            data = problem.experiments[name]
-            time = data.columns[0]
-            ax.plot(data[time], data[column], ".", color="0.55", markersize=3, label="measured")
-            for row, look in zip(chosen, curves(), strict=False):
-                design = dict(zip(problem.variables, table.X[row].tolist(), strict=True))
-                found = problem.series(design, name)
-                ax.plot(data[time], found[column], **look | {"marker": ""}, label=table.names[row])
-            ax.set(title=literal(name), xlabel=literal(time), ylabel=literal(column))
+            _draw_fits(ax, problem, table, chosen, name, column)
         legend_of(figure, axes, ncols=best + 1)
         figure.describe(title, "Measured values, and the curves of the best designs.")
     return figure
 
 
+def _draw_fits(
+    ax: Axes,
+    problem: Identification,
+    table: TestTable,
+    rows: NDArray[np.intp],
+    experiment: str,
+    column: str,
+) -> None:
+    """Draw a measured column of an experiment, and what the model gives for some designs."""
+    data = problem.experiments[experiment]
+    time = data.columns[0]
+    ax.plot(data[time], data[column], ".", color="0.55", markersize=3, label="measured")
+    for row, style in zip(rows, curves(), strict=False):
+        design = dict(zip(problem.variables, table.X[row].tolist(), strict=True))
+        series = problem.series(design, experiment)
+        style = style | {"marker": "", "label": table.names[row]}
+        ax.plot(data[time], series[column], **style)
+    ax.set(title=literal(experiment), xlabel=literal(time), ylabel=literal(column))
+
+
 def plot_indicators(comparison: Comparison) -> Drawing:
-    """Return the four indicators against evaluations: medians as lines, quartiles as bands.
+    """Return the four indicators against evaluations, with medians as lines, quartiles as bands.
 
     Args:
         comparison: From :func:`pymoo_psi.compare`.
 
     Raises:
-        ArgumentTypeError: ``comparison`` is none.
+        ArgumentTypeError: ``comparison`` is not a comparison.
 
     Example:
         >>> from pymoo.problems import get_problem
@@ -149,15 +178,18 @@ def plot_indicators(comparison: Comparison) -> Drawing:
     """
     from pymoo_psi.comparison import Comparison
 
-    instance("comparison", comparison, Comparison, "compare(...) gives one")
+    instance("comparison", comparison, Comparison, "compare(...) returns one")
     with panels(4, 2, height=61.0) as (figure, axes):
-        for ax, indicator in zip(axes, _MEANINGS, strict=True):
+        for ax, indicator in zip(axes, _INDICATORS, strict=True):
             plot_indicator(comparison, indicator, ax)
         legend_of(figure, axes, Patch(color="0.8", label="bands: quartiles"), ncols=4)
-        seeds = counted(max(comparison.measures["seed"].dropna().nunique(), 1), "seed")
+        n_seeds = comparison.measures["seed"].dropna().nunique()
+        seeds = counted(max(n_seeds, 1), "seed")
         budgets = ", ".join(map(str, comparison.evaluations))
-        what = f"{comparison.problem}: quality against evaluations, medians and quartiles"
-        figure.describe(what, f"{budgets} evaluations, {seeds}.")
+        figure.describe(
+            f"{comparison.problem}: quality against evaluations, medians and quartiles",
+            f"{budgets} evaluations, {seeds}.",
+        )
     return figure
 
 
@@ -174,23 +206,23 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
     Raises:
         ArgumentValueError: The indicator is unknown.
     """
-    known_name("indicator", indicator, _MEANINGS)
+    known_name("indicator", indicator, _INDICATORS)
     frame = comparison.summary().set_index("algorithm")
     columns = [indicator, f"{indicator}_q1", f"{indicator}_q3"]
-    found = frame[columns].to_numpy(float)
-    known = found[np.isfinite(found)]
+    values = frame[columns].to_numpy(float)
+    finite = values[np.isfinite(values)]
     ax.set_xscale("log")
-    if indicator != "hypervolume" and len(known) and (known > 0).all():
+    if indicator != "hypervolume" and len(finite) and (finite > 0).all():
         ax.set_yscale("log")
-    for name, look in zip(comparison.algorithms, curves(), strict=False):
+    for name, style in zip(comparison.algorithms, curves(), strict=False):
         rows = frame.loc[[name]]
         median, lower, upper = rows[columns].replace(np.inf, np.nan).to_numpy(float).T
         x = rows["evaluations"].to_numpy(float)
-        ax.fill_between(x, lower, upper, color=look["color"], alpha=0.18, linewidth=0)
-        ax.plot(x, median, markersize=4.0, linewidth=0.9, label=literal(name, 30), **look)
+        ax.fill_between(x, lower, upper, color=style["color"], alpha=0.18, linewidth=0)
+        ax.plot(x, median, markersize=4.0, linewidth=0.9, label=literal(name, 30), **style)
     ax.set_xticks(comparison.evaluations, [str(n) for n in comparison.evaluations])
     ax.xaxis.set_minor_locator(NullLocator())
     ax.margins(x=0.1)
-    ax.set(xlabel="evaluations", ylabel=_MEANINGS[indicator])
-    if len(known) < found.size:
+    ax.set(xlabel="evaluations", ylabel=_INDICATORS[indicator])
+    if len(finite) < values.size:
         ax.set_title("infinite values are not drawn", loc="right", fontsize=7)

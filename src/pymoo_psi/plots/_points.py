@@ -1,6 +1,6 @@
 """Designs as points: the one way in which a plane of two columns is drawn.
 
-Every design is in one group; the groups differ by marker and by lightness.
+Every design is in one group. Groups differ in marker and lightness.
 """
 
 from __future__ import annotations
@@ -20,70 +20,89 @@ from pymoo_psi.plots._style import literal, view
 from pymoo_psi.table import Kind, TestTable, value_ranks
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Ends = tuple[float, float]
 
 GREY = "0.68"  # a share of white, in matplotlib's notation
-ORANGE, BLUE = "#E69F00", "#4292C6"
+ORANGE = "#E69F00"
+BLUE = "#4292C6"
+PARETO = "Pareto optimal"
 _LETTERS = 90  # of text over the width of a figure, in the size of axis labels
+_MOST_OPTIONS = 12  # with a tick each
 _SPREAD = 0.6  # of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
 _MANY = 200  # from here on the markers of a group shrink
-_RASTERIZED = 1000  # markers that would fill a file of a vector format, drawn one by one
+_RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
+_CHOSEN: dict[str, Any] = {
+    "linestyle": "none",
+    "marker": "o",
+    "markersize": 9.0,
+    "markerfacecolor": "none",
+    "markeredgecolor": "#D55E00",
+    "markeredgewidth": 1.6,
+    "zorder": 7.0,
+    "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
+    "label": "proposed or chosen",
+}
 
 
-class Group(NamedTuple):
-    """Designs that are drawn alike: their rows, and a marker with its diameter in points.
+class Marker(NamedTuple):
+    """A marker with its diameter in points. Groups of a higher level are drawn on top."""
 
-    Of two groups the one of the higher level is on top.
-    """
-
-    rows: NDArray[np.intp]
     shape: str
     colour: str
     size: float
     level: float
 
-    def look(self, name: str) -> dict[str, Any]:
-        """Return the arguments of ``plot``; the larger the group, the smaller its markers."""
+
+_DOMINATED = Marker("s", BLUE, 2.6, 3.0)
+OPTIMUM = Marker("*", "#D55E00", 11.0, 6.0)
+_REST = Marker(".", GREY, 4.5, 2.0)
+_BEYOND = Marker("x", "0.5", 2.4, 2.1)
+_PARETO = Marker("D", ORANGE, 3.8, 3.5)
+# By rank, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
+_RANKS = {
+    0: _REST,
+    3: Marker("^", "#9ECAE1", 5.0, 4.0),
+    4: Marker("s", BLUE, 3.4, 3.0),
+    5: Marker("D", "#08519C", 5.0, 5.0),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Designs that are drawn alike.
+
+    Attributes:
+        rows: ``(k,)`` the rows of the designs.
+        marker: Their marker.
+    """
+
+    rows: NDArray[np.intp]
+    marker: Marker
+
+    def style(self, name: str) -> dict[str, Any]:
+        """Return the arguments of ``plot``. The larger the group, the smaller its markers."""
+        shape, colour, size, level = self.marker
         n = len(self.rows)
         shrink = float(np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0))
-        # Edges of many would cover the others; a cross has no other colour than its edge.
-        edge = "none" if n > _MANY or self.shape == "." else "black"
+        edge = "black"
+        if shape == "x":  # which is nothing but an edge
+            edge = colour
+        elif shape == "." or n > _MANY:  # edges of many would cover the others
+            edge = "none"
         return {
             "linestyle": "none",
-            "marker": self.shape,
-            "markersize": self.size * shrink,
-            "markerfacecolor": self.colour,
-            "markeredgecolor": self.colour if self.shape == "x" else edge,
+            "marker": shape,
+            "markersize": size * shrink,
+            "markerfacecolor": colour,
+            "markeredgecolor": edge,
             "markeredgewidth": 0.5 * shrink,
-            "zorder": self.level,
+            "zorder": level,
             "label": f"{name} ({n})",
             "rasterized": n > _RASTERIZED,
         }
-
-
-# By rank, the rarer ranks on top; ranks 1 and 2 do not occur.
-MARKERS: dict[int, tuple[str, str, float, float]] = {
-    0: (".", GREY, 4.5, 2.0),
-    3: ("^", "#9ECAE1", 5.0, 4.0),
-    4: ("s", BLUE, 3.4, 3.0),
-    5: ("D", "#08519C", 5.0, 5.0),
-    6: ("*", "#D55E00", 11.0, 6.0),
-}
-_INFEASIBLE, _BEYOND, _DOMINATED = "infeasible", "beyond the limits", "feasible, dominated"
-PARETO = "Pareto optimal"
-_GROUPS = {
-    _INFEASIBLE: (".", GREY, 4.5, 2.0),
-    _BEYOND: ("x", "0.5", 2.4, 2.1),
-    _DOMINATED: ("s", BLUE, 2.6, 3.0),
-    PARETO: ("D", ORANGE, 3.8, 3.5),
-}
-_CHOSEN: dict[str, Any] = {
-    "linestyle": "none", "marker": "o", "markersize": 9.0, "markerfacecolor": "none",
-    "markeredgecolor": "#D55E00", "markeredgewidth": 1.6, "zorder": 7.0,
-    "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
-    "label": "proposed or chosen",
-}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,59 +110,96 @@ class Column:
     """The values of a column as places on an axis.
 
     Attributes:
-        places: ``(n,)`` where the designs are drawn; tests of the same option side by side.
-        ends: Of the axis.
+        places: ``(n,)`` where the designs are drawn; tests with the same option are side by side.
+        ends: Ends of the axis.
         label: Name and unit.
         options: The values at 0, 1, … of a choice or a binary variable; empty for numbers.
         log: Whether the axis is logarithmic.
-        limits: The lower and the upper one.
-        name: Of the limits in the legend.
+        limits: The lower and the upper limit, infinite where there is none.
+        name: Name of the column in the legend of its limits.
         mark: Place of the chosen design; NaN if there is none.
     """
 
     places: Array
-    ends: tuple[float, float]
+    ends: Ends
     label: str = ""
     options: tuple[Any, ...] = ()
     log: bool = False
-    limits: tuple[float, float] = _OPEN
+    limits: Ends = _OPEN
     name: str = ""
     mark: float = np.nan
 
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def visible(self) -> Mask:
         """``(n,)`` which designs are within the ends of the axis."""
-        return (self.places >= self.ends[0]) & (self.places <= self.ends[1])
+        low, high = self.ends
+        return (self.places >= low) & (self.places <= high)
 
-    def place_on(self, axes: Axes, letter: str) -> None:
-        """Give an axis its ends, scale, texts, and shade what is beyond the limits."""
-        scale = "log" if self.log else "linear"
-        axes.set(**{f"{letter}lim": self.ends, f"{letter}scale": scale})
-        span, line = (axes.axvspan, axes.axvline) if letter == "x" else (axes.axhspan, axes.axhline)
-        style: dict[str, Any] = {"linestyle": {"x": "-.", "y": "--"}[letter], "zorder": 4.5}
+    def set_axis(self, axes: Axes, letter: str) -> None:
+        """Set ends, scale and texts of the axis "x" or "y", and shade what is beyond limits."""
+        axes.set(**{f"{letter}lim": self.ends})
+        if self.log:
+            axes.set(**{f"{letter}scale": "log"})
         for sign, limit, end in zip("≥≤", self.limits, self.ends, strict=True):
             if np.isfinite(limit):
-                span(*sorted((limit, end)), fc="0.93", linewidth=0, zorder=0)
                 label = f"limit {literal(self.name, 24)} {sign} {number(limit, 6)}"
-                line(limit, label=label, color="0.25", linewidth=1.0, **style)
+                _shade(axes, letter, limit, end, label)
         name_axis(axes, letter, self.label, self.options)
 
 
+def _shade(axes: Axes, letter: str, limit: float, end: float, label: str) -> None:
+    """Draw a line at a limit, and shade the axis from there to an end."""
+    low, high = sorted((limit, end))
+    shade: dict[str, Any] = {"facecolor": "0.93", "linewidth": 0, "zorder": 0}
+    line: dict[str, Any] = {"color": "0.25", "linewidth": 1.0, "zorder": 4.5, "label": label}
+    if letter == "x":
+        axes.axvspan(low, high, **shade)
+        axes.axvline(limit, linestyle="-.", **line)
+    else:
+        axes.axhspan(low, high, **shade)
+        axes.axhline(limit, linestyle="--", **line)
+
+
 def name_axis(axes: Axes, letter: str, label: str, options: Sequence[object] = ()) -> None:
-    """Write as much text on an axis as fits beside others; options are at 0, 1 and so on."""
+    """Write name and ticks of the axis "x" or "y", as much text as fits beside others.
+
+    Args:
+        axes: The axes.
+        letter: Which axis.
+        label: Its name.
+        options: Texts at 0, 1, …; empty for an axis of numbers.
+    """
     grid = axes.get_gridspec()
-    letters = _LETTERS // (grid.ncols if grid else 1)
-    axes.set(**{f"{letter}label": literal(label, letters if letter == "x" else 22)})
-    axis = axes.xaxis if letter == "x" else axes.yaxis
+    room = _LETTERS
+    if grid:
+        room = _LETTERS // grid.ncols
+    axis: Any = axes.yaxis
+    n_ticks = 4
+    if letter == "x":
+        axis = axes.xaxis
+        axis.set_label_text(literal(label, room))
+        if room < 20:
+            n_ticks = 3
+    else:
+        axis.set_label_text(literal(label, 22))
+
     if options:
-        places = range(0, len(options), -(-len(options) // 12))
-        names = [literal(options[place], 14) for place in places]
-        upright = letter == "x" and sum(len(name) + 2 for name in names) > letters
-        axis.set_ticks(places, names, rotation=90 if upright else 0)
-        axis.grid(visible=False)
+        _name_options(axis, options, room)
     elif axis.get_scale() == "linear":
-        few = 3 if letter == "x" and letters < 20 else 4  # ticks, with texts beside each other
-        axes.locator_params(axis=letter, nbins=few)  # type: ignore[arg-type]  # "x" or "y"
+        axis.get_major_locator().set_params(nbins=n_ticks)
+
+
+def _name_options(axis: Any, options: Sequence[object], room: int) -> None:
+    """Write options at 0, 1, … of an axis, upright where they are too long for an x axis."""
+    step = -(-len(options) // _MOST_OPTIONS)  # rounded up
+    places = range(0, len(options), step)
+    names = [literal(options[place], 14) for place in places]
+    length = sum(len(name) + 2 for name in names)
+    rotation = 0
+    if axis.axis_name == "x" and length > room:
+        rotation = 90
+    axis.set_ticks(places, names, rotation=rotation)
+    axis.grid(visible=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,8 +207,8 @@ class Points:
     """Designs in planes of two of their columns.
 
     Attributes:
-        columns: By name.
-        groups: By name.
+        columns: Columns by name.
+        groups: Groups of designs by name.
     """
 
     columns: Mapping[str, Column]
@@ -160,96 +216,158 @@ class Points:
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
-        x, y = self.columns[first], self.columns[second]
-        seen = x.seen & y.seen
+        x = self.columns[first]
+        y = self.columns[second]
+        visible = x.visible & y.visible
         for name, group in self.groups.items():
-            rows = group.rows[seen[group.rows]]
-            axes.plot(x.places[rows], y.places[rows], **group.look(name))
+            rows = group.rows[visible[group.rows]]
+            axes.plot(x.places[rows], y.places[rows], **group.style(name))
         if not np.isnan(x.mark):
             axes.plot(x.mark, y.mark, **_CHOSEN)
-        x.place_on(axes, "x")
-        y.place_on(axes, "y")
+        x.set_axis(axes, "x")
+        y.set_axis(axes, "y")
 
     def counts(self, table: TestTable) -> str:
-        """Return how many designs there are, and how many are not seen."""
-        failed, out = table.status == "failed", np.zeros(len(table), dtype=bool)
+        """Return how many designs there are, and how many are outside the axes, as sentences."""
+        failed = table.status == "failed"
+        outside = np.zeros(len(table), dtype=bool)
         for column in self.columns.values():
-            out |= ~column.seen
-        n = int(failed.sum())
-        facts = f"{counted(len(table), 'design')} tested{f', {n} failed' * bool(n)}."
-        far = int((out & ~failed).sum())
-        more = f" {counted(far, 'design')} far from the others outside of the axes." if far else ""
-        return facts + more
+            outside |= ~column.visible
+        text = f"{counted(len(table), 'design')} tested"
+        if failed.any():
+            text += f", {failed.sum()} failed"
+        n_far = int((outside & ~failed).sum())
+        if n_far:
+            text += f". {counted(n_far, 'design')} outside the axes, far from the others"
+        return f"{text}."
 
 
 def checked(table: object) -> TestTable:
-    """Return what is a test table."""
-    remedy = "PSI and investigate give one, TestTable.of(...) makes one of arrays"
+    """Return a table.
+
+    Raises:
+        ArgumentTypeError: It is not a test table.
+    """
+    remedy = "PSI and investigate return one, TestTable.of(...) makes one from arrays"
     return instance("table", table, TestTable, remedy)
 
 
+# Test tables
+
+
 def points_of_table(
-    table: TestTable, names: Sequence[str], chosen: TestTable | None = None
+    table: TestTable,
+    names: Sequence[str],
+    chosen: TestTable | None = None,
 ) -> Points:
-    """Return the tests over columns, with a chosen design."""
-    feasible, front, layout = table.feasible(), table.pareto(), table.layout
+    """Return the tests over columns.
+
+    Args:
+        table: The tests.
+        names: Names of the columns.
+        chosen: A table of the chosen design; None if there is none.
+    """
+    columns = {}
+    for name in names:
+        if name in table.layout.variables:
+            columns[name] = _variable(table, name)
+        else:
+            columns[name] = _dependent(table, name, chosen)
+    return Points(columns, _groups(table))
+
+
+def _groups(table: TestTable) -> dict[str, Group]:
+    """Return the tests that are not failed in groups by name."""
+    feasible = table.feasible()
+    pareto = table.pareto()
     meets_constraints = table.under(limits={}).feasible()
-    violates = ~meets_constraints & (table.status != "failed")
-    masks = (violates, meets_constraints & ~feasible, feasible & ~front, front)
+    violates_some = ~meets_constraints & (table.status != "failed")
+    beyond_limits = meets_constraints & ~feasible
     groups = {
-        name: Group(np.flatnonzero(mask), *marker)
-        for (name, marker), mask in zip(_GROUPS.items(), masks, strict=True)
-        if mask.any() or name in (_DOMINATED, PARETO)
+        "infeasible": Group(np.flatnonzero(violates_some), _REST),
+        "beyond the limits": Group(np.flatnonzero(beyond_limits), _BEYOND),
     }
-    bounds = table.limits
-
-    def column(name: str) -> Column:
-        label, log, limited = layout.label_of(name), layout.is_log(name), bounds.get(name, _OPEN)
-        if name in layout.variables:
-            places, ends, options = _variable(table, name)
-            return Column(places, ends, label, options, log, limited, name)
-        places = table.column(name)
-        mark = np.nan if chosen is None else float(chosen.column(name)[0])
-        inner = places[feasible] if len(np.unique(places[feasible])) > 1 else places
-        low, high = view(inner, mark)
-        # Beyond the feasible designs by their range: on axes that show every failed design nothing
-        # else is seen.
-        near = (places >= low - (high - low)) & (places <= high + (high - low))
-        return Column(places, view(places[near], mark), label, (), log, limited, name, mark)
-
-    return Points({name: column(name) for name in names}, groups)
+    groups = {name: group for name, group in groups.items() if len(group.rows)}
+    groups["feasible, dominated"] = Group(np.flatnonzero(feasible & ~pareto), _DOMINATED)
+    groups[PARETO] = Group(np.flatnonzero(pareto), _PARETO)
+    return groups
 
 
-def _variable(table: TestTable, name: str) -> tuple[Array, tuple[float, float], tuple[Any, ...]]:
-    """Return places, ends and options; options and whole numbers have half a step on each side."""
-    j = table.layout.variable(name)
-    kind, cells = table.kinds[j], table.X[:, j]
+def _variable(table: TestTable, name: str) -> Column:
+    """Return a variable; options and whole numbers have half a step on each side."""
+    layout = table.layout
+    j = layout.variable(name)
+    kind = table.kinds[j]
+    label = layout.label_of(name)
+    limits = table.limits.get(name, _OPEN)
     if not kind.real and kind is not Kind.INTEGER:
-        options, places = value_ranks(cells)
+        options, places = value_ranks(table.X[:, j])
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
-        return places + aside, (-0.5, len(options) - 0.5), tuple(options)
-    x = cells.astype(np.float64)
-    bounds = [b for b in (table.layout.lower[j], table.layout.upper[j]) if np.isfinite(b)]
-    known = np.array([*x, *bounds])
-    if kind is Kind.INTEGER and len(x) and np.ptp(known) <= 30:
-        return x, (known.min() - 0.5, known.max() + 0.5), ()
+        ends = (-0.5, len(options) - 0.5)
+        return Column(places + aside, ends, label, tuple(options), limits=limits, name=name)
+    x = table.X[:, j].astype(np.float64)
+    bounds = np.array([layout.lower[j], layout.upper[j]])
+    bounds = bounds[np.isfinite(bounds)]
+    ends = _ends_of_numbers(x, bounds, kind)
+    return Column(x, ends, label, log=layout.is_log(name), limits=limits, name=name)
+
+
+def _ends_of_numbers(x: Array, bounds: Array, kind: Kind) -> Ends:
+    """Return the ends of the axis of a variable.
+
+    Args:
+        x: ``(n,)`` its values.
+        bounds: Its finite bounds, two or fewer.
+        kind: Its kind, real or integer.
+    """
+    values = np.append(x, bounds)
+    if kind is Kind.INTEGER and len(x) and np.ptp(values) <= 30:
+        return values.min() - 0.5, values.max() + 0.5
     if kind is Kind.LOG:
         low, high = np.exp(view(np.log(x), *np.log(bounds))).tolist()
-        return x, (low, high), ()
-    return x, view(x, *bounds), ()
+        return low, high
+    return view(x, *bounds)
+
+
+def _dependent(table: TestTable, name: str, chosen: TestTable | None) -> Column:
+    """Return an objective, constraint or output on an axis around the feasible designs."""
+    places = table.column(name)
+    mark = np.nan
+    if chosen is not None:
+        mark = float(chosen.column(name)[0])
+    inner = places[table.feasible()]
+    if len(np.unique(inner)) <= 1:
+        inner = places
+    low, high = view(inner, mark)
+    # An axis that shows every infeasible design would show nothing else: designs farther from the
+    # feasible ones than their range are left out.
+    reach = high - low
+    near = places[(places >= low - reach) & (places <= high + reach)]
+    ends = view(near, mark)
+    label = table.layout.label_of(name)
+    limits = table.limits.get(name, _OPEN)
+    return Column(places, ends, label, limits=limits, name=name, mark=mark)
+
+
+# Rankings
 
 
 def ranked_groups(ranking: EfficiencyRanking) -> dict[str, Group]:
-    """Return the Pareto-optimal designs by rank of efficiency; the Salukvadze optimum by itself."""
+    """Return the Pareto-optimal designs in groups by rank, and the Salukvadze optimum."""
     optimum = np.zeros(len(ranking.rank), dtype=bool)
     optimum[ranking.salukvadze] = True
-    free = ranking.pareto & ~optimum
-    # Of several optima, equally near to U, none may have rank 6.
-    top = f"Salukvadze optimum{' (rank 6)' * bool((ranking.rank == 6).any())}"
-    masks = {rank: free & (ranking.rank == rank) for rank in (0, 3, 4, 5)} | {6: optimum}
-    names = {0: "unranked", 6: top}
-    return {
-        names.get(rank, f"rank {rank}"): Group(np.flatnonzero(mask), *MARKERS[rank])
-        for rank, mask in masks.items()
-        if mask.any()
-    }
+    others = ranking.pareto & ~optimum
+    groups = {}
+    for rank, marker in _RANKS.items():
+        name = f"rank {rank}"
+        if rank == 0:
+            name = "unranked"
+        rows = np.flatnonzero(others & (ranking.rank == rank))
+        if len(rows):
+            groups[name] = Group(rows, marker)
+    name = "Salukvadze optimum"
+    # None of several optima, equally near to U, needs to have rank 6.
+    if (ranking.rank == 6).any():
+        name += " (rank 6)"
+    groups[name] = Group(np.flatnonzero(optimum), OPTIMUM)
+    return groups

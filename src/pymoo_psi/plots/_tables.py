@@ -1,13 +1,14 @@
-"""Test tables and rankings: objectives over variables and in pairs, histograms, parallel axes.
+"""Figures of test tables and rankings: histograms, planes of two columns, parallel coordinates.
 
-Values are in the original units and direction. In the place of an objective may be a constraint or
-an output.
+Values are in the original units and direction. A constraint or an output may take the place of an
+objective.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,9 +21,11 @@ from pymoo_psi._validation import Received, counted, instance, invalid, known_na
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._points import (
     BLUE,
-    MARKERS,
+    OPTIMUM,
     ORANGE,
     PARETO,
+    Group,
+    Points,
     checked,
     name_axis,
     points_of_table,
@@ -33,16 +36,28 @@ from pymoo_psi.table import Histogram, Layout, TestTable, histogram
 
 Array = NDArray[np.float64]
 
-MATRIX = 6  # variables, and objectives, beside which the text on the axes is still readable
-_LINES = 2000  # of a group; more would be one grey area, and take long to draw
-_BARE = 60  # lines beyond which those of a group are thin
-_TEXT = 100  # letters over the width of a figure, in the size of ticks
-# Of each group of a histogram: its part of a bin, its look.
-_BARS: dict[str, tuple[tuple[float, float], dict[str, Any]]] = {
-    "tested": ((0.0, 1.0), {"facecolor": "0.9", "edgecolor": "0.55"}),
-    "feasible": ((0.08, 0.5), {"facecolor": BLUE}),
-    "pareto": ((0.5, 0.92), {"facecolor": ORANGE, "edgecolor": "white", "hatch": "////"}),
+MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
+_MANY = 60  # lines from here on those of a group are thin
+_MOST = 2000  # lines of a group; more would be one grey area, and take long to draw
+_LETTERS = 100  # of text over the width of a figure, in the size of ticks
+
+
+class _Bars(NamedTuple):
+    """Bars of a group in a histogram: their sides in shares of the interval, and their style."""
+
+    left: float
+    right: float
+    style: dict[str, Any]
+
+
+_BARS = {
+    "tested": _Bars(0.0, 1.0, {"facecolor": "0.9", "edgecolor": "0.55"}),
+    "feasible": _Bars(0.08, 0.5, {"facecolor": BLUE}),
+    "pareto": _Bars(0.5, 0.92, {"facecolor": ORANGE, "edgecolor": "white", "hatch": "////"}),
 }
+
+
+# Histograms, and objectives against variables
 
 
 @asked_under_a_formulation
@@ -53,22 +68,22 @@ def plot_table(
     objectives: Sequence[str] | None = None,
     title: str = "",
 ) -> Drawing:
-    """Return an overview of a table: histograms of variables, objectives against variables.
+    """Return an overview of a table: histograms of variables, and objectives against variables.
 
-    Up to six variables and six objectives make a matrix: a column for each variable, on top its
-    histogram and below it a row for each objective. Of more there are the histograms alone, six
-    in a row; name some of them for a matrix of these.
+    Up to six variables and six objectives make a matrix. It has a column for each variable, with
+    its histogram on top, and a row for each objective. With more variables or objectives there are
+    histograms only, six in a row; name some of the columns to get their matrix.
 
     Args:
         table: A test table.
-        variables: Names of the variables, or of other columns; all variables by default.
-        objectives: Names of the objectives, or of other columns; all objectives by default, none
-            for histograms alone.
-        title: What the table is of; begins the caption.
+        variables: Names of variables or other columns; all variables by default.
+        objectives: Names of objectives or other columns; all objectives by default, none for
+            histograms only.
+        title: Subject of the table, with which the caption begins.
 
     Raises:
         ArgumentValueError: A column is not in the table, or there is no variable.
-        ArgumentTypeError: ``table`` is no test table.
+        ArgumentTypeError: ``table`` is not a test table.
 
     Example:
         >>> from pymoo_psi import TestTable
@@ -76,36 +91,161 @@ def plot_table(
         >>> len(plot_table(table.under(limits={"f1": 1.5})).axes)
         6
     """
-    layout = checked(table).layout
-    rows = _known("objectives", layout.objectives if objectives is None else objectives, layout)
-    columns = _known("variables", layout.variables if variables is None else variables, layout)
-    if not columns:
-        raise invalid("variables", "one or more", Received("none"))
-    rows = rows if max(len(columns), len(rows)) <= MATRIX else []
-    points = points_of_table(table, [*columns, *rows] if rows else ())
-    counts = [histogram(table, name) for name in columns]
-    whole = (len(table), int(table.feasible().sum()), int(table.pareto().sum()))
-    wide = min(len(columns), MATRIX)
-    with panels(len(columns) * (1 + len(rows)), wide) as (figure, axes):
-        tops = axes[: len(columns)]
-        for j, (top, name, found) in enumerate(zip(tops, columns, counts, strict=True)):
-            _draw_bars(top, found, whole, tested=name in layout.variables)
-            name_axis(top, "x", "" if rows else layout.label_of(name), found.values)
-            name_axis(top, "y", "" if j % wide else "% of each group")
-            for ax, objective in zip(axes[j + wide :: wide], rows, strict=False):
-                points.draw(ax, name, objective)
+    info = _table_info(checked(table), variables, objectives)
+    n_columns = min(len(info.variables), MATRIX)
+    n_rows = 1 + len(info.objectives)
+    with panels(len(info.variables) * n_rows, n_columns) as (figure, axes):
+        tops = axes[: len(info.variables)]
+        for ax, bars in zip(tops, info.histograms, strict=True):
+            _draw_histogram(ax, bars, info)
+        for ax in tops[::n_columns]:
+            ax.set_ylabel("% of each group")
+        highest = max(ax.get_ylim()[1] for ax in tops)
+        for ax in tops:
+            ax.set_ylim(0, highest)
+
+        for row, objective in enumerate(info.objectives, start=1):
+            for j, variable in enumerate(info.variables):
+                ax = axes[row * n_columns + j]
+                info.points.draw(ax, variable, objective)
                 ax.label_outer()
-            if rows and not found.values:  # others have a bin for each value
-                top.set_xlim(points.columns[name].ends)
-        for top in tops:
-            top.set_ylim(0, max(ax.get_ylim()[1] for ax in tops))
         legend_of(figure, axes)
-        what = "Histograms: the share of each group that an interval holds."
-        what += " Below, objectives against variables." if rows else ""
-        parts = [f"{sum(each.outside)} by {each.variable}" for each in counts if any(each.outside)]
-        out = f"In no interval, far from the others: {', '.join(parts)}." if parts else ""
-        figure.describe(title, what, points.counts(table), out)
+        figure.describe(title, *_sentences(info), info.points.counts(table), _outside(info))
     return figure
+
+
+@dataclass(frozen=True)
+class _TableInfo:
+    """What :func:`plot_table` draws.
+
+    Attributes:
+        layout: Layout of the table.
+        variables: Names of the columns of the matrix.
+        objectives: Names of its rows; empty for histograms only.
+        histograms: A histogram of each variable.
+        totals: Numbers of designs that are tested, feasible and Pareto optimal.
+        points: The designs over variables and objectives.
+    """
+
+    layout: Layout
+    variables: list[str]
+    objectives: list[str]
+    histograms: list[Histogram]
+    totals: dict[str, int]
+    points: Points
+
+
+def _table_info(
+    table: TestTable,
+    variables: Sequence[str] | None,
+    objectives: Sequence[str] | None,
+) -> _TableInfo:
+    layout = table.layout
+    if variables is None:
+        variables = layout.variables
+    if objectives is None:
+        objectives = layout.objectives
+    variables = _known("variables", variables, layout)
+    objectives = _known("objectives", objectives, layout)
+    if not variables:
+        raise invalid("variables", "one or more", Received("none"))
+    if max(len(variables), len(objectives)) > MATRIX:
+        objectives = []
+    drawn: list[str] = []
+    if objectives:
+        drawn = [*variables, *objectives]
+    totals = {
+        "tested": len(table),
+        "feasible": int(table.feasible().sum()),
+        "pareto": int(table.pareto().sum()),
+    }
+    return _TableInfo(
+        layout,
+        variables,
+        objectives,
+        [histogram(table, name) for name in variables],
+        totals,
+        points_of_table(table, drawn),
+    )
+
+
+def _known(argument: str, names: Sequence[str], layout: Layout) -> list[str]:
+    return [known_name(argument, name, layout.columns) for name in names]
+
+
+def _draw_histogram(axes: Axes, bars: Histogram, info: _TableInfo) -> None:
+    """Draw the histogram of a column and name its axis, or align it with the planes below."""
+    groups = dict(_BARS)
+    # The intervals of a dependent column span the feasible designs; other tests are outside.
+    if bars.variable not in info.layout.variables:
+        del groups["tested"]
+    _draw_bars(axes, bars, groups, info.totals)
+    name_axis(axes, "y", "")
+    if not info.objectives:
+        name_axis(axes, "x", info.layout.label_of(bars.variable), bars.values)
+        return
+    name_axis(axes, "x", "", bars.values)
+    if not bars.values:  # options have an interval each, and are aligned
+        axes.set_xlim(info.points.columns[bars.variable].ends)
+
+
+def _draw_bars(
+    axes: Axes,
+    bars: Histogram,
+    groups: Mapping[str, _Bars],
+    totals: Mapping[str, int],
+) -> None:
+    """Draw the share of each group in each interval.
+
+    Args:
+        axes: The axes.
+        bars: Edges of the intervals, and the numbers of designs in them.
+        groups: The bars of each group.
+        totals: The number of designs in each group.
+    """
+    edges = bars.edges
+    widths = np.diff(edges)
+    if len(widths) > 1 and not np.allclose(widths, widths[0]):
+        axes.set_xscale("log")
+    for group, (left, right, style) in groups.items():
+        n = totals[group]
+        name = group.replace("pareto", PARETO)
+        starts = edges[:-1] + left * widths
+        heights = 100.0 * getattr(bars, group) / max(n, 1)
+        axes.bar(
+            starts,
+            heights,
+            (right - left) * widths,
+            align="edge",
+            linewidth=0.5,
+            label=f"bars: {name} ({n})",
+            **style,
+        )
+    if len(edges) > 1:
+        axes.set_xlim(edges[0], edges[-1])
+
+
+def _sentences(info: _TableInfo) -> list[str]:
+    """Return what the panels show, for the caption."""
+    sentences = ["Histograms: the share of each group in each interval."]
+    if info.objectives:
+        sentences.append("Below, objectives against variables.")
+    return sentences
+
+
+def _outside(info: _TableInfo) -> str:
+    """Return a sentence on values outside the histograms; empty if there are none."""
+    parts = []
+    for bars in info.histograms:
+        n = sum(bars.outside)
+        if n:
+            parts.append(f"{counted(n, 'value')} of {bars.variable}")
+    if not parts:
+        return ""
+    return f"Outside the histograms, far from the others: {', '.join(parts)}."
+
+
+# Objectives in pairs
 
 
 @asked_under_a_formulation
@@ -120,15 +260,14 @@ def plot_objectives(
 
     Args:
         table: A test table.
-        objectives: Names of two to seven objectives, or of other columns; all objectives by
-            default.
-        design: Number or label of a design to be marked, such as the one that was chosen.
-        title: What the table is of; begins the caption.
+        objectives: Names of two to seven objectives or other columns; all objectives by default.
+        design: Number or label of a design to be marked, such as the chosen one.
+        title: Subject of the table, with which the caption begins.
 
     Raises:
         ArgumentValueError: A column or the design is not in the table, or there are too few or too
             many objectives.
-        ArgumentTypeError: ``table`` is no test table.
+        ArgumentTypeError: ``table`` is not a test table.
 
     Example:
         >>> from pymoo_psi import TestTable
@@ -137,48 +276,30 @@ def plot_objectives(
         3
     """
     layout = checked(table).layout
-    names = _known("objectives", layout.objectives if objectives is None else objectives, layout)
+    if objectives is None:
+        objectives = layout.objectives
+    names = _known("objectives", objectives, layout)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
     chosen = None
     if design is not None:
         chosen = table.rows([table.row_of(design)])
-    points, wide = points_of_table(table, names, chosen), len(names) - 1
-    with new_figure(28.0 + wide * row_height(wide)) as figure:
-        cells = figure.add_gridspec(wide, wide)
-        for k in range(wide):
-            for j in range(k + 1):
-                ax = figure.add_subplot(cells[k, j])
-                points.draw(ax, names[j], names[k + 1])
+    points = points_of_table(table, names, chosen)
+    n = len(names) - 1
+    with new_figure(28.0 + n * row_height(n)) as figure:
+        grid = figure.add_gridspec(n, n)
+        for row, second in enumerate(names[1:]):
+            for column, first in enumerate(names[: row + 1]):
+                ax = figure.add_subplot(grid[row, column])
+                points.draw(ax, first, second)
                 ax.label_outer()
         legend_of(figure, figure.axes)
         figure.describe(title, "Objectives in pairs.", points.counts(table))
     return figure
 
 
-def _known(argument: str, names: Sequence[str], layout: Layout) -> list[str]:
-    return [known_name(argument, name, layout.columns) for name in names]
-
-
-def _draw_bars(axes: Axes, found: Histogram, whole: tuple[int, ...], *, tested: bool) -> None:
-    """Draw the bars of each group; ``tested`` not where bins are those of the feasible designs."""
-    edges, width = found.edges, np.diff(found.edges)
-    if len(width) > 1 and not np.allclose(width, width[0]):  # of a logarithmic scale
-        axes.set_xscale("log")
-    for (group, ((start, end), look)), n in zip(_BARS.items(), whole, strict=True):
-        if group == "tested" and not tested:
-            continue
-        axes.bar(
-            edges[:-1] + start * width, 100.0 * getattr(found, group) / max(n, 1),
-            (end - start) * width, align="edge", linewidth=0.5,
-            label=f"bars: {group.replace('pareto', PARETO)} ({n})", **look,
-        )  # fmt: skip
-    if len(edges) > 1:
-        axes.set_xlim(edges[0], edges[-1])
-
-
-# Any ranked Pareto set
+# Parallel coordinates
 
 
 def plot_ranking(
@@ -190,17 +311,17 @@ def plot_ranking(
 ) -> Drawing:
     """Return the Pareto-optimal designs of a ranking as parallel coordinates, by rank.
 
-    Each is a line from the best value of every objective at the bottom to the worst of the Pareto
-    set. :func:`plot_objectives` of a table draws objectives in pairs.
+    Each design is a line. The best value of each objective in the Pareto set is at the bottom, the
+    worst on top. :func:`plot_objectives` draws the objectives of a table in pairs.
 
     Args:
         ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
         units: Units of objectives by name, such as ``table.layout.units``.
-        title: What the designs are; begins the caption.
-        row: A design whose line is marked, such as the chosen one.
+        title: Subject of the ranking, with which the caption begins.
+        row: Row of a design whose line is marked, such as the chosen one.
 
     Raises:
-        ArgumentTypeError: ``ranking`` is none.
+        ArgumentTypeError: ``ranking`` is not a ranking.
 
     Example:
         >>> from pymoo_psi import rank_of_efficiency
@@ -208,36 +329,87 @@ def plot_ranking(
         >>> [ax.get_ylabel() for ax in figure.axes]
         ['share of the range (0 is best)']
     """
-    instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) gives one")
-    names = ranking.objectives.headings({} if units is None else units)
-    values, sign = ranking.objectives.values, ranking.objectives.sign
-    front = values[ranking.pareto] * sign
-    best, worst = front.min(axis=0) * sign, front.max(axis=0) * sign
-    shares = (values - best) / np.where(worst == best, 1.0, worst - best)
-    place, looks = np.arange(len(names)), list[Line2D]()
-    with panels(1, 1, height=60.0 if len(names) <= MATRIX else 90.0) as (figure, (axes,)):
+    instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) returns one")
+    info = _ranking_info(ranking, units or {})
+    n = len(info.labels)
+    height = 60.0
+    if n > MATRIX:
+        height = 90.0
+    with panels(1, 1, height=height) as (figure, (ax,)):
+        legend = []
         for name, group in ranked_groups(ranking).items():
-            rows = group.rows[:: -(-len(group.rows) // _LINES)]
-            many, top = len(group.rows) > _BARE, group.level == MARKERS[6][-1]
-            lines = LineCollection(
-                [np.column_stack([place, share]) for share in shares[rows]],
-                colors=group.colour, linewidths=2.0 if top else 0.4 if many else 1.0,
-                alpha=0.5 if many else 1.0, zorder=group.level, rasterized=many,
-            )  # fmt: skip
-            axes.add_collection(lines)
-            looks.append(Line2D([], [], **group.look(name)))
+            ax.add_collection(_lines(info.shares, group))
+            legend.append(Line2D([], [], **group.style(name)))
         if row is not None and row not in ranking.salukvadze:
-            look: dict[str, Any] = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
-            axes.plot(place, shares[row], "k--", label="chosen", zorder=7.0, **look)
-        axes.set(xlim=(-0.4, len(place) - 0.6), ylim=(-0.05, 1.05))
-        ends = zip(names, best.tolist(), worst.tolist(), strict=True)
-        labels = [f"{literal(n, 30)}\nbest {number(b)}\nworst {number(w)}" for n, b, w in ends]
-        longest = max(len(line) for label in labels for line in label.split("\n"))
-        axes.set_xticks(place, labels, rotation=90 if (longest + 2) * len(labels) > _TEXT else 0)
-        axes.set_ylabel("share of the range (0 is best)")
-        legend_of(figure, [axes], *looks, fontsize=8)
+            style: dict[str, Any] = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
+            ax.plot(np.arange(n), info.shares[row], "k--", label="chosen", zorder=7.0, **style)
+        ax.set(xlim=(-0.4, n - 0.6), ylim=(-0.05, 1.05))
+        ax.set_ylabel("share of the range (0 is best)")
+        ax.set_xticks(np.arange(n), info.labels, rotation=info.rotation)
+        legend_of(figure, [ax], *legend, fontsize=8)
         optimal = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
-        shown = f"{optimal} of {len(ranking.rank)}, by rank of efficiency, each a line from the "
-        shown += "best to the worst value of every objective."
-        figure.describe(title, shown)
+        figure.describe(
+            title,
+            f"{optimal} of {len(ranking.rank)}, by rank of efficiency.",
+            "Each is a line; 0 is the best value of an objective in the Pareto set, 1 the worst.",
+        )
     return figure
+
+
+@dataclass(frozen=True)
+class _RankingInfo:
+    """What :func:`plot_ranking` draws.
+
+    Attributes:
+        shares: ``(n, m)`` the values of the designs as shares of the way from best to worst.
+        labels: Name, best and worst value of each objective.
+        rotation: Angle of the labels, so that they do not overlap.
+    """
+
+    shares: Array
+    labels: list[str]
+    rotation: int
+
+
+def _ranking_info(ranking: EfficiencyRanking, units: Mapping[Any, str]) -> _RankingInfo:
+    values = ranking.objectives.values
+    sign = ranking.objectives.sign
+    front = values[ranking.pareto] * sign
+    best = front.min(axis=0) * sign
+    worst = front.max(axis=0) * sign
+    lengths = np.where(worst == best, 1.0, worst - best)
+
+    names = ranking.objectives.headings(units)
+    labels = []
+    longest = 0
+    for name, low, high in zip(names, best.tolist(), worst.tolist(), strict=True):
+        lines = [literal(name, 30), f"best {number(low)}", f"worst {number(high)}"]
+        labels.append("\n".join(lines))
+        longest = max(longest, *map(len, lines))
+    rotation = 0
+    if (longest + 2) * len(labels) > _LETTERS:
+        rotation = 90
+    return _RankingInfo((values - best) / lengths, labels, rotation)
+
+
+def _lines(shares: Array, group: Group) -> LineCollection:
+    """Return a line for each design of a group, or for a part of very many."""
+    n = len(group.rows)
+    step = -(-n // _MOST)  # rounded up
+    width = 1.0
+    alpha = 1.0
+    if n > _MANY:
+        width = 0.4
+        alpha = 0.5
+    if group.marker is OPTIMUM:
+        width = 2.0
+    places = np.arange(shares.shape[1])
+    lines = [np.column_stack([places, line]) for line in shares[group.rows[::step]]]
+    return LineCollection(
+        lines,
+        colors=group.marker.colour,
+        linewidths=width,
+        alpha=alpha,
+        zorder=group.marker.level,
+        rasterized=n > _MANY,
+    )
