@@ -82,4 +82,4 @@ def test_all_commands_agree(run, tmp_path, undrawn, seed):
     assert {shown[i] for i in found["best"]} == {names[n] for n in best}
     assert run("report", path, *options)[0] == 0
     report = unescape((tmp_path / "report.html").read_text("utf-8"))
-    assert f"Proposed is {names[best[0]]}; no design is chosen." in report
+    assert f"{names[best[0]].capitalize()} is proposed; no design is chosen." in report

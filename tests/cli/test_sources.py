@@ -177,7 +177,7 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
         assert "Reason: in stock" in printed
         assert "Chosen: test point 7, unchanged since then." in printed
     report = (tmp_path / "report.html").read_text("utf-8")
-    assert "Chosen is test point 7" in report
+    assert "Test point 7 is chosen" in report
     assert "Reason: in stock" in report
     assert '"chosen":"test point 7"' in (tmp_path / "page.html").read_text("utf-8")
     words = decision(page={"values": {"mass": 1.0}})
@@ -310,4 +310,4 @@ def test_what_speaks_against_the_optimum_leads(run, tmp_path):
         printed = run(*words.split())[1]
         assert "Attention: " in printed.partition("--  --")[0]
     text = unescape((tmp_path / "report.html").read_text("utf-8"))
-    assert text.index("Proposed is") < text.index("Attention: ") < text.index("What else could")
+    assert text.index("is proposed") < text.index("Attention: ") < text.index("Alternatives")

@@ -1,9 +1,9 @@
-"""The decision page: a ranked Pareto set to look at, limit and choose from, in one HTML file.
+"""The decision page: one HTML file for exploring, limiting and choosing from a Pareto set.
 
-:func:`decision_page` makes a :class:`DecisionPage` of any source of designs; ``save`` writes it as
-the file, and a notebook shows it at once. A decision that the page saves is a
-:class:`~pymoo_psi.table.Formulation` in JSON with a chosen design and a reason;
-:func:`kept_designs` tells which designs its reader kept by texts.
+:func:`decision_page` makes a :class:`DecisionPage` from any source of designs. ``save`` writes the
+file; a notebook shows the page. A decision that is saved on the page is a
+:class:`~pymoo_psi.table.Formulation` in JSON with a chosen design and a reason.
+:func:`kept_designs` returns which designs such a decision keeps.
 
 Example:
     >>> from pymoo.problems import get_problem
@@ -14,8 +14,8 @@ Example:
     >>> page
     DecisionPage('BNH': 61 designs)
 
-The file needs no network and no library: ``logic.js`` ranks and explains what is left,
-``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table.
+The file needs no network and no library. ``logic.js`` ranks and explains the designs within the
+limits, ``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table.
 """
 
 from pymoo_psi.page._page import DecisionPage, decision_page, kept_designs

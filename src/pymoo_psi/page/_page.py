@@ -1,8 +1,7 @@
-"""The decision page: from a source of designs to the file, and what a decision file keeps."""
+"""The decision page: made from a source of designs, saved as a file."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from html import escape
@@ -27,15 +26,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DecisionPage:
-    """A page to decide on a Pareto set with; :func:`decision_page` makes it.
+    """A page for deciding on a Pareto set, made by :func:`decision_page`.
 
     Attributes:
         title: Heading of the page.
-        table: The designs that are on the page.
+        table: The designs on the page.
         prototype: Existing designs to compare with; None if there are none.
         formulation: The objectives, limits, choice and reason that the page opens with.
-        cautions: Reasons not to rely on the optimum of all designs, whatever the limits.
-        origin: The file that the designs are from, for the print; empty if there is none.
+        cautions: Reasons not to rely on the optimum of all designs, which limits do not affect.
+        origin: Name of the file with the designs, for the print; empty if there is none.
 
     Example:
         >>> import pandas as pd
@@ -53,7 +52,7 @@ class DecisionPage:
     origin: str = ""
 
     def __repr__(self) -> str:
-        """Return the title and how many designs there are."""
+        """Return the title and the number of designs."""
         return f"DecisionPage({self.title!r}: {counted(len(self.table), 'design')})"
 
     def html(self) -> str:
@@ -67,20 +66,27 @@ class DecisionPage:
             >>> html.startswith("<!DOCTYPE html>"), "Brackets" in html
             (True, True)
         """
-        asked, layout = self.formulation, self.table.layout
-        # What a decision file repeats, so that the commands compute the same columns.
-        opens_with = {f.name: getattr(asked, f.name) for f in fields(asked)} | {
-            "objectives": list(layout.objectives),
-            "maximize": [name for name in layout.objectives if name in layout.maximize],
-            "limits": _json_limits(bounds_of(asked.limits, layout)),
-            "ranges": dict(self.table.formulation.ranges or {}),
-        }
+        opens_with = self._opens_with()
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
         return html_of(self.title, content | {"origin": self.origin})
 
+    def _opens_with(self) -> dict[str, Any]:
+        """Return the formulation as the page writes it into decision files.
+
+        The commands compute the same columns from such a file.
+        """
+        formulation = self.formulation
+        layout = self.table.layout
+        opens_with = {field.name: getattr(formulation, field.name) for field in fields(formulation)}
+        opens_with["objectives"] = list(layout.objectives)
+        opens_with["maximize"] = [name for name in layout.objectives if name in layout.maximize]
+        opens_with["limits"] = _json_limits(bounds_of(formulation.limits, layout))
+        opens_with["ranges"] = dict(self.table.formulation.ranges or {})
+        return opens_with
+
     def _repr_html_(self) -> str:
-        """Return the page as a notebook shows it: in a frame that reaches nothing outside."""
-        # What a notebook stores is UTF-8, which the name of a file need not be; see save.
+        """Return the page in a frame from which it reaches nothing else in a notebook."""
+        # Notebooks are stored as UTF-8, which a file name need not be; see save.
         text = self.html().encode("utf-8", "replace").decode()
         # Without allow-same-origin the scripts of the page see neither notebook nor cookies.
         return (
@@ -106,9 +112,9 @@ class DecisionPage:
             True
         """
         html = self.html()
-        with whole_file(path) as written:
-            # A title may be the name of a file that is no Unicode.
-            written.write_text(html, encoding="utf-8", errors="replace")
+        with whole_file(path) as temporary:
+            # A title may be a file name that is not Unicode.
+            temporary.write_text(html, encoding="utf-8", errors="replace")
 
 
 @asked_under_a_formulation
@@ -121,35 +127,35 @@ def decision_page(
     prototype: Any = None,
     title: str = "Pareto set",
 ) -> DecisionPage:
-    """Return a page to decide on a Pareto set with, to be saved as one HTML file.
+    """Return a page for deciding on a Pareto set, to be saved as one HTML file.
 
-    On top stands the best compromise (:func:`pymoo_psi.rank_of_efficiency`) among the designs that
-    are left under the limits that the reader sets, proposed until one is chosen, why it is that,
-    and what others would cost. Linked plots and a table show what is left, which is compared,
-    chosen from and exported as CSV. Limits, choice and reason are kept in the page as its reader
-    saves it, and in a decision file. Designs that failed or violate
-    constraints are left out and counted.
+    Its reader sets limits. On top is the best compromise among the designs within these limits (see
+    :func:`pymoo_psi.rank_of_efficiency`), why it is the best, and what others would cost. It is
+    proposed until the reader chooses a design. Linked plots and a table show the designs within the
+    limits; the reader can compare them and export them as CSV. Limits, choice and reason are kept
+    in the page when its reader saves it, and in a decision file.
+
+    Designs that failed or violate constraints are left out; the page says how many.
 
     Args:
         source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
             with one row for each design, an array of objectives, a study, a file. Or a ranking, or
-            a result of pymoo: its ``F``, minimised, beside its ``X`` where these are numbers.
-        formulation: Objectives, directions, computed columns; the page opens with its limits, which
-            its reader can move, its choice and its reason, such as those of a decision file that
-            the page saved (``Formulation.read_json``). Or names of the objectives, all minimised.
-            That of the source unless given.
-        variables: Names of the columns with design variables; as the source tells unless given.
-        units: Units of columns by name, beside those that the source tells.
+            a result of pymoo: its ``F``, minimised, beside its ``X`` if these are numbers.
+        formulation: Objectives, directions, computed columns, and the limits, choice and reason
+            that the page opens with, such as ``Formulation.read_json`` of a decision file. Or names
+            of the objectives, all minimised. By default that of the source.
+        variables: Names of the columns with design variables, by default those of the source.
+        units: Units of columns by name, beside those of the source.
         prototype: Existing designs to compare with, a source as above. They are not ranked and
-            stay on the page whatever the limits.
+            stay on the page under any limits.
         title: Heading of the page.
 
     Returns:
-        The page: ``.html()`` and ``.save(path)``.
+        The page, with ``.html()`` and ``.save(path)``.
 
     Raises:
-        ArgumentValueError: The source cannot be read, cannot be ranked, has no feasible design, or
-            does not have the columns that the formulation or the limits name.
+        ArgumentValueError: The source cannot be read or ranked, has no feasible design, or lacks
+            columns that the formulation names.
         ArgumentTypeError: An objective is not numbers, or an argument has a wrong type.
         OSError: A file cannot be opened.
 
@@ -163,63 +169,107 @@ def decision_page(
     if formulation is not None and not isinstance(formulation, Formulation):
         formulation = Formulation(formulation)
     if isinstance(source, EfficiencyRanking) or hasattr(source, "opt"):
-        source, formulation = _framed(source, formulation or Formulation())
+        source, formulation = _frame_of(source, formulation or Formulation())
     table = read_table(source, formulation, variables=variables, drop_incomplete=True)
-    # Limits are set on the page, where their reader can move them.
-    free = table.under(limits={})
-    designs = free.rows(free.feasible())
-    if len(designs) == 0:
-        rule = "of one feasible design or more"
-        raise invalid("source", rule, Received(f"none in {counted(len(free), 'design')}"))
-    layout = designs.layout
-    for name in units or {}:
-        known_name("units", name, layout.columns)
-    layout = replace(layout, units={**layout.units, **(units or {})})
-    designs = replace(designs, layout=layout, remarks=(*free.remarks, *_left_out(free)))
-    if not designs.under(limits=table.formulation.limits).feasible().any():
+    designs = _feasible_designs(table, units or {})
+    limited = designs.under(limits=table.formulation.limits)
+    if not limited.feasible().any():
         raise invalid("limits", "kept by one design or more", Received(f"none of {len(designs)}"))
-    existing = None
     if prototype is not None:
-        question = replace(table.formulation, limits={}, ranges=None, page={})
-        existing = read_table(prototype, question)
+        asked = replace(table.formulation, limits={}, ranges=None, page={})
+        prototype = read_table(prototype, asked)
     origin = ""
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
     return DecisionPage(
         title=str(title),
         table=designs,
-        prototype=existing,
+        prototype=prototype,
         formulation=replace(table.formulation, limits=_json_limits(table.limits)),
         cautions=tuple(map(str, cautions(designs.feasible_ranking()))),
         origin=origin,
     )
 
 
-def _framed(source: Any, asked: Formulation) -> tuple[pd.DataFrame, Formulation]:
-    """Return the designs of a ranking or a result of pymoo as a frame, with what is asked of it."""
+def _feasible_designs(table: TestTable, units: Mapping[str, str]) -> TestTable:
+    """Return the designs that are feasible without limits, which the reader of the page sets.
+
+    Args:
+        table: The tests.
+        units: Further units of columns by name.
+
+    Raises:
+        ArgumentValueError: There is no such design, or no such column.
+    """
+    tests = table.under(limits={})
+    designs = tests.rows(tests.feasible())
+    if len(designs) == 0:
+        received = Received(f"none in {counted(len(tests), 'design')}")
+        raise invalid("source", "of one feasible design or more", received)
+    for name in units:
+        known_name("units", name, designs.layout.columns)
+    layout = replace(designs.layout, units={**designs.layout.units, **units})
+    return replace(designs, layout=layout, remarks=(*tests.remarks, *_left_out(tests)))
+
+
+def _left_out(table: TestTable) -> list[str]:
+    """Return remarks on how many tests are not on the page, and why."""
+    n_failed = np.sum(table.status == "failed")
+    n_infeasible = np.sum(table.status == "infeasible")
+    remarks = []
+    # A remark of the source already says how many designs of a file are incomplete.
+    if n_failed and not any("incomplete design" in remark for remark in table.remarks):
+        remarks.append(f"Not on the page: {counted(n_failed, 'design')} that failed.")
+    if n_infeasible:
+        text = f"{counted(n_infeasible, 'design')} with violated constraints"
+        remarks.append(f"Not on the page: {text}.")
+    return remarks
+
+
+def _frame_of(source: Any, formulation: Formulation) -> tuple[pd.DataFrame, Formulation]:
+    """Return the designs of a ranking or a result of pymoo as a frame, and its objectives.
+
+    Args:
+        source: The ranking or the result.
+        formulation: The formulation, which may name no objectives.
+    """
     import pandas as pd
 
-    found = Objectives.of(source)
-    names = list(map(str, found.names))
-    frame = pd.DataFrame(found.values, list(found.labels), names)
+    objectives = Objectives.of(source)
+    names = list(map(str, objectives.names))
+    frame = pd.DataFrame(objectives.values, list(objectives.labels), names)
     X = getattr(source, "X", None)
     if isinstance(X, np.ndarray) and X.dtype.kind in "biuf":
         X = np.atleast_2d(X)
         frame[[f"x{j + 1}" for j in range(X.shape[1])]] = X
-    if not asked.objectives:
-        more = [name for name, sign in zip(names, found.sign, strict=True) if sign < 0]
-        asked = replace(asked, objectives=names, maximize=[*asked.maximize, *more])
-    return frame, asked
+    if not formulation.objectives:
+        maximize = list(formulation.maximize)
+        for name, sign in zip(names, objectives.sign, strict=True):
+            if sign < 0:
+                maximize.append(name)
+        formulation = replace(formulation, objectives=names, maximize=maximize)
+    return frame, formulation
+
+
+def _json_limits(limits: Bounds) -> dict[str, list[float | None]]:
+    """Return limits as JSON has them, with None for an open end."""
+    ends_by_name: dict[str, list[float | None]] = {}
+    for name, ends in limits.items():
+        ends_by_name[name] = [None, None]
+        for k, end in enumerate(ends):
+            if np.isfinite(end):
+                ends_by_name[name][k] = float(end)
+    return ends_by_name
 
 
 def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_]:
-    """``(n,)`` which designs the page keeps by ticked texts, as its decision file says.
+    """``(n,)`` which designs a decision keeps by the texts that are ticked on the page.
 
-    Limits on numbers are the formulation's, see :meth:`TestTable.under`.
+    Limits on numbers are those of the formulation, see :meth:`TestTable.under`.
 
     Raises:
         ArgumentValueError: There is no such column.
-        ArgumentTypeError: What is kept of a column is no list of texts.
+        ArgumentTypeError: The texts kept of a column are not a list.
 
     Example:
         >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
@@ -227,31 +277,11 @@ def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_
         >>> kept_designs(table, decided).tolist()
         [False, True]
     """
-    state, mask = formulation.page.get("state", {}), np.full(len(table), True)
-    kept = mapping("page.state.categories", state.get("categories", {}), "columns to lists")
-    for name, texts in kept.items():
+    state = formulation.page.get("state", {})
+    categories = mapping("page.state.categories", state.get("categories", {}), "columns to lists")
+    kept = np.full(len(table), True)
+    for name, texts in categories.items():
         known_name("categories", name, [*table.layout.columns, *table.extra])
         instance(f"page.state.categories[{name!r}]", texts, list, "it holds the texts kept")
-        mask &= np.isin(values_of(name, table).astype(str), texts)
-    return mask
-
-
-def _json_limits(bounds: Bounds) -> dict[str, Any]:
-    return {
-        name: [float(end) if np.isfinite(end) else None for end in pair]
-        for name, pair in bounds.items()
-    }
-
-
-def _left_out(table: TestTable) -> list[str]:
-    """Say how many designs of a table are not on the page, and why."""
-    numbers = {"failed": 0, "infeasible": 0} | Counter(table.status.tolist())
-    # What a file of offers lacks has been said.
-    if any("incomplete design" in remark for remark in table.remarks):
-        numbers["failed"] = 0
-    why = {"failed": "that failed", "infeasible": "with violated constraints"}
-    return [
-        f"Not on the page: {counted(numbers[status], 'design')} {text}."
-        for status, text in why.items()
-        if numbers[status]
-    ]
+        kept &= np.isin(values_of(name, table).astype(str), texts)
+    return kept

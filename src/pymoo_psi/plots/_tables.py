@@ -351,7 +351,7 @@ def plot_ranking(
         figure.describe(
             title,
             f"{optimal} of {len(ranking.rank)}, by rank of efficiency.",
-            "Each is a line; 0 is the best value of an objective in the Pareto set, 1 the worst.",
+            "Each is a line from the best values in the Pareto set, at the bottom, to the worst.",
         )
     return figure
 

@@ -1,8 +1,8 @@
-"""A report on an investigation, for those who must agree to its choice: one file, to be printed.
+"""A report on an investigation and its choice, for those who must agree: one file to be printed.
 
-What was tested and what failed, what limits cost, where the designs lie, the Pareto set, the choice
-with its reasons, its cautions and its alternatives: :func:`decision_report` writes of a test table
-what the commands ``rank``, ``analyze`` and ``solve`` print, in the same sentences.
+:func:`decision_report` describes the chosen or proposed design, the reasons against it, the costs
+of limits, the Pareto set, alternatives, and the tests. Its sentences are those of the commands
+``rank``, ``analyze`` and ``solve``.
 """
 
 from pymoo_psi.report._report import DecisionReport, decision_report

@@ -1,10 +1,11 @@
-"""What a report says of the tests, their ranking and the chosen design; report.html puts it down.
+"""The contents of a report, which report.html lays out: the chosen design, and the tests.
 
-A table is a dictionary of columns of texts, by their headings.
+A table is a dictionary of columns of texts by their headings.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
@@ -12,9 +13,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted, invalid
+from pymoo_psi._validation import counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
+    EfficiencyRanking,
     alternative,
     cautions,
     compare_designs,
@@ -28,230 +30,330 @@ from pymoo_psi.pareto import (
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
 from pymoo_psi.table import TestTable, alike, constraint_costs, convergence, limit_text
 
-_REASONS = 12  # of failures that are listed one by one
-_LIMITS = 6  # that cost most
+_REASONS = 12  # of failures in the table, the most frequent ones
+_LIMITS = 6  # in the table, those that cost most
 _IDLE = 3  # limits that cost nothing, by name
-_FEW = 5  # representatives, side by side on paper
+_REPRESENTATIVES = 5  # side by side on paper
 
 Columns: TypeAlias = dict[str, list[str]]
 
 
 def cell(value: Any) -> str:
     """Return a value as a report shows it: numbers with five digits."""
-    if isinstance(value, (float, np.floating)):
-        return number(float(value), 5) if np.isfinite(value) else "—"
-    return str(value)
+    if not isinstance(value, (float, np.floating)):
+        return str(value)
+    if not np.isfinite(value):
+        return "—"
+    return number(float(value), 5)
 
 
-class Case:
-    """A table with its ranking and the chosen design.
+def written_limit(table: TestTable, name: str, lower: float, upper: float) -> str:
+    """Return a limit with its unit: ``20 ≤ mass ≤ 55 kg``."""
+    if np.isinf(upper):
+        return f"{name} ≥ {_with_unit(table, name, lower)}"
+    text = f"{name} ≤ {_with_unit(table, name, upper)}"
+    if np.isfinite(lower):
+        text = f"{cell(lower)} ≤ {text}"
+    return text
+
+
+def _with_unit(table: TestTable, name: str, value: float) -> str:
+    unit = table.layout.units.get(name, "")
+    return f"{cell(value)} {unit}".strip()
+
+
+class Choice:
+    """The design that is chosen or, if none is, proposed among ranked tests.
 
     Args:
         table: The tests.
-        design: Number of the test that is chosen; None if none is.
+        ranking: The ranking of the feasible ones.
+        row: Row of the ranking that is chosen; None if none is, and the optimum is proposed.
         reason: Why it was chosen.
-        selectors: What else could choose, by name; None for a few.
+        selectors: Other selectors, by name; a few by default.
 
     Attributes:
-        rows: ``(k,)`` which tests are feasible with finite objectives, each design once.
-        ranking: The ranking of these; None if there are none, and then only :meth:`limit_costs`
-            and :meth:`tests` have something to say, and what follows in this list is not there.
-        cautions: What speaks against relying on the optimum, the gravest first.
-        decided, word: Whether one is chosen; what the design is.
-        best, optimum: Which of them is the Salukvadze optimum, the first of several; its name.
-        chosen, name, point: Which is chosen or, if none is, proposed; its name, its test point.
-        agrees: Whether this is an optimum.
-        why: Why it is where it is.
-        choices: What selectors choose, by name.
+        decided: Whether a design is chosen.
+        word: "chosen" or "proposed".
+        optimum: Row of the Salukvadze optimum, the first of several.
+        row: Row of the design.
+        is_optimum: Whether the design is a Salukvadze optimum.
+        name: Name of the design.
+        explanation: Why it is where it is.
+        cautions: Reasons not to rely on the optimum, the gravest first.
+        selected: Rows that selectors choose, by name.
     """
 
     def __init__(
         self,
         table: TestTable,
-        design: int | str | None,
+        ranking: EfficiencyRanking,
+        row: int | None,
         reason: str,
         selectors: Mapping[str, Any] | None,
     ) -> None:
-        self.table, self.layout, self.reason = table, table.layout, reason
-        self.decided = design is not None
-        # Nothing is chosen until somebody has.
-        self.word = "chosen" if self.decided else "proposed"
-        self.units = {n: u for n, u in self.layout.units.items() if n in self.layout.objectives}
-        self.ranking: Any = None
-        self.rows: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
-        self.cautions: tuple[str, ...] = ()
-        if table.eligible().any():
-            self.ranking = table.feasible_ranking()
-            self.rows = self.ranking.rows
-        at = self.ranking.salukvadze if self.ranking else self.rows
-        if design is not None:
-            at = np.flatnonzero(self.rows == table.row_of(design))
-            if len(at) == 0:
-                raise invalid("design", "the number or label of a feasible test", design)
-        if not self.ranking:
-            return
-        self.best, self.chosen = int(self.ranking.salukvadze[0]), int(at[0])
-        self.optimum, self.name = map(self.ranking.name_of, (self.best, self.chosen))
-        self.point = int(table.numbers[self.rows[self.chosen]])
-        self.agrees = self.chosen in self.ranking.salukvadze
-        self.why = explain(self.ranking, self.chosen, units=self.units)
-        self.choices = self._choices(selectors)
-        # They are about the optimum, which need not be what was chosen.
-        what = "" if self.agrees else f" to {self.optimum}, the optimum"
-        self.cautions = tuple(f"Attention{what}: {each}" for each in cautions(self.ranking))
+        self.table = table
+        self.layout = table.layout
+        self.ranking = ranking
+        self.reason = reason
+        self.units = {}
+        for name in self.layout.objectives:
+            if name in self.layout.units:
+                self.units[name] = self.layout.units[name]
 
-    def asked(self) -> list[str]:
-        """Return the limits as one writes them."""
-        return [self._limit(n, *pair) for n, pair in self.table.limits.items()]
+        self.optimum = int(ranking.salukvadze[0])
+        self.decided = row is not None
+        self.row = self.optimum
+        self.word = "proposed"
+        if row is not None:
+            self.row = row
+            self.word = "chosen"
+        self.is_optimum = self.row in ranking.salukvadze
+        self.name = ranking.name_of(self.row)
+        self.explanation = explain(ranking, self.row, units=self.units)
+        self.cautions = self._cautions()
+        self.selected = self._selected(selectors)
+
+    def _cautions(self) -> tuple[str, ...]:
+        # They are about the optimum, which need not be the design chosen.
+        subject = "Attention"
+        if not self.is_optimum:
+            subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
+        return tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
+
+    def _selected(self, selectors: Mapping[str, Any] | None) -> dict[str, NDArray[np.intp]]:
+        if selectors is None:
+            selectors = self._selectors()
+        selected = {}
+        if not self.is_optimum:
+            selected["Salukvadze optimum"] = self.ranking.salukvadze
+        if selectors:
+            selected |= compare_selectors(self.ranking, selectors)
+        return selected
+
+    def _selectors(self) -> dict[str, Any]:
+        """Return the selectors of a report that names none."""
+        formulation = self.table.formulation
+        normalize = formulation.normalize
+        selectors: dict[str, Any] = {
+            "knee": Knee(),
+            "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
+        }
+        if formulation.ranges:  # which only the ranking itself knows
+            return selectors
+        other_distances = SalukvadzeOptimum(normalize=not normalize)
+        if normalize:
+            selectors["plain distances"] = other_distances
+        else:
+            selectors["distances in units of the ranges"] = other_distances
+        return selectors
 
     def instead(self) -> str:
-        """Return what the design is chosen instead of, and how they differ."""
-        pair = compare_designs(self.ranking, [self.best, self.chosen], units=self.units)
-        names = {"design": self.name, "other": self.optimum}
-        return sentence("instead", **names, difference=pair.difference(1))
+        """Return a sentence on how the design differs from the proposed one."""
+        pair = compare_designs(self.ranking, [self.optimum, self.row], units=self.units)
+        optimum = self.ranking.name_of(self.optimum)
+        difference = pair.difference(1)
+        return sentence("instead", design=self.name, other=optimum, difference=difference)
 
-    def standing(self) -> Columns:
+    def objectives(self) -> Columns:
         """Return the objectives of the design, and of the optimum, between best and worst."""
-        ranking = self.ranking
-        columns = {"objective": [*map(self.layout.label_of, self.layout.objectives)]}
-        columns[self.word] = [*map(cell, ranking.objectives.values[self.chosen])]
-        if not self.agrees:
-            columns["proposed"] = [*map(cell, ranking.objectives.values[self.best])]
-        columns |= {"best": [*map(cell, ranking.ideal)], "worst": [*map(cell, ranking.nadir)]}
-        shares = ["—" if np.isnan(share) else percent(share) for share in self.why.shares]
-        return columns | {"behind, of range": shares}
-
-    def known(self) -> list[tuple[str, str]]:
-        """Return what else is known of the design, though others may lack it."""
-        table, layout, row = self.table, self.layout, self.rows[self.chosen]
-        names = (*layout.variables, *layout.outputs)
-        found = [(layout.label_of(name), cell(table.column(name)[row])) for name in names]
-        texts = [(n, cell(texts[row])) for n, texts in table.extra.items() if n != layout.label]
-        return [(n, text) for n, text in found + texts if text not in ("", "—", "None")]
-
-    def limit_costs(self) -> tuple[Columns, list[str]]:
-        """Return what constraints and limits cost, those that cost most, and notes on them.
-
-        Of a table without a feasible design, how near tests come to keep them.
-        """
-        costs, constraints = constraint_costs(self.table), self.layout.constraints
-        found = costs[costs["alone"] > 0] if self.ranking else costs
-        shown = found.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
-        limited = {limit_text(name, *ends): name for name, ends in self.table.limits.items()}
-        names = [limited.get(text, text) for text in shown.index]
-        ends = list(zip(names, shown["lower"], shown["upper"], strict=True))
+        values = self.ranking.objectives.values
         columns = {
-            "constraint or limit": [e[0] if e[0] in constraints else self._limit(*e) for e in ends],
-            "rejects": [*map(number, shown["rejects"].tolist())],
-            "it alone": [*map(number, shown["alone"].tolist())],
+            "objective": [self.layout.label_of(name) for name in self.layout.objectives],
+            self.word: list(map(cell, values[self.row])),
         }
-        if self.ranking:
-            gains = [self._gain(row) for _, row in shown.iterrows()]
-            columns["without it the best values would be"] = gains
-        else:
-            columns["nearest value"] = [self._reached(*each) for each in ends]
-        notes = []
-        if idle := [str(name) for name in costs.index if name not in found.index]:
-            notes.append(f"No design is rejected by {listed(idle[:_IDLE], 'or')} alone.")
-        if self.layout.inequalities:
-            notes.append("A constraint is met where its value is 0 or less.")
-        if self.layout.equalities:
-            notes.append(f"An equality is met within {self.layout.eq_tolerance:g}.")
-        return columns if ends else {}, notes
+        if not self.is_optimum:
+            columns["proposed"] = list(map(cell, values[self.optimum]))
+        columns["best"] = list(map(cell, self.ranking.ideal))
+        columns["worst"] = list(map(cell, self.ranking.nadir))
+        behind = []
+        for share in self.explanation.shares:
+            if np.isnan(share):
+                behind.append("—")
+            else:
+                behind.append(percent(share))
+        columns["share of range behind the best"] = behind
+        return columns
 
-    def _amount(self, name: str, value: float) -> str:
-        return f"{cell(value)} {self.layout.units.get(name, '')}".strip()
+    def values(self) -> list[tuple[str, str]]:
+        """Return name and value of the variables, outputs and texts that the design has."""
+        row = self.ranking.rows[self.row]
+        pairs = []
+        for name in (*self.layout.variables, *self.layout.outputs):
+            pairs.append((self.layout.label_of(name), cell(self.table.column(name)[row])))
+        for name, texts in self.table.extra.items():
+            if name != self.layout.label:
+                pairs.append((name, cell(texts[row])))
+        return [(name, text) for name, text in pairs if text not in ("", "—", "None")]
 
-    def _limit(self, name: str, lower: float, upper: float) -> str:
-        """Return a limit as one writes it."""
-        if np.isinf(upper):
-            return f"{name} ≥ {self._amount(name, lower)}"
-        low = f"{cell(lower)} ≤ " if np.isfinite(lower) else ""
-        return f"{low}{name} ≤ {self._amount(name, upper)}"
+    def alternatives(self) -> list[str]:
+        """Return a sentence on what each other selector chooses."""
+        sentences = []
+        for name, rows in self.selected.items():
+            text = alternative(self.ranking, rows, self.row, self.units)
+            sentences.append(f"{name}: {text}")
+        return sentences
 
-    def _reached(self, name: str, lower: float, upper: float) -> str:
-        """Return the value of a column that comes nearest to a limit."""
-        values = self.table.column(name)
-        values = values[np.isfinite(values)].astype(np.float64)
-        over = np.maximum(np.maximum(lower - values, values - upper), 0)
-        if len(over) and over.min() == 0:
-            return "kept by some"
-        return self._amount(name, float(values[over.argmin()])) if len(over) else "—"
-
-    def _gain(self, costs: pd.Series[Any]) -> str:
-        """Return in which objectives designs that a limit alone rejects beat the feasible ones."""
-        gains = []
-        for name, sign in zip(self.layout.objectives, self.layout.sign, strict=True):
-            now, then = costs[f"{name}_feasible"], costs[f"{name}_alone"]
-            if (now - then) * sign > 0:
-                gains.append(f"{name} {self._amount(name, then)} instead of {cell(now)}")
-        return "; ".join(gains) or "no better in any objective"
-
-    def _choices(self, selectors: Mapping[str, Any] | None) -> dict[str, NDArray[np.intp]]:
-        if selectors is None:
-            normalize = self.table.formulation.normalize
-            other = "plain distances" if normalize else "distances in units of the ranges"
-            chebyshev = CompromiseProgramming(np.inf, normalize=normalize)
-            selectors = {"knee": Knee(), "chebyshev": chebyshev}
-            if not self.table.formulation.ranges:  # which only the ranking itself knows
-                selectors[other] = SalukvadzeOptimum(normalize=not normalize)
-        optimum = {} if self.agrees else {"Salukvadze optimum": self.ranking.salukvadze}
-        return optimum | (compare_selectors(self.ranking, selectors) if selectors else {})
-
-    def others(self) -> list[str]:
-        """Return what other preferences choose."""
-        return [
-            f"{name}: {alternative(self.ranking, chosen, self.chosen, self.units)}"
-            for name, chosen in self.choices.items()
-        ]
-
-    def few(self) -> tuple[Columns, str]:
-        """Return a few designs that stand for all, and what they are."""
-        few, ranking = representatives(self.ranking, _FEW), self.ranking
-        columns = {"": ["stands for", *map(self.layout.label_of, self.layout.objectives)]}
+    def representatives(self) -> tuple[Columns, str]:
+        """Return a few designs that represent the Pareto set, and a caption."""
+        few = representatives(self.ranking, _REPRESENTATIVES)
+        labels = [self.layout.label_of(name) for name in self.layout.objectives]
+        columns = {"": ["stands for", *labels]}
         for row, share in zip(few.rows.tolist(), few.shares, strict=True):
-            values = map(cell, ranking.objectives.values[row])
-            columns[ranking.name_of(row)] = [percent(share), *values]
-        n = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
-        what = f"{len(few.rows)} for {n}, the optimum first: each stands for those nearest to it"
-        return columns, what + (f", none farther than {few.radius:.3g}." if few.radius else ".")
+            values = map(cell, self.ranking.objectives.values[row])
+            columns[self.ranking.name_of(row)] = [percent(share), *values]
+        n = counted(int(self.ranking.pareto.sum()), "Pareto-optimal design")
+        caption = (
+            f"{len(few.rows)} representatives of {n}, the optimum first. "
+            "Each stands for the designs nearest to it"
+        )
+        if few.radius:
+            caption += f", none farther than {few.radius:.3g}"
+        return columns, f"{caption}."
 
-    def facts(self) -> dict[str, Any]:
-        """Return what is known of the problem."""
-        known = self.table.problem or {}
-        facts = {"Problem": known.get("problem"), "points": known.get("sampling")}
-        facts |= {"key": known.get("key")} | (known.get("parameters") or {})
-        return {str(name): value for name, value in facts.items() if value is not None}
 
-    def tests(self) -> str:
-        """Return how many tests there are, and what became of them."""
-        failed, feasible = self.table.status == "failed", self.table.feasible()
-        steps = {
+class Tests:
+    """The tests of a report: how many there are, what limits cost, and why tests failed.
+
+    Args:
+        table: The tests.
+        ranking: The ranking of the feasible ones; None if there are none.
+    """
+
+    def __init__(self, table: TestTable, ranking: EfficiencyRanking | None) -> None:
+        self.table = table
+        self.ranking = ranking
+
+    def problem(self) -> dict[str, Any]:
+        """Return facts about the problem by name."""
+        problem = self.table.problem or {}
+        facts = {
+            "Problem": problem.get("problem"),
+            "points": problem.get("sampling"),
+            "key": problem.get("key"),
+        }
+        facts |= problem.get("parameters") or {}
+        return {str(name): fact for name, fact in facts.items() if fact is not None}
+
+    def counts(self) -> str:
+        """Return a sentence on how many tests failed, are feasible and are Pareto optimal."""
+        failed = self.table.status == "failed"
+        feasible = self.table.feasible()
+        counts = {
             "failed": failed.sum(),
             "beyond a constraint or a limit": (~failed & ~feasible).sum(),
             "feasible": feasible.sum(),
-            "Pareto optimal": self.ranking.pareto.sum() if self.ranking else 0,
         }
+        if self.ranking is not None:
+            counts["Pareto optimal"] = self.ranking.pareto.sum()
         n = len(self.table)
-        counts = [f"{number(k)} {name} ({percent(k / n)})" for name, k in steps.items() if k]
-        return f"{counted(n, 'design')}: {', '.join(counts)}."
+        parts = []
+        for name, count in counts.items():
+            if count:
+                parts.append(f"{number(count)} {name} ({percent(count / n)})")
+        return f"{counted(n, 'design')}: {', '.join(parts)}."
 
     def failures(self) -> Columns:
-        """Return why tests failed, the most frequent reason first."""
-        at = dict(zip(self.table.numbers.tolist(), self.table.names, strict=True))
-        reasons = self.table.reasons
-        found = pd.DataFrame({"reason": alike(reasons.values()), "first": [at[n] for n in reasons]})
-        groups = found.groupby("reason", sort=False)["first"].agg(["size", "first"])
-        top = groups.sort_values("size", ascending=False, kind="stable").head(_REASONS)
-        shown = [str(reason)[:400] for reason in top.index]
-        return {"designs": [*map(str, top["size"])], "reason": shown, "first": [*top["first"]]}
+        """Return the reasons of failures, the most frequent first."""
+        names = dict(zip(self.table.numbers.tolist(), self.table.names, strict=True))
+        reasons = alike(self.table.reasons.values())
+        first: dict[str, str] = {}
+        for test, reason in zip(self.table.reasons, reasons, strict=True):
+            first.setdefault(reason, names[test])
+        columns: Columns = {"designs": [], "reason": [], "first": []}
+        for reason, count in Counter(reasons).most_common(_REASONS):
+            columns["designs"].append(str(count))
+            columns["reason"].append(reason[:400])
+            columns["first"].append(first[reason])
+        return columns
 
-    def verdict(self) -> str:
+    def convergence(self) -> str:
         """Return whether more tests would change the choice; empty if nothing is known of it."""
-        if "sampling" not in (self.table.problem or {}):  # rows in an order that says nothing
+        if "sampling" not in (self.table.problem or {}):  # tests in an order without a meaning
             return ""
         try:
             steps = convergence(self.table)
-        except PsiError:  # its reason is of the evenly spread part alone
+        except PsiError:  # whose reason is about the evenly spread tests only
             return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
-        return steps.verdict() if len(steps.tests) > 1 else ""
+        if len(steps.tests) <= 1:
+            return ""
+        return steps.verdict()
+
+    # Limits
+
+    def limits(self) -> list[str]:
+        """Return the limits as they are written."""
+        return [written_limit(self.table, name, *ends) for name, ends in self.table.limits.items()]
+
+    def limit_costs(self) -> tuple[Columns, list[str]]:
+        """Return what the constraints and limits cost that cost most, and notes on all of them.
+
+        Without a feasible design it is said how near tests come to keeping them.
+        """
+        costs = constraint_costs(self.table)
+        columns_of_limits = {limit_text(n, *ends): n for n, ends in self.table.limits.items()}
+        costs["column"] = [columns_of_limits.get(text, text) for text in costs.index]
+        idle: list[str] = []
+        if self.ranking is not None:
+            rejects_none_alone = costs["alone"] == 0
+            idle = costs["column"][rejects_none_alone].tolist()
+            costs = costs[~rejects_none_alone]
+        notes = self._notes(idle)
+        if costs.empty:
+            return {}, notes
+        top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
+        columns = {
+            "constraint or limit": self._names(top),
+            "rejects": list(map(number, top["rejects"].tolist())),
+            "rejects alone": list(map(number, top["alone"].tolist())),
+        }
+        rows = [cost for _, cost in top.iterrows()]
+        if self.ranking is None:
+            columns["nearest value"] = list(map(self._nearest, rows))
+        else:
+            columns["best values without it"] = list(map(self._gain, rows))
+        return columns, notes
+
+    def _notes(self, idle: list[str]) -> list[str]:
+        """Return notes on constraints and limits, some of which reject no design alone."""
+        layout = self.table.layout
+        notes = []
+        if idle:
+            notes.append(f"No design is rejected by {listed(idle[:_IDLE], 'or')} alone.")
+        if layout.inequalities:
+            notes.append("A constraint is met where its value is 0 or less.")
+        if layout.equalities:
+            notes.append(f"An equality is met within {layout.eq_tolerance:g}.")
+        return notes
+
+    def _names(self, costs: pd.DataFrame) -> list[str]:
+        """Return constraints by name, and limits as they are written."""
+        names = []
+        for name, lower, upper in zip(costs["column"], costs["lower"], costs["upper"], strict=True):
+            if name not in self.table.layout.constraints:
+                name = written_limit(self.table, name, lower, upper)
+            names.append(str(name))
+        return names
+
+    def _nearest(self, cost: pd.Series[Any]) -> str:
+        """Return the value that comes nearest to keeping a constraint or limit."""
+        name = str(cost["column"])
+        values = self.table.column(name)
+        values = values[np.isfinite(values)].astype(np.float64)
+        if len(values) == 0:
+            return "—"
+        excess = np.maximum(cost["lower"] - values, values - cost["upper"])
+        if excess.min() <= 0:
+            return "kept by some"
+        return _with_unit(self.table, name, float(values[excess.argmin()]))
+
+    def _gain(self, cost: pd.Series[Any]) -> str:
+        """Return the objectives in which designs that it alone rejects beat the feasible ones."""
+        layout = self.table.layout
+        gains = []
+        for name, sign in zip(layout.objectives, layout.sign, strict=True):
+            now = cost[f"{name}_feasible"]
+            best = cost[f"{name}_alone"]
+            if (now - best) * sign > 0:
+                gains.append(f"{name} {_with_unit(self.table, name, best)} instead of {cell(now)}")
+        return "; ".join(gains) or "no better in any objective"

@@ -1,4 +1,4 @@
-"""From a test table to the report: ranked, explained, one HTML document."""
+"""A report on a test table as one HTML document."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader
 from matplotlib import rc_context
 
@@ -18,23 +19,23 @@ from pymoo_psi._output import whole_file
 from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
-from pymoo_psi.report._contents import Case, Columns
+from pymoo_psi.report._contents import Choice, Columns, Tests
 from pymoo_psi.table import TestTable
 
-_DPI = 200  # of the marks that are too many for a drawing of each, as on good paper
-# A number, with or without its share: columns of such cells stand to the right.
+_DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
+# A number, or a share in per cent, or nothing. Columns of such cells are aligned to the right.
 _NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DecisionReport:
-    """A report on a choice, or a proposal, among tested designs, of :func:`decision_report`.
+    """A report on the choice among tested designs, made by :func:`decision_report`.
 
     Attributes:
-        title: Its heading.
+        title: Heading of the report.
         about: Lines below the heading.
-        ranking: The ranking of the feasible designs; ``None`` if none is feasible.
-        cautions: What speaks against relying on the optimum, the gravest first.
+        ranking: The ranking of the feasible designs; None if none is feasible.
+        cautions: Reasons not to rely on the optimum, the gravest first.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
@@ -46,17 +47,19 @@ class DecisionReport:
     about: tuple[str, ...]
     ranking: EfficiencyRanking | None
     cautions: tuple[str, ...]
-    _case: Case
+    _tests: Tests
+    _choice: Choice | None
 
     def __str__(self) -> str:
-        """Return the title and what is chosen."""
-        if self.ranking is None:
+        """Return the title and the design that is chosen or proposed."""
+        choice = self._choice
+        if choice is None:
             return f"{self.title}: no feasible design"
-        front = counted(int(self.ranking.pareto.sum()), "Pareto-optimal design")
-        return f"{self.title}: {self._case.name} {self._case.word} of {front}"
+        n = counted(int(choice.ranking.pareto.sum()), "Pareto-optimal design")
+        return f"{self.title}: {choice.name} {choice.word} of {n}"
 
     def __repr__(self) -> str:
-        """Return the title and what is chosen, as an object."""
+        """Return the title and the design as an object's text."""
         return f"DecisionReport({str(self)!r})"
 
     def html(self) -> str:
@@ -78,7 +81,8 @@ class DecisionReport:
         return environment.get_template("report.html").render(
             title=self.title,
             about=self.about,
-            case=self._case,
+            tests=self._tests,
+            choice=self._choice,
             counted=counted,
             measured_in=measured_in,
             number=number,
@@ -101,37 +105,43 @@ class DecisionReport:
             True
         """
         html = self.html()
-        with whole_file(path) as written:
-            # A title may be the name of a file that is no Unicode.
-            written.write_text(html, encoding="utf-8", errors="replace")
+        with whole_file(path) as temporary:
+            # A title may be a file name that is not Unicode.
+            temporary.write_text(html, encoding="utf-8", errors="replace")
 
 
 def _printable(value: Any) -> Any:
-    """Return a text without control characters, its numbers not apart from their per cent."""
+    """Return a text without control characters, in which per cent signs stay with their numbers."""
     if not isinstance(value, str) or hasattr(value, "__html__"):
         return value
-    shown = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", value)
-    return shown.replace(" %", "\N{NO-BREAK SPACE}%")
+    text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", value)
+    return text.replace(" %", "\N{NO-BREAK SPACE}%")
 
 
 def _grid(columns: Columns) -> list[list[tuple[str, str]]]:
-    """Return the head and the rows of a table, each cell with its class, "n" among numbers."""
-    kinds = ["n" if all(map(_NUMBER.fullmatch, texts)) else "" for texts in columns.values()]
-    rows = [[*columns], *zip(*columns.values(), strict=True)]
-    return [[*zip(row, kinds, strict=True)] for row in rows]
+    """Return the rows of a table, the headings first, each cell with its class, "n" for numbers."""
+    classes = []
+    for texts in columns.values():
+        if all(map(_NUMBER.fullmatch, texts)):
+            classes.append("n")
+        else:
+            classes.append("")
+    rows = [tuple(columns), *zip(*columns.values(), strict=True)]
+    return [list(zip(row, classes, strict=True)) for row in rows]
 
 
 def _image(figure: plots.Drawing) -> str:
-    """Return a picture as the address of an image that holds it.
+    """Return a figure as the address of an image that holds it.
 
-    As an image of its own nothing drawn in it can reach the rest of the document.
+    Nothing drawn in an image can reach the rest of the document.
     """
-    drawn = io.StringIO()
-    with rc_context({"svg.fonttype": "path"}):  # whatever fonts the reader has
-        figure.savefig(drawn, format="svg", dpi=_DPI, metadata={"Date": None})
-    # Texts are drawn; their comments could hold what no XML may.
-    svg = re.sub(r"<!--.*?-->", "", drawn.getvalue(), flags=re.DOTALL)
-    return f"data:image/svg+xml;base64,{b64encode(svg.encode('utf-8')).decode('ascii')}"
+    text = io.StringIO()
+    with rc_context({"svg.fonttype": "path"}):  # independent of the reader's fonts
+        figure.savefig(text, format="svg", dpi=_DPI, metadata={"Date": None})
+    # Texts are drawn as paths; the comments beside them could hold what no XML may.
+    svg = re.sub(r"<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
+    data = b64encode(svg.encode("utf-8")).decode("ascii")
+    return f"data:image/svg+xml;base64,{data}"
 
 
 @asked_under_a_formulation
@@ -146,24 +156,24 @@ def decision_report(
 ) -> DecisionReport:
     """Report on tests and on the design that is chosen or proposed among them.
 
-    The first page says all that a decision needs; what follows says what it is based on.
+    The first page has all that a decision needs, the others what it is based on.
 
     Args:
         table: The tests, with names, directions and units; :func:`~pymoo_psi.table.read_table`
-            gives one of any file. What each limit of its formulation costs is reported.
-        design: Number or label of the design that is chosen, a feasible one. Unless given none is,
-            and the Salukvadze optimum is proposed.
-        reason: Why it was chosen.
-        selectors: What else could choose, by name, as for
-            :func:`pymoo_psi.selection.compare_selectors`; the knee, the least bad worst objective,
-            and the optimum by the other distances unless given.
+            opens any file. The report says what each limit of its formulation costs.
+        design: Number or label of the chosen design, a feasible one. By default none is chosen, and
+            the Salukvadze optimum is proposed.
+        reason: Reason for the choice.
+        selectors: Further selectors by name, as for
+            :func:`pymoo_psi.selection.compare_selectors`. By default the knee, the least bad worst
+            objective, and the optimum in the other distances.
         title: Heading of the report.
-        about: Lines below it, such as where the tests are from.
+        about: Lines below the heading, such as the origin of the tests.
 
     Raises:
-        ArgumentValueError: The table has no test or no objective, a limit or a selector does not
-            fit, or the design chosen is not feasible.
-        ArgumentTypeError: ``table`` is no test table.
+        ArgumentValueError: The table has no test or no objective, a selector does not fit, or the
+            design is not feasible.
+        ArgumentTypeError: ``table`` is not a test table.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
@@ -173,8 +183,23 @@ def decision_report(
         >>> "<h2>What limits cost</h2>" in report.html()
         True
     """
-    instance("table", table, TestTable, "PSI and investigate give one, read_table opens any file")
+    remedy = "PSI and investigate return one, read_table opens any file"
+    instance("table", table, TestTable, remedy)
     if len(table) == 0 or not table.layout.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
-    case = Case(table, design, reason, selectors)
-    return DecisionReport(title, tuple(about), case.ranking, case.cautions, case)
+    rows = np.zeros(0, dtype=np.intp)
+    ranking = None
+    if table.eligible().any():
+        ranking = table.feasible_ranking()
+        rows = ranking.rows
+    chosen = None
+    if design is not None:
+        places = np.flatnonzero(rows == table.row_of(design))
+        if len(places) == 0:
+            raise invalid("design", "the number or label of a feasible test", design)
+        chosen = int(places[0])
+    tests = Tests(table, ranking)
+    if ranking is None:
+        return DecisionReport(title, tuple(about), None, (), tests, None)
+    choice = Choice(table, ranking, chosen, reason, selectors)
+    return DecisionReport(title, tuple(about), ranking, choice.cautions, tests, choice)
