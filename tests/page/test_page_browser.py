@@ -409,7 +409,7 @@ def test_nothing_is_chosen_until_somebody_chooses(reader):
     assert reader.text("#verdict-title") == "Chosen"
     assert reader.text(".best strong") == other
     said = reader.text(".instead")
-    assert said.startswith(f"{other} instead of {best}: better in ")
+    assert said.startswith(f"{other} is chosen instead of {best}: better in ")
     values = beams().set_index("number").loc[other]
     first = reader.page.locator("#verdict-table tbody tr").first.inner_text()
     assert f"{values['mass']:.3f}" in first  # the table is of the chosen design
@@ -480,7 +480,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     reader.until("D.resting")
     assert "brings back" in reader.text("#relax") + reader.text("#verdict")
     reader.set(limits={"mass": [None, 0.1], "strength": [-0.4, None]})
-    assert reader.text("#since").endswith("No design is left still.")
+    assert reader.text("#since").endswith("Still no design is left.")
 
 
 # Charts and selections

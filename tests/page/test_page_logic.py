@@ -460,7 +460,7 @@ def test_what_no_longer_fits_at_the_opening_is_reported(cases):
     (answer,) = in_node([asked])
     assert answer["initial"]["state"]["pins"] == [case.payload["names"][0]]
     assert answer["initial"]["remarks"] == [
-        "Left out, as it does not fit these designs: pins, weights."
+        "Not applied, as it does not fit these designs: pins, weights."
     ]
 
 

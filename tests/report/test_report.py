@@ -113,8 +113,8 @@ def test_another_design_is_explained_as_itself():
     assert best != other
     report = decision_report(table.under(limits=LIMITS), design=int(other))
     said = lines(report, "The choice")
-    assert said[0].startswith(f"Chosen: test point {other} instead of test point {best}: ")
-    assert "objective | chosen | proposed | best | worst | share of range behind the best" in said
+    assert said[0].startswith(f"Test point {other} is chosen instead of test point {best}: ")
+    assert "objective | chosen | proposed | best | worst | behind best" in said
     told = f"Salukvadze optimum: test point {best} against test point {other}: better"
     assert any(line.startswith(told) for line in lines(report, "Alternatives"))
     assert str(report).startswith(f"Report on a choice: test point {other} chosen of ")

@@ -451,7 +451,7 @@ function relaxations(data, state, ranking, {mask, rejected, times}) {
   })
   return [...ofEnds, ...ofCategories]
 }
-const categoryText = (data, name, row) => `${name} also ${data.by.get(name).texts[data.by.get(name).values[row]] || "(missing)"}`
+const categoryText = (data, name, row) => `${name} = ${data.by.get(name).texts[data.by.get(name).values[row]] || "(missing)"}`
 
 // Where nothing is left and no single limit helps: the design that breaks fewest limits, and these
 // by the least share of a range; a sentence, or "" without such a design.
@@ -817,7 +817,7 @@ function since(data, ranking, before) {
     const key = best === former ? "same proposed" : fits && before.mask[best] ? "new by ends" : "new"
     parts.push(against(data, fits ? ranking : before, key, best, former))
   }
-  return parts.filter(Boolean).join(" ") || "No design is left still."
+  return parts.filter(Boolean).join(" ") || "Still no design is left."
 }
 
 // ------------------------------------------------------------------------------------ typed numbers
@@ -827,12 +827,12 @@ function since(data, ranking, before) {
 function typed(text) {
   const plain = text.trim().replace(/[−–]/g, "-").replace(/(?<=^[+-]?\d[\d\s]*)\s(?=\d{3}(?!\d))/g, "")
   if (plain === "") return {value: null}
-  if (!/^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i.test(plain)) return {wrong: "A number such as 1.5 or 2e3, please."}
+  if (!/^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i.test(plain)) return {wrong: "Enter a number such as 1.5 or 2e3."}
   if (/^[+-]?[1-9]\d{0,2},\d{3}$/.test(plain)) {
-    return {wrong: `${plain.replace(",", ".")} or ${plain.replace(",", "")}? Please write one of these.`}
+    return {wrong: `${plain.replace(",", ".")} or ${plain.replace(",", "")}? Enter one of them.`}
   }
   const value = Number(plain.replace(",", "."))
-  return Number.isFinite(value) ? {value} : {wrong: "A number below 1e308, please."}
+  return Number.isFinite(value) ? {value} : {wrong: "Enter a number below 1e308."}
 }
 
 // ------------------------------------------------------------------------------------------ states
@@ -894,7 +894,7 @@ function checked(data, anything) {
     snapshots: items("snapshots", (one) => isObject(one) && typeof one.name === "string" && isObject(one.state)),
     reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }
-  return {state, remarks: lost.size ? [`Left out, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
+  return {state, remarks: lost.size ? [`Not applied, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
 }
 
 function parsed(text) {
@@ -989,13 +989,13 @@ function opened(data, text) {
   const own = data.opens_with
   const same = (list, names) => Array.isArray(list) && JSON.stringify([...list].sort()) === JSON.stringify([...names].sort())
   const unlike = data.columns.find(({name, unit}) => unit && (entryOf(units, name) ?? unit) !== unit)
-  const refused = !isObject(page) ? "it is no decision that a page has saved"
-    : !same(objectives, own.objectives) || !same(maximize, own.maximize) ? "it has other objectives, or directions"
+  const refused = !isObject(page) ? "it is not a decision saved by a page"
+    : !same(objectives, own.objectives) || !same(maximize, own.maximize) ? "it has other objectives or directions"
     : unlike ? `its unit of ${unlike.name} differs`
     : normalize !== data.normalize ? "it measures distances differently (normalize)"
     : isFixed(ranges) && Object.entries(rangesOf(data, {fixed: true})).some(([name, ends]) =>
       String(entryOf(ranges, name)) !== String(ends)) ? "it has other fixed ranges" : ""
-  return refused ? {state: null, remarks: [`The file is not opened: ${refused}.`]} : decided(data, content)
+  return refused ? {state: null, remarks: [`The file cannot be opened: ${refused}.`]} : decided(data, content)
 }
 
 // The state of a formulation, and what a reader must know of it.

@@ -203,7 +203,7 @@ const page = (() => {
   function pin(row) {
     if (row < 0) return
     const pins = isPinned(row) ? state.pins.filter((name) => name !== called(row)) : [...state.pins, called(row)]
-    if (pins.length > Logic.MOST_PINS) return say([`Five designs are pinned. Take one out of the comparison before you pin ${called(row)}.`])
+    if (pins.length > Logic.MOST_PINS) return say([`Five designs are pinned. Unpin one before you pin ${called(row)}.`])
     change({pins})
   }
 
@@ -223,7 +223,7 @@ const page = (() => {
     show("verdict-table", verdict)
     const clear = chosen < 0 ? null : button("Clear choice", () => change({chosen: null}))
     if (!verdict) {
-      renew($("verdict-words"), make("p.warning", {}, "No design is left. What each limit costs is said below."),
+      renew($("verdict-words"), make("p.warning", {}, "No design is left. What each limit costs is shown below."),
         ...(clear ? [make("p", {}, `${called(chosen)} is chosen. `, clear)] : []))
       for (const id of ["verdict-more", "verdict-rows", "verdict-variables"]) renew($(id))
     } else {
@@ -234,7 +234,7 @@ const page = (() => {
           make(left.mask[row] ? "span.hint" : "span.warning", {}, isBest ? "the nearest to the ideal point" : rankText(row)),
           clear ?? chooseButton(row), pinButton(row)),
         ...(isBest ? [] : [make("p.instead", {}, readable(instead), " ", pinButton(proposed))]),
-        ...(chosen < 0 ? [make("p.hint.screen", {}, "Nothing is chosen yet: choose here, in the table or by a click in a chart.")] : []))
+        ...(chosen < 0 ? [make("p.hint.screen", {}, "Nothing is chosen yet. Choose here, in the table, or click in a chart.")] : []))
       renew($("verdict-rows"), ...verdictRows())
       // Of many objectives the table says the same and is read faster.
       const words = sentences.slice(0, data.objectives.length > 6 ? 1 : 2)
@@ -245,7 +245,7 @@ const page = (() => {
       renew($("verdict-variables"), parts.length ? `${parts.join(", ")}.` : "")
     }
     show("cautions", verdict && data.cautions.length)
-    renew($("cautions").firstElementChild, left.count < data.n ? "Of all designs, without limits:" : "")
+    renew($("cautions").firstElementChild, left.count < data.n ? "For all designs, without limits:" : "")
     if ($("reason").value !== state.reason) $("reason").value = state.reason
     renew($("reason-printed"), state.reason || "–")
   }
@@ -287,8 +287,8 @@ const page = (() => {
     const rows = parts.map(({row}) => row)
     show("compare", rows.length)
     show("compare-table", rows.length > 1)
-    renew($("compare-hint"), ...(rows.length < 2 ? ["One design is left, and none to compare it with."]
-      : [`Gains and losses against ${called(rows[0])}: in units`, make("span.shares", {}, " and in per cent of the range"), "."]))
+    renew($("compare-hint"), ...(rows.length < 2 ? ["Only one design is left; there is none to compare it with."]
+      : [`Gains and losses against ${called(rows[0])} in units`, make("span.shares", {}, " and in per cent of the range"), "."]))
     if (rows.length < 2) return renew($("compare-table"))
     const objectives = Logic.compare(data, ranking, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
@@ -379,12 +379,12 @@ const page = (() => {
     controls.set(column, control)
     control.fields = [0, 1].map((k) => {
       const end = written(column, k ? high : low)
-      const shown = {placeholder: end.length <= 9 ? end : readable((k ? high : low).toExponential(2)), title: `${k ? "Greatest" : "Least"} shown: ${end}`,
+      const shown = {placeholder: end.length <= 9 ? end : readable((k ? high : low).toExponential(2)), title: `${k ? "Greatest" : "Least"} value shown: ${end}`,
         "aria-describedby": `note-${column.field}`}
       return numberField(`${label}, ${k ? "at most" : "at least"}`, shown, (value) => {
         const next = [...(limitOf(column) ?? [null, null])]
         next[k] = value
-        if (next[0] !== null && next[1] !== null && next[0] > next[1]) return "The lower end is above the upper one."
+        if (next[0] !== null && next[1] !== null && next[0] > next[1]) return "The lower limit is above the upper one."
         setLimit(column, next, true)
         return ""
       })
@@ -429,7 +429,7 @@ const page = (() => {
     controls.set(column, {column, boxes, note, found})
     return make("fieldset.limit.categories", {}, make("legend", {}, column.label),
       make("div.boxes", {}, boxes.map((box) => make("label", {}, box, box.value || "(missing)")),
-        boxes.length ? null : make("span.hint", {}, `${countText(found.length)} different texts, too many to tick`)), note)
+        boxes.length ? null : make("span.hint", {}, `${countText(found.length)} different texts are too many to tick`)), note)
   }
 
   function showLimits() {
@@ -464,8 +464,8 @@ const page = (() => {
       renew(group.querySelector("summary b"), set ? `${set} set` : "")
     }
     const lines = limitable.flatMap((column) => limitTexts(column))
-    const ranges = state.fixed ? ["Ranked by fixed ranges, which limits do not move."] : []
-    renew($("record-limits"), ...[...(lines.length ? lines : ["None: all designs count."]), ...ranges].map((text) => make("li", {}, text)))
+    const ranges = state.fixed ? ["Ranked by fixed ranges, which limits do not change."] : []
+    renew($("record-limits"), ...[...(lines.length ? lines : ["None."]), ...ranges].map((text) => make("li", {}, text)))
   }
 
   // The limits on a column in words: all, or those that reject a row.
@@ -503,7 +503,7 @@ const page = (() => {
     const rows = data.objectives.map((column) => {
       const inputs = [["weights", "1", "weight"], ["aspiration", "its best", "aspiration"]].map(([kind, placeholder, word]) => {
         const input = numberField(`${column.label}, ${word}`, {placeholder}, (value) => {
-          if (kind === "weights" && value < 0) return "A weight is 0 or more."
+          if (kind === "weights" && value < 0) return "A weight must be 0 or more."
           const others = without(state.preference[kind], column.name)
           change({preference: {...state.preference, [kind]: value === null ? others : {...others, [column.name]: value}}})
           return ""
@@ -590,7 +590,7 @@ const page = (() => {
     renew($("lines"), ...lines.filter(([, , has]) => has).map(([look, text]) => make("span", {}, make(`i.line-${look}`, {}), text)))
     renew($("drawn"), [
       total > context.length ? `grey: ${countText(context.length)} of ${countText(total)} designs, a fixed sample` : "",
-      number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} left, every ranked one among them` : "",
+      number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} within the limits, including all ranked ones` : "",
     ].filter(Boolean).join("; "))
     for (const chart of [parallel, ...plots]) chart.draw(modelOfCharts(), all)
   }
@@ -812,7 +812,7 @@ const page = (() => {
     const name = `${data.file}-decision.json`
     download(`${JSON.stringify(decision(), null, 1)}\n`, "application/json", name)
     isSaved()
-    say([`Saved as ${name}. Open it here again by "Open decision…", or with the commands page, rank and report by --decision ${name}.`])
+    say([`Saved as ${name}. Open it here with "Open decision…", or in the commands page, rank and report with --decision ${name}.`])
   }
 
   // The page as it was made, with the decision in place of what it opened with.
@@ -823,7 +823,7 @@ const page = (() => {
     script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
     download(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html", `${data.file}.html`)
     isSaved()
-    say([`Saved as ${data.file}.html: this page, with limits, choice, comparison, snapshots and reason inside.`])
+    say([`Saved as ${data.file}.html: this page with its limits, choice, comparison, snapshots and reason.`])
   }
 
   // Snapshots: states under names, in the decision and in the saved page.

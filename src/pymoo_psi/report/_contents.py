@@ -18,6 +18,7 @@ from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     alternative,
+    capital,
     cautions,
     compare_designs,
     explain,
@@ -153,7 +154,7 @@ class Choice:
         pair = compare_designs(self.ranking, [self.optimum, self.row], units=self.units)
         optimum = self.ranking.name_of(self.optimum)
         difference = pair.difference(1)
-        return sentence("instead", design=self.name, other=optimum, difference=difference)
+        return sentence("instead", design=capital(self.name), other=optimum, difference=difference)
 
     def objectives(self) -> Columns:
         """Return the objectives of the design, and of the optimum, between best and worst."""
@@ -172,7 +173,7 @@ class Choice:
                 behind.append("—")
             else:
                 behind.append(percent(share))
-        columns["share of range behind the best"] = behind
+        columns["behind best"] = behind
         return columns
 
     def values(self) -> list[tuple[str, str]]:
