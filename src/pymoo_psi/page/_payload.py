@@ -50,7 +50,7 @@ def payload(
     labels = _labels(table)
     tables = [table]
     if prototype is not None:
-        names += _names_apart(prototype.names, table.names)
+        names += _names_apart(prototype.names, set(names))
         labels += _labels(prototype)
         tables.append(prototype)
     optimal = nondominated(table.F)
@@ -96,7 +96,7 @@ def _labels(table: TestTable) -> list[Any]:
     return labels
 
 
-def _names_apart(names: Sequence[str], others: Sequence[str]) -> list[str]:
+def _names_apart(names: Sequence[str], others: set[str]) -> list[str]:
     """Return names of existing designs, marked where another design has the same name."""
     apart = []
     for name in names:
