@@ -18,7 +18,7 @@ PROJECT = Path(__file__).parents[1]
 
 # A layer imports only the ones before it; a subpackage of a layer only those before it, too.
 LAYERS = {
-    "base": ["errors", "guide", "_validation", "_kinds", "_output", "_renamed"],
+    "base": ["errors", "guide", "_validation", "_kinds", "_output", "_renamed", "_lazy"],
     "mathematics": ["sequences", "chute", "pareto"],
     "data": ["study", "table"],
     "pymoo": ["parallel", "problems", "algorithms", "selection"],
@@ -120,6 +120,71 @@ def test_every_public_name_is_there():
     assert set(pymoo_psi.__all__) <= set(dir(pymoo_psi))
     with pytest.raises(AttributeError, match="absent"):
         pymoo_psi.absent  # noqa: B018
+
+
+SUBPACKAGES = [name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(pymoo_psi, name))]
+
+
+def test_every_public_name_is_in_the_overview_of_its_subpackage():
+    """Some ninety names are a promise to users; what subpackages share beside them is none."""
+    public = set(pymoo_psi.__all__) - set(SUBPACKAGES)
+    for name in SUBPACKAGES:
+        module = getattr(pymoo_psi, name)
+        for item in getattr(module, "__all__", ()):
+            assert re.search(rf"\b{item}\b", module.__doc__), f"{name}.{item}"
+        public.update(getattr(module, "__all__", ()))
+    for name in pymoo_psi.__all__:
+        assert re.search(rf"\b{name}\b", pymoo_psi.__doc__), name
+    assert len(public) <= 95
+
+
+def functions_of(module):
+    """The public functions, and methods of public classes, by their names."""
+    for name in module.__all__:
+        item = getattr(module, name)
+        if inspect.isfunction(item):
+            yield name, item
+        if inspect.isclass(item) and item.__module__.startswith("pymoo_psi."):
+            for part, member in inspect.getmembers(item, inspect.isfunction):
+                if not part.startswith("__"):
+                    yield f"{name}.{part}", member
+
+
+def test_only_under_and_runs_take_limits():
+    """Whatever is asked of a table is asked under the formulation that it carries."""
+    takes = set()
+    for subpackage in ("table", "plots", "page", "report"):
+        for name, function in functions_of(getattr(pymoo_psi, subpackage)):
+            parameters = set(inspect.signature(function).parameters)
+            if parameters & {"limits", "normalize"} or "FormulationFields" in str(
+                inspect.signature(function)
+            ):
+                takes.add(name)
+    assert takes == {"TestTable.under"}
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda table: table.pareto({"f1": 1}),
+        lambda table: table.ranking(normalize=False),
+        lambda table: table.explain(1, {"f1": 1}),
+        lambda table: pymoo_psi.table.histogram(table, "x1", limits={"f1": 1}),
+        lambda table: pymoo_psi.decision_report(table, {"f1": 1}),
+    ],
+)
+def test_who_asks_as_in_version_0_3_is_told_the_new_way(ask):
+    table = pymoo_psi.TestTable.of([1, 2], [[0.1], [0.5]], [[1, 2], [2, 1]])
+    with pytest.raises(pymoo_psi.errors.ArgumentTypeError, match=r"table\.under\(limits="):
+        ask(table)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("ranked", "feasible_ranking"), ("read_csv", "read_table")]
+)
+def test_an_old_name_says_the_new_one(old, new):
+    with pytest.raises(AttributeError, match=f"gone since 0.4; use {new}"):
+        getattr(pymoo_psi.TestTable, old)
 
 
 def documented(module):

@@ -6,25 +6,30 @@ The names that one imports first
 --------------------------------
 
 - Problems: :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
-  :class:`Restricted`, a part of any problem's bounds; :class:`Robust`, objectives over
-  scenarios.
-- Sampling: :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`.
-- Algorithms: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
-  :class:`TestTable`; :func:`nsga3`.
+  :class:`ProgramProblem`, an external program; :class:`Identification` of parameters.
+- Wrappers of any problem: :class:`Restricted` to a part of its bounds, :class:`LogScaled`,
+  :class:`Required`, :class:`FailureTolerant`, :class:`Robust` over scenarios, and
+  :class:`Recorded`, which keeps every evaluation in a study.
+- Sampling: :func:`lp_tau`, :class:`LPTauSampling`, :class:`QMCSampling`,
+  :class:`UniformSampling`.
+- Algorithms: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate`; :func:`nsga3`.
+- Tables: :class:`TestTable`; :func:`read_table` opens files, studies and frames;
+  ``table.under(...)`` asks it under another :class:`Formulation`.
 - Decision-making: :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`, :func:`cautions`
   about its optimum; :func:`explain` a design, :func:`compare_designs`, :func:`representatives`;
   :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
-  :class:`ReferencePoint`, :class:`Knee`; :func:`robustness`.
-  More in :mod:`.selection`.
+  :class:`ReferencePoint`, :class:`Knee`; :func:`robustness`. More in :mod:`.selection`.
+- Documents: :func:`decision_page`, :func:`decision_report`; figures in :mod:`.plots`.
 - Comparison: :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.
-- Running: :class:`JoblibRunner`, :class:`FailureTolerant`, :class:`Recorded`.
+- Running: :class:`JoblibRunner`.
 - Errors: :class:`PsiError`; all of them in :mod:`.errors`.
 
 Subpackages
 -----------
 
-A layer imports only those above it, and of another subpackage only the public names of its
-``__init__``, which is an overview of the subject and the index of these names.
+A layer imports only those above it. Of another subpackage it imports only names of its
+``__init__``, which is an overview of the subject and has two lists: the public names, ``__all__``,
+and those that subpackages share.
 
 | layer | subpackages | knows |
 |---|---|---|

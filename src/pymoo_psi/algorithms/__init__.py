@@ -66,10 +66,14 @@ array of Slurm, in which a job that was killed is submitted again and goes on:
 
 A problem that is evaluated one design at a time runs on all cores by
 ``elementwise_runner=JoblibRunner()``, and on a cluster of Dask or Ray by pymoo's runners for them.
+
+Public names: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
+:class:`RunOptions`; :func:`nsga3`; :class:`Recorded`; the samplings :class:`LPTauSampling`,
+:class:`QMCSampling` and their base :class:`UniformSampling`.
 """
 
-import lazy_loader
+from pymoo_psi._lazy import attach_names
 
 # Each name at its first use, as in the package: surrogates bring half of SciPy, for which every
 # worker of an investigation would wait.
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)

@@ -29,7 +29,7 @@ The motion is solved, not integrated: in a logarithmic time the slip velocity ha
 two quadratures remain, accurate to 1e-12. :func:`motion` takes some two million designs a second
 on one core (``python -m benchmarks.motion`` in a checkout). :func:`integrate` is the same by
 SciPy's ``solve_ivp``, as a reference; :func:`trajectory` gives the motion and the forces along the
-way.
+way, a :class:`Trajectory`.
 
 Example:
     >>> from pymoo_psi import chute
@@ -38,12 +38,15 @@ Example:
     (0.0922, 2.3214)
 """
 
-from pymoo_psi.chute._motion import MODELS, ChuteParameters, Motion, criteria, motion
+from pymoo_psi.chute._motion import ChuteParameters, Motion, criteria, motion
 from pymoo_psi.chute._reference import integrate
 from pymoo_psi.chute._trajectory import Trajectory, trajectory
 
+# A name that other subpackages share; it is no promise to users.
+# isort: split
+from pymoo_psi.chute._motion import MODELS as MODELS
+
 __all__ = [
-    "MODELS",
     "ChuteParameters",
     "Motion",
     "Trajectory",

@@ -27,23 +27,27 @@ the folder contains each finished run as a study with all its tests, which any c
 The p values are corrected for all pairs and budgets. With the four algorithms and three budgets of
 the default, fewer than six seeds cannot show any difference, and fewer than nine none from ``psi``,
 which has a single run.
+
+Public names: :func:`compare`, its :class:`Comparison`, and :class:`Reference`, the front against
+which indicators are measured.
 """
 
-from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS
-from pymoo_psi.comparison._comparison import SIGNIFICANCE, Comparison, compare, conclusions
-from pymoo_psi.comparison._quality import INDICATORS, Reference, effect_size, holm, p_value
-from pymoo_psi.comparison._runs import Run
+from pymoo_psi.comparison._comparison import Comparison, compare
+from pymoo_psi.comparison._quality import Reference
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS as DEFAULT_ALGORITHMS
+from pymoo_psi.comparison._comparison import SIGNIFICANCE as SIGNIFICANCE
+from pymoo_psi.comparison._comparison import conclusions as conclusions
+from pymoo_psi.comparison._quality import INDICATORS as INDICATORS
+from pymoo_psi.comparison._quality import effect_size as effect_size
+from pymoo_psi.comparison._quality import holm as holm
+from pymoo_psi.comparison._quality import p_value as p_value
+from pymoo_psi.comparison._runs import Run as Run
 
 __all__ = [
-    "DEFAULT_ALGORITHMS",
-    "INDICATORS",
-    "SIGNIFICANCE",
     "Comparison",
     "Reference",
-    "Run",
     "compare",
-    "conclusions",
-    "effect_size",
-    "holm",
-    "p_value",
 ]

@@ -18,6 +18,13 @@ The file needs no network and no library. ``logic.js`` ranks and explains the de
 limits, ``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table.
 """
 
-from pymoo_psi.page._page import DecisionPage, decision_page, kept_designs
+from pymoo_psi.page._page import DecisionPage, decision_page
 
-__all__ = ["DecisionPage", "decision_page", "kept_designs"]
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+from pymoo_psi.page._page import kept_designs as kept_designs
+
+__all__ = [
+    "DecisionPage",
+    "decision_page",
+]

@@ -27,28 +27,24 @@ Example:
     >>> best = rank_of_efficiency(res.F, normalize=False).salukvadze
     >>> print(res.opt.get("test_point")[best], res.F[best].round(4))
     [3085] [[2.0458 0.0476 0.2635 0.1072]]
+
+Public names: :func:`reproduce` and its :class:`Reproduction`; :func:`solve_case` and its
+:class:`Case`; :func:`published_table`.
 """
 
-from pymoo_psi.paper._reproduction import (
-    PAPER_MU,
-    PAPER_POINTS,
-    Case,
-    Reproduction,
-    criterion_surfaces,
-    published_table,
-    reproduce,
-    salukvadze_functions,
-    solve_case,
-)
+from pymoo_psi.paper._reproduction import Case, Reproduction, published_table, reproduce, solve_case
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+from pymoo_psi.paper._reproduction import PAPER_MU as PAPER_MU
+from pymoo_psi.paper._reproduction import PAPER_POINTS as PAPER_POINTS
+from pymoo_psi.paper._reproduction import criterion_surfaces as criterion_surfaces
+from pymoo_psi.paper._reproduction import salukvadze_functions as salukvadze_functions
 
 __all__ = [
-    "PAPER_MU",
-    "PAPER_POINTS",
     "Case",
     "Reproduction",
-    "criterion_surfaces",
     "published_table",
     "reproduce",
-    "salukvadze_functions",
     "solve_case",
 ]

@@ -20,7 +20,7 @@ Other subpackages also use :func:`in_parallel` for tasks,
 :func:`one_line`, :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 
-import lazy_loader
+from pymoo_psi._lazy import attach_names
 
 # Each name at its first use: a worker needs the evaluation alone.
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)

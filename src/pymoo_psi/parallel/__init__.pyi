@@ -1,4 +1,9 @@
-# The public names, and those for other subpackages. `lazy_loader` reads this file.
+# The public names. `_lazy` reads this file when the subpackage is imported.
+
+from ._runner import JoblibRunner as JoblibRunner
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
 
 from ._evaluation import Result as Result
 from ._evaluation import Values as Values
@@ -7,7 +12,6 @@ from ._evaluation import evaluate_here as evaluate_here
 from ._evaluation import one_line as one_line
 from ._evaluation import same_folder as same_folder
 from ._progress import progress_bar as progress_bar
-from ._runner import JoblibRunner as JoblibRunner
 from ._runner import active_workers as active_workers
 from ._runner import in_parallel as in_parallel
 from ._runner import stream_tasks as stream_tasks

@@ -30,10 +30,15 @@ that stand for all. They take arrays, frames, test tables, rankings and results 
 For the other subpackages: the rule of feasibility (:func:`meets_constraints`, :func:`competes`),
 indicators of the quality of a set, :class:`Objectives` and :class:`UtopianFrame` behind a ranking,
 and the templates of all sentences (:data:`SENTENCES`).
+
+Public names: :func:`rank_of_efficiency` and :class:`EfficiencyRanking`; :func:`cautions` and
+:class:`Caution`; :func:`explain` and :class:`Explanation`; :func:`compare_designs` and
+:class:`DesignComparison`; :func:`representatives` and :class:`Representatives`;
+:func:`nondominated`; :func:`hypervolume`.
 """
 
-import lazy_loader
+from pymoo_psi._lazy import attach_names
 
 # Each name at its first use: sentences need no geometry. (Of another size than the stub, for whose
 # bytecode pdoc would take that of this file if both had the same size and time.)
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)

@@ -1,36 +1,40 @@
-# The public names. `lazy_loader` reads this file when the subpackage is imported.
+# The public names. `_lazy` reads this file when the subpackage is imported.
 
 from ._cautions import Caution as Caution
 from ._cautions import cautions as cautions
+from ._dominance import nondominated as nondominated
+from ._explanation import DesignComparison as DesignComparison
+from ._explanation import Explanation as Explanation
+from ._explanation import compare_designs as compare_designs
+from ._explanation import explain as explain
+from ._indicators import Representatives as Representatives
+from ._indicators import hypervolume as hypervolume
+from ._indicators import representatives as representatives
+from ._ranking import EfficiencyRanking as EfficiencyRanking
+from ._ranking import rank_of_efficiency as rank_of_efficiency
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+
 from ._dominance import EQ_TOLERANCE as EQ_TOLERANCE
 from ._dominance import LAST_PLACES as LAST_PLACES
 from ._dominance import competes as competes
 from ._dominance import constraint_violation as constraint_violation
 from ._dominance import levels as levels
 from ._dominance import meets_constraints as meets_constraints
-from ._dominance import nondominated as nondominated
 from ._dominance import settled as settled
 from ._dominance import unit_lengths as unit_lengths
 from ._dominance import violated_constraints as violated_constraints
-from ._explanation import DesignComparison as DesignComparison
-from ._explanation import Explanation as Explanation
 from ._explanation import alternative as alternative
-from ._explanation import compare_designs as compare_designs
-from ._explanation import explain as explain
-from ._indicators import Representatives as Representatives
 from ._indicators import epsilon_additive as epsilon_additive
-from ._indicators import hypervolume as hypervolume
 from ._indicators import igd_plus as igd_plus
 from ._indicators import pareto_rank as pareto_rank
-from ._indicators import representatives as representatives
 from ._indicators import spread_subset as spread_subset
 from ._ranking import RANKING_COLUMNS as RANKING_COLUMNS
-from ._ranking import EfficiencyRanking as EfficiencyRanking
 from ._ranking import Objectives as Objectives
 from ._ranking import UtopianFrame as UtopianFrame
 from ._ranking import front_of as front_of
 from ._ranking import measured_in as measured_in
-from ._ranking import rank_of_efficiency as rank_of_efficiency
 from ._ranking import ranking_from as ranking_from
 from ._ranking import ranking_of as ranking_of
 from ._sentences import SENTENCES as SENTENCES

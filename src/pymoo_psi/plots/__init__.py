@@ -24,7 +24,7 @@ Names and files:
     :func:`save_figures`: figures as files, all of them or none.
 """
 
-import lazy_loader
+from pymoo_psi._lazy import attach_names
 
 # Each name at its first use: figures of tests need neither pymoo nor the paper.
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)

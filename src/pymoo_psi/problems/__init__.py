@@ -48,9 +48,14 @@ Example:
     TestTable(8 tests: 4 ok, 0 infeasible, 4 failed; 1 variable, 2 objectives, 0 constraints)
     >>> print(table.reasons[1])
     ValueError: ...
+
+Public names: the models :class:`SphereChute`, :class:`VectorizedSphereChute`,
+:class:`ProgramProblem`, :class:`Identification` and their base :class:`NamedProblem`; the wrappers
+:class:`FailureTolerant`, :class:`Restricted`, :class:`LogScaled`, :class:`Required`,
+:class:`Robust` and their base :class:`WrappedProblem`.
 """
 
-import lazy_loader
+from pymoo_psi._lazy import attach_names
 
 # Each name is imported at its first use: the chute alone needs neither workers nor tables.
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)

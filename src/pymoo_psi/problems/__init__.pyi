@@ -1,4 +1,19 @@
-# The public names, and those for other subpackages. `lazy_loader` reads this file.
+# The public names. `_lazy` reads this file when the subpackage is imported.
+
+from ._failures import FailureTolerant as FailureTolerant
+from ._identification import Identification as Identification
+from ._named import NamedProblem as NamedProblem
+from ._program import ProgramProblem as ProgramProblem
+from ._requirements import Required as Required
+from ._robust import Robust as Robust
+from ._sphere_chute import SphereChute as SphereChute
+from ._sphere_chute import VectorizedSphereChute as VectorizedSphereChute
+from ._transformed import LogScaled as LogScaled
+from ._transformed import Restricted as Restricted
+from ._wrapped import WrappedProblem as WrappedProblem
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
 
 from ._design_space import DesignSpace as DesignSpace
 from ._design_space import design_space as design_space
@@ -8,31 +23,20 @@ from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import stream_designs as stream_designs
 from ._evaluation import streams as streams
-from ._failures import FailureTolerant as FailureTolerant
 from ._failures import leave_failed_out as leave_failed_out
 from ._failures import tolerance_outside as tolerance_outside
 from ._failures import untolerant as untolerant
-from ._identification import Identification as Identification
-from ._named import NamedProblem as NamedProblem
 from ._named import Setting as Setting
 from ._program import Output as Output
 from ._program import Program as Program
-from ._program import ProgramProblem as ProgramProblem
 from ._program import ProgramRun as ProgramRun
 from ._pymoo import problem_name as problem_name
 from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem
 from ._pymoo import seed_ties as seed_ties
-from ._requirements import Required as Required
 from ._requirements import Requirement as Requirement
 from ._requirements import required as required
 from ._requirements import without_requirements as without_requirements
-from ._robust import Robust as Robust
-from ._sphere_chute import SphereChute as SphereChute
-from ._sphere_chute import VectorizedSphereChute as VectorizedSphereChute
-from ._transformed import LogScaled as LogScaled
-from ._transformed import Restricted as Restricted
-from ._wrapped import WrappedProblem as WrappedProblem
 from ._wrapped import known_expressions as known_expressions
 from ._wrapped import layers as layers
 from ._wrapped import tolerates_failures as tolerates_failures

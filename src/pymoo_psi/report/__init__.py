@@ -3,6 +3,8 @@
 :func:`decision_report` describes the chosen or proposed design, the reasons against it, the costs
 of limits, the Pareto set, alternatives, and the tests. Its sentences are those of the commands
 ``rank``, ``analyze`` and ``solve``.
+
+Public names: :func:`decision_report` and its :class:`DecisionReport`.
 """
 
 from pymoo_psi.report._report import DecisionReport, decision_report

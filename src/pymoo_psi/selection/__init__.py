@@ -43,9 +43,14 @@ To write a selector that uses distances or ranks, derive from :class:`RankingSel
 ``_choose(self, ranking)``, which returns an array of indices. For any other selector, derive from
 pymoo's ``Indicator`` and implement ``do(self, F, *args, **kwargs)``. :func:`compare_selectors`
 accepts both.
+
+Public names: :class:`SalukvadzeOptimum`, :class:`EfficientSubset`,
+:class:`CompromiseProgramming`, :class:`ReferencePoint`, :class:`Knee` and their base
+:class:`RankingSelector`; :func:`compare_selectors`; :func:`robustness` and its
+:class:`Robustness`.
 """
 
-import lazy_loader
+from pymoo_psi._lazy import attach_names
 
 # Each name at its first use: a selector needs no workers.
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)

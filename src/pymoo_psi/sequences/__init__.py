@@ -19,6 +19,13 @@ Example:
     >>> algorithm = NSGA2(pop_size=100, sampling=LPTauSampling())
 """
 
-from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS, lp_tau, lp_tau_at
+from pymoo_psi.sequences._lp_tau import lp_tau
 
-__all__ = ["MAX_DIMENSIONS", "lp_tau", "lp_tau_at"]
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+from pymoo_psi.sequences._lp_tau import MAX_DIMENSIONS as MAX_DIMENSIONS
+from pymoo_psi.sequences._lp_tau import lp_tau_at as lp_tau_at
+
+__all__ = [
+    "lp_tau",
+]

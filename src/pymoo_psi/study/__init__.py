@@ -11,7 +11,23 @@ machines in one folder are read as one study.
   `ALL` is the share that has every point, `LAST` the largest number of a test point.
 """
 
-from pymoo_psi.study._shares import ALL, Share, read_folder
-from pymoo_psi.study._study import LAST, Proposal, Study, write_study
+from pymoo_psi.study._study import Study
 
-__all__ = ["ALL", "LAST", "Proposal", "Share", "Study", "read_folder", "write_study"]
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+from pymoo_psi.study._shares import ALL as ALL
+from pymoo_psi.study._shares import Share as Share
+from pymoo_psi.study._shares import read_folder as read_folder
+from pymoo_psi.study._study import LAST as LAST
+from pymoo_psi.study._study import Proposal as Proposal
+from pymoo_psi.study._study import write_study as write_study
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+from pymoo_psi.study._study import ALL as ALL
+from pymoo_psi.study._study import Share as Share
+from pymoo_psi.study._study import read_folder as read_folder
+
+__all__ = [
+    "Study",
+]

@@ -51,16 +51,17 @@ Example:
     by 4.744 (22 %); weakest in mass.
 
 Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_table.
-Analysis: histogram, constraint_costs; first-order sensitivities and convergence of the decision
-with the number of tests, both of the tests that even_part returns: of points of a sequence, not of
-what an algorithm has chosen. :mod:`pymoo_psi.plots` draws sensitivities.
+Analysis: histogram (a Histogram), constraint_costs; first-order sensitivities and convergence (a
+Convergence) of the decision with the number of tests, both of the tests that even_part returns: of
+points of a sequence, not of what an algorithm has chosen. :mod:`pymoo_psi.plots` draws
+sensitivities.
 Files: ``to_csv``, ``to_xlsx`` and ``to_study`` write what :func:`read_table` reads back without a
 change; ``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former two.
 Formats of files: FORMATS is their registry, FileFormat a format, SourceFile the file that it reads
 as Cells; format_of gives the format for a suffix.
 """
 
-import lazy_loader
+from pymoo_psi._lazy import attach_names
 
 # Each name at its first use: who opens a table needs no analysis of it.
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+__getattr__, __dir__, __all__ = attach_names(__name__, __file__)

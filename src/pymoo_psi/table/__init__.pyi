@@ -1,24 +1,36 @@
-# The public names. `lazy_loader` reads this file when the subpackage is imported.
+# The public names. `_lazy` reads this file when the subpackage is imported.
 
 from ._analysis import Histogram as Histogram
-from ._analysis import alike as alike
 from ._analysis import constraint_costs as constraint_costs
 from ._analysis import histogram as histogram
 from ._cells import Cells as Cells
+from ._formats import FORMATS as FORMATS
+from ._formats import FileFormat as FileFormat
+from ._formats import SourceFile as SourceFile
+from ._formulation import Formulation as Formulation
+from ._layout import Kind as Kind
+from ._layout import Layout as Layout
+from ._samples import Convergence as Convergence
+from ._samples import convergence as convergence
+from ._samples import even_part as even_part
+from ._samples import sensitivities as sensitivities
+from ._source import read_table as read_table
+from ._table import TestTable as TestTable
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+
+from ._analysis import alike as alike
 from ._designs import design_keys as design_keys
 from ._designs import design_matrix as design_matrix
 from ._designs import value_ranks as value_ranks
 from ._expression import Expression as Expression
 from ._formats import DESIGNS as DESIGNS
-from ._formats import FORMATS as FORMATS
 from ._formats import STUDY as STUDY
 from ._formats import TESTS as TESTS
-from ._formats import FileFormat as FileFormat
-from ._formats import SourceFile as SourceFile
 from ._formats import format_of as format_of
 from ._formats import source_suffixes as source_suffixes
 from ._formats import suffixes_for as suffixes_for
-from ._formulation import Formulation as Formulation
 from ._head import columns_of as columns_of
 from ._head import head_of as head_of
 from ._head import kinds_of_columns as kinds_of_columns
@@ -26,8 +38,6 @@ from ._head import table_of as table_of
 from ._joining import difference as difference
 from ._layout import RESERVED as RESERVED
 from ._layout import Key as Key
-from ._layout import Kind as Kind
-from ._layout import Layout as Layout
 from ._limits import NUMBER as NUMBER
 from ._limits import Bounds as Bounds
 from ._limits import Limits as Limits
@@ -38,11 +48,5 @@ from ._limits import excess as excess
 from ._limits import limit_text as limit_text
 from ._limits import limits_of as limits_of
 from ._samples import PROPOSAL_ROUND as PROPOSAL_ROUND
-from ._samples import Convergence as Convergence
-from ._samples import convergence as convergence
-from ._samples import even_part as even_part
-from ._samples import sensitivities as sensitivities
 from ._source import designs_head as designs_head
-from ._source import read_table as read_table
-from ._table import TestTable as TestTable
 from ._tests import STATUSES as STATUSES
