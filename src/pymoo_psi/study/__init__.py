@@ -22,12 +22,6 @@ from pymoo_psi.study._study import LAST as LAST
 from pymoo_psi.study._study import Proposal as Proposal
 from pymoo_psi.study._study import write_study as write_study
 
-# Names that other subpackages share; they are no promise to users.
-# isort: split
-from pymoo_psi.study._study import ALL as ALL
-from pymoo_psi.study._study import Share as Share
-from pymoo_psi.study._study import read_folder as read_folder
-
 __all__ = [
     "Study",
 ]
