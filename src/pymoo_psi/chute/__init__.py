@@ -7,29 +7,29 @@ Sphere in a Rectilinear Chute-conveyor with Transformed Dry Friction*, Technisch
 A sphere enters an inclined chute whose floor moves sideways. Two variables (slope tan α, floor
 speed v_P) and four criteria: time, energy balance, height, floor speed. Everything is
 dimensionless: lengths in units of the horizontal distance L, speeds in units of sqrt(L g), times in
-units of sqrt(L / g). There are two models, and every number says which one it is from:
+units of sqrt(L / g). There are two models, and every result states its model:
 
 - ``model="full"`` is the paper's model as written (Eqs. 2.16-2.21). The sphere enters without spin,
-  so it slips on the floor until friction has spun it up; then it rolls. On a steep chute it slips
-  to the exit.
+  so it slips on the floor until friction has given it enough spin to roll. On a steep chute it
+  slips to the exit.
 - ``model="rolling"`` rolls from the start (Eq. 2.20 alone). The tables printed in the paper follow
   from this one, not from the complete model.
 
-What differs is the slip at the start. While the sphere slips, friction brakes it harder than in
-rolling, the moving floor spins it and presses it against the guide-wall, and energy turns into
+The models differ in the slip at the start. While the sphere slips, friction brakes it harder than
+in rolling, the moving floor spins it and presses it against the guide-wall, and energy turns into
 heat: in the printed design for μ = 0.2 over almost a third of the way, for μ = 0.6 over a
-twentieth. Rolling from the start skips this by a spin that the sphere does not have. Friction and
-floor speed then do not act on the motion at all (μ only bounds the slope, which is why two printed
-optima agree in f1 to f3), f2 is not the work of any force, and the times are too short: under
-``full`` the printed designs take 10 to 14 % longer. The optimum under ``full`` makes up for the
-slip by a slope half to two thirds steeper. For a design, trust ``full``; ``rolling`` is there to
-check the printed tables.
+twentieth. ``rolling`` skips this by a spin that the sphere does not have. Friction and floor speed
+then have no effect on the motion (μ only bounds the slope, which is why two printed optima agree in
+f1 to f3), f2 is not the work of any force, and the times are too short: under ``full`` the printed
+designs take 10 to 14 % longer. The optimum under ``full`` compensates for the slip by a slope half
+to two thirds steeper. For a design, trust ``full``; ``rolling`` is there to check the printed
+tables.
 
 The motion is solved, not integrated: in a logarithmic time the slip velocity has a closed form, and
-two quadratures remain, accurate to 1e-12. :func:`motion` takes some two million designs a second
-on one core (``python -m benchmarks.motion`` in a checkout). :func:`integrate` is the same by
-SciPy's ``solve_ivp``, as a reference; :func:`trajectory` gives the motion and the forces along the
-way, a :class:`Trajectory`.
+two quadratures remain, accurate to 1e-12. :func:`motion` computes some two million designs a second
+on one core (``python -m benchmarks.motion`` in a checkout). :func:`integrate` computes the same
+with SciPy's ``solve_ivp``, as a reference; :func:`trajectory` returns the motion and the forces
+along the way, a :class:`Trajectory`.
 
 Example:
     >>> from pymoo_psi import chute

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class ChuteParameters:
-    """Everything that is given besides the two design variables.
+    """The parameters of the chute and of the sphere: everything but the two design variables.
 
     Each entry is a number, or an array where it varies from design to design; arrays broadcast
     against each other and against the designs.
@@ -46,15 +46,18 @@ class ChuteParameters:
         """Check every entry; arrays are kept as copies."""
         for name in ("mu", "c", "r"):
             array = finite_array(name, getattr(self, name))
-            if (array <= 0).any():
-                raise invalid(name, "positive", Received(str(array[array <= 0].flat[0])))
+            wrong = array[array <= 0]
+            if wrong.size:
+                raise invalid(name, "positive", Received(str(wrong.flat[0])))
             object.__setattr__(self, name, _kept(array))
-        spins = tuple(self.omega0) if np.iterable(self.omega0) else ()
+        spins: tuple[Any, ...] = ()
+        if np.iterable(self.omega0):
+            spins = tuple(self.omega0)
         if len(spins) != 3:
             rule = "three initial spins (omega_X0, omega_Y0, omega_Z0)"
             raise invalid("omega0", rule, self.omega0)
-        kept = tuple(_kept(finite_array(f"omega0[{k}]", spin)) for k, spin in enumerate(spins))
-        object.__setattr__(self, "omega0", kept)
+        arrays = [finite_array(f"omega0[{k}]", spin) for k, spin in enumerate(spins)]
+        object.__setattr__(self, "omega0", tuple(map(_kept, arrays)))
 
     @property
     def columns(self) -> tuple[Any, ...]:
@@ -68,17 +71,19 @@ class ChuteParameters:
 
 
 def _kept(array: NDArray[np.float64]) -> float | NDArray[np.float64]:
-    """Return a number as such, and a copy of an array."""
-    return array.copy() if array.ndim else float(array)
+    """Return a number as a float, an array as a copy."""
+    if array.ndim:
+        return array.copy()
+    return float(array)
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What the sphere has done when it leaves the chute, one entry per design.
+    """The motion of a sphere from the entrance to the exit, one entry per design.
 
-    A sphere under strong backspin may come to a stop before the exit: it stalls. Its ``reached``
-    is then below 1, its ``time`` infinite and its ``exit_speed`` 0; spins, work and dissipation
-    are those at the stall.
+    A sphere with strong backspin may stop before the exit: it stalls. Its ``reached`` is then
+    below 1, its ``time`` infinite and its ``exit_speed`` 0; spins, work and dissipation are those
+    at the stall.
 
     Attributes:
         u1: Design variable tan α.
@@ -95,17 +100,18 @@ class Motion:
         reached: η reached, 1 at the exit.
 
     Example:
-        The first sphere slips, then rolls; the second, on a steep chute, slips all the way.
+        The first sphere slips, then rolls; the second, on a steep chute, slips to the exit.
 
         >>> from pymoo_psi.chute import motion
         >>> moved = motion([0.2, 0.7], 0.1)
         >>> moved.slip_end.round(2), moved.reached
         (array([...,  nan]), array([1., 1.]))
 
-        What the sphere gains in energy is what slope and plane give, less what friction takes.
+        The gain in energy is what slope and plane give, less what friction takes.
 
         >>> spin = (moved.exit_spin**2).sum(axis=-1)
-        >>> start, end = 0.5 * 0.3193**2, 0.5 * (moved.exit_speed**2 + 0.4 * 0.1**2 * spin)
+        >>> start = 0.5 * 0.3193**2
+        >>> end = 0.5 * (moved.exit_speed**2 + 0.4 * 0.1**2 * spin)
         >>> np.allclose(end - start, moved.u1 + moved.plane_work - moved.dissipation)
         True
     """
@@ -125,7 +131,7 @@ class Motion:
 def motion(
     u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None = None, *, model: str = "full"
 ) -> Motion:
-    """Move the sphere from the entrance to the exit.
+    """Compute the motion of the sphere from the entrance to the exit.
 
     The motion of a design is bit-identical in any batch.
 
@@ -156,9 +162,9 @@ def motion(
 def criteria(motion: Motion) -> Array:
     """Return the four criteria of a motion, all to be minimised, Eqs. (3.1) to (3.4).
 
-    f1 = t(1), the time; f2 = |ΔE − u1| = |W − D|, the energy that enters from the plane or is
-    lost to friction, on balance; f3 = tan α, the height; f4 = v_P, the speed of the plane.
-    Where the sphere stalls before the exit f1 and f2 are infinite.
+    f1 = t(1), the time; f2 = |ΔE − u1| = |W − D|, the balance of the energy that enters from the
+    plane and of that lost to friction; f3 = tan α, the height; f4 = v_P, the speed of the plane.
+    Where the sphere stalls before the exit, f1 and f2 are infinite.
 
     Args:
         motion: The motion of n designs.
@@ -180,7 +186,8 @@ def broadcast(
 ) -> tuple[Array, ...]:
     """Return (u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0), checked and broadcast to one shape."""
     parameters = instance("parameters", parameters or ChuteParameters(), ChuteParameters)
-    slope, speed = finite_array("u1", u1), finite_array("v_p", v_p)
+    slope = finite_array("u1", u1)
+    speed = finite_array("v_p", v_p)
     if (slope < 0).any():
         raise invalid("u1", "tan α >= 0", Received(str(slope.min())))
     try:
@@ -196,29 +203,29 @@ def _slip_then_roll(*columns: Array) -> tuple[Array, ...]:
     Args:
         *columns: u1, v_P, μ, c, r, ω_X0, ω_Y0, ω_Z0 as checked arrays of one shape.
     """
-    one = columns[0].size == 1
+    shape = columns[0].shape
     with np.errstate(all="ignore"):  # 0/0 and overflow have their limits taken explicitly
-        if one:
-            solved = _solve(NUMBERS, *(column.item() for column in columns))
-        else:
-            solved = _solve(np, *(column.reshape(-1) for column in columns))
-    shape, own = columns[0].shape, 0 if one else 1
-    return tuple(np.reshape(value, shape + np.shape(value)[own:]) for value in solved)
+        if columns[0].size == 1:
+            fields = _solve(NUMBERS, *(column.item() for column in columns))
+            return tuple(np.reshape(field, shape + np.shape(field)) for field in fields)
+        fields = _solve(np, *(column.reshape(-1) for column in columns))
+        return tuple(np.reshape(field, shape + field.shape[1:]) for field in fields)
 
 
 def _solve(
-    m: Any, u1: Any, v_p: Any, mu: Any, c: Any, r: Any, wx0: Any, wy0: Any, wz0: Any
+    xp: Any, u1: Any, v_p: Any, mu: Any, c: Any, r: Any, wx0: Any, wy0: Any, wz0: Any
 ) -> tuple[Any, ...]:
-    """`_slip_then_roll` for (n,) arrays, m being NumPy, or for floats, m being `NUMBERS`."""
-    length = m.sqrt(1.0 + u1 * u1)
-    a, b = u1 / length, mu / length
+    """`_slip_then_roll` for (n,) arrays, xp being NumPy, or for floats, xp being `NUMBERS`."""
+    length = xp.sqrt(1.0 + u1 * u1)
+    a = u1 / length
+    b = mu / length
     wy0 = r * wy0
     vy0 = r * wx0 - v_p
-    end = move(m, a, b, u1 / mu, c, wy0, vy0, length)
-    time = m.where(end.stalls, np.inf, end.time)
-    # never 1, though the stall may be within rounding of the exit
-    stalled_at = m.minimum(1.0 - end.left / length, 1.0 - 1e-16)
-    reached = m.where(end.stalls, m.maximum(stalled_at, 0.0), 1.0)
+    end = move(xp, a, b, u1 / mu, c, wy0, vy0, length)
+    time = xp.where(end.stalls, np.inf, end.time)
+    # Never 1, though the stall may be within rounding of the exit.
+    stalled_at = xp.maximum(xp.minimum(1.0 - end.left / length, 1.0 - 1e-16), 0.0)
+    reached = xp.where(end.stalls, stalled_at, 1.0)
 
     # D = a x + W − ΔE with E = ½ (v_C² + 0.4 (r ω)²), ω_Z constant. Differences of squares are
     # written as products: nearly equal numbers would cancel.
@@ -232,17 +239,17 @@ def _solve(
 
 
 class State(NamedTuple):
-    """Where spheres are after a given way; every entry is an (n,) array or a float.
+    """The state of spheres after a given way; every entry is an (n,) array or a float.
 
     Attributes:
         time: t.
         speed: v_C.
         vx: v_AX.
         vy: v_AY.
-        left: what is left of the way, 0 unless the sphere stalled.
-        stalls: whether the sphere stalled.
-        grip_time: time when rolling began, NaN if it has not.
-        grip_way: way when rolling began, NaN if it has not.
+        left: what is left of the way, 0 unless the sphere stalls.
+        stalls: whether the sphere stalls.
+        grip_time: time when rolling begins, NaN if it does not.
+        grip_way: way when rolling begins, NaN if it does not.
     """
 
     time: Any
@@ -255,11 +262,14 @@ class State(NamedTuple):
     grip_way: Any
 
 
-def move(m: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> State:
+def move(xp: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> State:
     """Follow spheres over a way: slip, then constant acceleration.
 
+    After slip a sphere rolls, Eq. (2.20), or beyond condition (2.12), τ > 3.5, slides straight down
+    from ρ = 0.
+
     Args:
-        m: NumPy for arrays, `NUMBERS` for floats.
+        xp: NumPy for arrays, `NUMBERS` for floats.
         a: (n,) array or float, sin α; so are all others.
         b: μ cos α.
         tau: a/b.
@@ -269,27 +279,24 @@ def move(m: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any)
         way: how far.
     """
     invariant = c + 0.4 * wy0
-    time, vx, y, left, how = follow_slip(m, b, tau, invariant, way, c - wy0, abs(vy0), c)
-    # After slip: rolling, Eq. (2.20), or beyond (2.12), τ > 3.5, sliding straight down from ρ = 0.
-    free, steep = how == ROLLS, tau > 3.5
-    rest = m.maximum(left, 0.0) * free
-    speed = m.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)  # at rest: not -1e-17
-    push = m.where(steep, a - b, a / 1.4)
-    final = m.sqrt(speed * speed + 2.0 * push * rest)
+    time, vx, y, left, how = follow_slip(xp, b, tau, invariant, way, c - wy0, abs(vy0), c)
+    free = how == ROLLS
+    steep = tau > 3.5
+    rest = xp.where(free, xp.maximum(left, 0.0), 0.0)
+    speed = xp.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)  # at rest: not -1e-17
+    push = xp.where(steep, a - b, a / 1.4)
+    final = xp.sqrt(speed * speed + 2.0 * push * rest)
     dt = 2.0 * rest / (speed + final + TINY)
+    slide = xp.where(free & steep, (a - 3.5 * b) * dt, 0.0)
     # On a level chute the slip may use up all speed: the sphere stalls where it would roll.
     stalls = (how == STALLS) | (free & (final == 0.0) & (rest > 0.0))
-    rolls = free > (steep | stalls)  # but not; ~ is no "not" of a bool
-    return State(
-        time=time + dt,
-        speed=final * (1 - stalls),
-        vx=vx + (free & steep) * (a - 3.5 * b) * dt,
-        vy=m.copysign(y, vy0),
-        left=left * stalls,
-        stalls=stalls,
-        grip_time=m.where(rolls, time, np.nan),
-        grip_way=m.where(rolls, way - rest, np.nan),
-    )
+    rolls = free & xp.logical_not(steep | stalls)
+    speed = xp.where(stalls, 0.0, final)
+    vy = xp.copysign(y, vy0)
+    left = xp.where(stalls, left, 0.0)
+    grip_time = xp.where(rolls, time, np.nan)
+    grip_way = xp.where(rolls, way - rest, np.nan)
+    return State(time + dt, speed, vx + slide, vy, left, stalls, grip_time, grip_way)
 
 
 def _roll(
@@ -298,17 +305,19 @@ def _roll(
     """Return the fields of `Motion` after v_p for rolling from the start, Eq. (2.20) alone.
 
     Integrated from η = 0 with the initial spins kept as they are, it gives w(1) = c² + (10/7) u1
-    and a spin ω_Y that grows by (v1 − c)/r. μ and v_P do not enter: condition (2.12), u1 <= 3.5 μ,
-    is left to the caller. ``dissipation`` is u1 + W − ΔE = 0.4 (c − r ω_Y0)(v1 − c), no physical
-    loss: it comes from starting to roll with a spin that does not fit.
+    and a spin ω_Y that grows by (v1 − c)/r. μ and v_P have no effect; condition (2.12), u1 <=
+    3.5 μ, is left to the caller. ``dissipation`` is u1 + W − ΔE = 0.4 (c − r ω_Y0)(v1 − c), which
+    is no physical loss: the sphere starts to roll with a spin that does not fit.
     """
     speed = np.sqrt(c**2 + 10 / 7 * u1)  # (2.20): dw/dη = 2 (1 + u1²)^½ sin α / 1.4
     gained = 10 / 7 * u1 / (speed + c)  # v1 − c without cancellation
     time = 2 * np.sqrt(1 + u1**2) / (speed + c)  # uniform acceleration along sec α
-    slip_end, slip_time, work = (np.zeros_like(u1) for _ in range(3))
+    slip_end = np.zeros_like(u1)
+    slip_time = np.zeros_like(u1)
+    work = np.zeros_like(u1)
     spin = np.stack([wx0, wy0 + gained / r, wz0], axis=-1)
-    lacks = 0.4 * (c - r * wy0) * gained
-    return time, speed, slip_end, slip_time, spin, work, lacks, np.ones_like(u1)
+    dissipation = 0.4 * (c - r * wy0) * gained
+    return time, speed, slip_end, slip_time, spin, work, dissipation, np.ones_like(u1)
 
 
 _SOLVERS: dict[str, Callable[..., tuple[Any, ...]]] = {"full": _slip_then_roll, "rolling": _roll}

@@ -7,8 +7,9 @@ time is a bad variable there. With the logarithmic time s, dt = (ρ/b) ds, Eqs. 
     dt/ds = ρ/b,   dx/ds = v_C ρ/b,   dD/ds = ρ²,
 
 with b = μ cos α, τ = tan α / μ, ρ = |(v_x, v_y)|: smooth to the end of slip, which is at s = ∞.
-The integration stops at ρ = 1e-13, which changes the end state by about that much. What follows
-has constant acceleration: rolling with a/1.4 (2.20), or straight sliding with a − b if τ > 3.5.
+The integration stops at ρ = 1e-13, which changes the end state by about that much. The motion after
+that has constant acceleration: rolling with a/1.4 (2.20), or straight sliding with a − b if
+τ > 3.5.
 """
 
 from __future__ import annotations
@@ -21,9 +22,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi.chute._motion import ChuteParameters, Motion, broadcast
 
-_STILL = 1e-13  # slip speed that counts as none: below the integrator's own error
+_STILL = 1e-13  # slip speed that counts as none: below the error of the integrator
 _NOISE = 1e-18  # absolute error of the slip velocity, which must get below _STILL
 _LONGEST = 1e9  # log time s: an event always ends the slip before
+
+_State = NDArray[np.float64]  # (6,) t, x, v_C, v_x, v_y and the dissipation D
 
 
 def integrate(u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None = None) -> Motion:
@@ -43,14 +46,16 @@ def integrate(u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None 
 
     Example:
         >>> from pymoo_psi.chute import motion
-        >>> moved, checked = motion(0.2635, 0.1072), integrate(0.2635, 0.1072)
-        >>> bool(abs(moved.time - checked.time) < 1e-9)
+        >>> exact = motion(0.2635, 0.1072)
+        >>> integrated = integrate(0.2635, 0.1072)
+        >>> bool(abs(exact.time - integrated.time) < 1e-9)
         True
     """
     columns = broadcast(u1, v_p, parameters)
-    rows = np.stack([column.ravel() for column in columns], axis=-1).tolist()
-    solved = np.array([_one_design(*row) for row in rows]).reshape(*columns[0].shape, 10)
-    time, speed, end, end_time, *spins, work, lost, reached = np.moveaxis(solved, -1, 0)
+    designs = np.stack([column.ravel() for column in columns], axis=-1)
+    ends = np.array([_one_design(*design) for design in designs.tolist()])
+    ends = ends.reshape(*columns[0].shape, 10)
+    time, speed, end, end_time, *spins, work, lost, reached = np.moveaxis(ends, -1, 0)
     spin = np.stack(spins, axis=-1)
     u1, v_p = columns[:2]
     return Motion(u1, v_p, time, speed, end, end_time, spin, work, lost, reached)
@@ -60,47 +65,75 @@ def _one_design(
     u1: float, v_p: float, mu: float, c: float, r: float, wx0: float, wy0: float, wz0: float
 ) -> tuple[float, ...]:
     """Return t, v_C, η1, t1, the three spins, W, D and η reached of one design."""
-    from scipy.integrate import solve_ivp  # takes a quarter of a second to import
-
-    length, b, tau = math.hypot(1, u1), mu / math.hypot(1, u1), u1 / mu
-
-    def field(s: float, y: NDArray[np.float64]) -> list[float]:
-        _, _, v_c, v_x, v_y, _ = y
-        rho = math.hypot(v_x, v_y)
-        return [rho / b, v_c * rho / b, tau * rho - v_x, tau * rho - 3.5 * v_x, -2.5 * v_y, rho**2]
-
-    events: list[Any] = [  # at the exit, stalled, no slip any more
-        lambda s, y: y[1] - length,
-        lambda s, y: y[2],
-        lambda s, y: math.hypot(y[3], y[4]) - _STILL,
-    ]
-    for event in events:
-        event.terminal = True
-
+    length = math.hypot(1, u1)
+    a = u1 / length
+    b = mu / length
+    tau = u1 / mu
     y = np.array([0.0, 0.0, c, c - r * wy0, r * wx0 - v_p, 0.0])
-    slips_out = stalls = False
+    slips_out = False
+    stalls = False
     if math.hypot(y[3], y[4]) > _STILL:
-        atol = [1e-14, 1e-14, 1e-14, _NOISE, _NOISE, 1e-14]
-        accuracy: dict[str, Any] = {"rtol": 1e-12, "atol": atol}
-        solution = solve_ivp(field, (0.0, _LONGEST), y, "DOP853", events=events, **accuracy)
-        y = solution.y[:, -1]  # at the event, which SciPy locates to rounding
-        ends = [len(times) > 0 for times in solution.t_events or ()]
-        slips_out, stalls = not ends[2], ends[1]
+        y, slips_out, stalls = _slip(y, b, tau, length)
 
     t, x, v_c, v_x, v_y, dissipated = y
-    reached, slip_end, slip_time = 1.0, math.nan, math.nan
+    reached = 1.0
+    slip_end = math.nan
+    slip_time = math.nan
     if stalls:
-        t, reached, v_c = math.inf, x / length, 0.0
+        t = math.inf
+        v_c = 0.0
+        reached = x / length
     elif not slips_out:
+        push = a - b
+        slide = a - 3.5 * b
         if tau <= 3.5:  # (2.12): friction can hold the contact point
-            slip_end, slip_time, a, slide = x / length, t, u1 / length / 1.4, 0.0
-        else:
-            a = u1 / length - b
-            slide = u1 / length - 3.5 * b
-        v_end = math.sqrt(v_c**2 + 2 * a * (length - x))
+            slip_end = x / length
+            slip_time = t
+            push = a / 1.4
+            slide = 0.0
+        v_end = math.sqrt(v_c**2 + 2 * push * (length - x))
         dt = 2 * (length - x) / (v_end + v_c)
-        t, v_c, v_x = t + dt, v_end, slide * dt
+        t = t + dt
+        v_c = v_end
+        v_x = slide * dt
         dissipated += b * slide * dt**2 / 2
-    wx = (v_y + v_p) / r if slips_out else v_p / r
-    spin, work = (wx, (v_c - v_x) / r, wz0), 0.4 * v_p * (r * wx - r * wx0)
-    return t, v_c, slip_end, slip_time, *spin, work, dissipated, reached
+    wx = v_p / r
+    if slips_out:
+        wx = (v_y + v_p) / r
+    wy = (v_c - v_x) / r
+    work = 0.4 * v_p * (r * wx - r * wx0)
+    return t, v_c, slip_end, slip_time, wx, wy, wz0, work, dissipated, reached
+
+
+def _slip(start: _State, b: float, tau: float, length: float) -> tuple[_State, bool, bool]:
+    """Integrate the slip to the exit, to its end or to rest.
+
+    Returns:
+        The state there, whether the sphere still slips, and whether it is at rest.
+    """
+    from scipy.integrate import solve_ivp  # takes a quarter of a second to import
+
+    def field(s: float, y: _State) -> list[float]:
+        _, _, v_c, v_x, v_y, _ = y
+        rho = math.hypot(v_x, v_y)
+        pull = tau * rho
+        return [rho / b, v_c * rho / b, pull - v_x, pull - 3.5 * v_x, -2.5 * v_y, rho**2]
+
+    def exit_reached(s: float, y: _State) -> float:
+        return float(y[1] - length)
+
+    def stalled(s: float, y: _State) -> float:
+        return float(y[2])
+
+    def slip_ended(s: float, y: _State) -> float:
+        return math.hypot(y[3], y[4]) - _STILL
+
+    events: list[Any] = [exit_reached, stalled, slip_ended]
+    for event in events:
+        event.terminal = True
+    atol = [1e-14, 1e-14, 1e-14, _NOISE, _NOISE, 1e-14]
+    span = (0.0, _LONGEST)
+    solution = solve_ivp(field, span, start, "DOP853", events=events, rtol=1e-12, atol=atol)
+    _, rest_times, end_times = solution.t_events
+    # The last point is the event, which SciPy locates to rounding.
+    return solution.y[:, -1], len(end_times) == 0, len(rest_times) > 0

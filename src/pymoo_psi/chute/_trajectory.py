@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """One sphere on its way under the full model.
+    """The motion of one sphere along the way under the full model.
 
-    Where slip ends on the way, η1 stands twice: as the last slipping and as the first rolling
+    Where slip ends on the way, η1 occurs twice: as the last slipping and as the first rolling
     point, so that the jump of the forces shows. A trajectory that stalls ends there.
 
     Attributes:
@@ -33,7 +33,7 @@ class Trajectory:
         slip_time: Time t1 at which slip ends; NaN and 0 as for ``slip_end``.
 
     Example:
-        Once the sphere rolls it keeps on the plane: the contact point does not slip.
+        Once the sphere rolls, the contact point does not slip.
 
         >>> path = trajectory(0.2635, 0.1072, ChuteParameters(mu=0.4), n=5)
         >>> path.eta.round(2)
@@ -65,7 +65,7 @@ def trajectory(
         u1: tan α >= 0.
         v_p: Speed of the plane.
         parameters: The parameters of the chute, all of them numbers.
-        n: How many points, evenly spread over the way that is covered; η1 comes on top.
+        n: Number of points, evenly spaced over the way that is covered; η1 is added.
 
     Returns:
         The trajectory.
@@ -83,39 +83,51 @@ def trajectory(
     if columns[0].ndim:
         raise invalid("u1, v_p and the parameters", "numbers, for one design", columns[0].shape)
     u1, v_p, mu, c, r, wx0, wy0, wz0 = (float(column) for column in columns)
-    whole = motion(u1, v_p, parameters)
-    slip_end, slip_time = float(whole.slip_end), float(whole.slip_time)
-    points = np.linspace(0.0, float(whole.reached), integer("n", n, minimum=2))
-    doubled = 0 < slip_end < 1
-    if doubled:
-        points = np.sort(np.concatenate([points[points != slip_end], [slip_end, slip_end]]))
+    moved = motion(u1, v_p, parameters)
+    slip_end = float(moved.slip_end)
+    slip_time = float(moved.slip_time)
+    points = np.linspace(0.0, float(moved.reached), integer("n", n, minimum=2))
+    slips_then_rolls = 0 < slip_end < 1
+    if slips_then_rolls:
+        points = np.append(points[points != slip_end], [slip_end, slip_end])
+        points.sort()
 
     # Every point is the end of a shorter way, so that the solver of the motion serves here.
     length = np.hypot(1.0, u1)
-    a, b, tau, vx0, vy0 = u1 / length, mu / length, u1 / mu, c - r * wy0, r * wx0 - v_p
+    a = u1 / length
+    b = mu / length
+    tau = u1 / mu
+    vx0 = c - r * wy0
+    vy0 = r * wx0 - v_p
     with np.errstate(all="ignore"):  # 0/0 has its limit taken explicitly there
         at = move(np, *np.broadcast_arrays(a, b, tau, c, r * wy0, vy0, points * length))
-    time, speed, slip = at.time, at.speed, np.column_stack([at.vx, at.vy])
-    slipping = np.isnan(at.grip_time) if np.isnan(slip_end) else points < slip_end
-    if doubled:
+    time = at.time
+    slip = np.column_stack([at.vx, at.vy])
+    slipping = points < slip_end
+    if np.isnan(slip_end):
+        slipping = np.isnan(at.grip_time)
+    if slips_then_rolls:
         last = int(np.flatnonzero(points == slip_end)[0])
         slipping[last] = True
         time[last : last + 2] = slip_time
         slip[last : last + 2] = 0.0
     friction = -b * _direction(slip, tau, vx0, vy0)
     friction[~slipping] = [-2 / 7 * a, 0.0]  # (2.21)
-    one = np.ones(len(points))
-    normal = np.column_stack([one / length, np.abs(friction[:, 1])])
-    spin = np.column_stack([(slip[:, 1] + v_p) / r, (speed - slip[:, 0]) / r, one * wz0])
+    plane = np.full(len(points), 1.0 / length)
+    wall = np.abs(friction[:, 1])
+    normal = np.column_stack([plane, wall])
+    wx = (slip[:, 1] + v_p) / r
+    wy = (at.speed - slip[:, 0]) / r
+    spin = np.column_stack([wx, wy, np.full(len(points), wz0)])
     return Trajectory(
-        points, time, speed, spin, slip, friction, normal, slipping, slip_end, slip_time
+        points, time, at.speed, spin, slip, friction, normal, slipping, slip_end, slip_time
     )
 
 
 def _direction(slip: Array, tau: float, vx0: float, vy0: float) -> Array:
-    """Return the unit vectors (cos θ, sin θ); where slip vanishes, the limit it comes from.
+    """Return the unit vectors (cos θ, sin θ); where slip vanishes, the limit before that.
 
-    Slip across the chute dies out last where τ < 1, with θ → arccos τ; else θ → 0.
+    Slip across the chute vanishes last where τ < 1, with θ → arccos τ; else θ → 0.
 
     Args:
         slip: (n, 2) slip velocities, the first of which need not be that at the start.
@@ -128,7 +140,9 @@ def _direction(slip: Array, tau: float, vx0: float, vy0: float) -> Array:
     if vy0:
         cosine = min(tau, 1.0)
         limit = [cosine, np.sign(vy0) * np.sqrt(1 - cosine**2)]
+    elif vx0 < 0 and tau <= 3.5:
+        limit = [-1.0, 0.0]
     else:  # beyond (2.12) slip does not end: from ρ = 0 on the sphere slides straight down
-        limit = [-1.0 if vx0 < 0 and tau <= 3.5 else 1.0, 0.0]
+        limit = [1.0, 0.0]
     direction[rho == 0] = limit
     return direction
