@@ -1,9 +1,9 @@
 """Uniformly distributed sequences: Sobol's LPτ test points.
 
 Example:
-    The points come in natural order, numbered from 1 (the origin), for up to 51 dimensions, any
-    number of them and from any number on. ``scipy.stats.qmc.Sobol`` orders its points by Gray code
-    and, from dimension 3, has other points.
+    The points are in natural order, numbered from 1 (the origin). There are up to 51 dimensions;
+    any number of points may begin at any point. ``scipy.stats.qmc.Sobol`` orders its points by Gray
+    code and, from dimension 3 on, has other points.
 
     >>> from pymoo_psi import lp_tau
     >>> lp_tau(3, 2, first=2)
@@ -11,8 +11,8 @@ Example:
            [0.25, 0.75],
            [0.75, 0.25]])
 
-    They start any algorithm of pymoo as :class:`pymoo_psi.LPTauSampling`; SciPy's engines do as
-    :class:`pymoo_psi.QMCSampling`.
+    :class:`pymoo_psi.LPTauSampling` starts any algorithm of pymoo from these points,
+    :class:`pymoo_psi.QMCSampling` from those of SciPy's engines.
 
     >>> from pymoo.algorithms.moo.nsga2 import NSGA2
     >>> from pymoo_psi import LPTauSampling

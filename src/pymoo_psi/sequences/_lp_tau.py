@@ -6,8 +6,8 @@ same kind of points in Gray-code order and, from the third dimension on, with ot
 numbers, so neither its numbering nor its points are those of the PSI literature.
 
 Source: I. M. Sobol', Yu. L. Levitan (1976), with the direction numbers as distributed by
-B. Shukhman, Computer Physics Communications 78 (1994) 279; ``lp_tau_directions.json`` holds them
-as primitive polynomials and initial numbers, and the usual recurrence gives the rest.
+B. Shukhman, Computer Physics Communications 78 (1994) 279. ``lp_tau_directions.json`` contains
+primitive polynomials and initial numbers; the usual recurrence gives the rest.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> NDArray[np.float64]:
     ``n_points``, whatever ``first`` is.
 
     Args:
-        n_points: How many points, 0 or more; it need not be a power of two.
+        n_points: Number of points, 0 or more; it need not be a power of two.
         n_dim: Their dimension, 1 to 51.
         first: Number of the first point, from 1 (the origin).
 
@@ -62,21 +62,26 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> NDArray[np.float64]:
             n_dim,
             "use QMCSampling, whose engines have no such limit",
         )
-    start, stop = first - 1, first - 1 + n_points
+    start = first - 1
+    stop = start + n_points
     if stop > _LAST_NUMBER:
         raise invalid("first + n_points - 1", f"at most 2**{_BITS}", stop)
+    if n_points == 0:
+        return np.empty((0, n_dim))
 
     directions = _directions()[:n_dim]
-    low_bits = max(n_points - 1, 0).bit_length()
+    low_bits = (n_points - 1).bit_length()
     low = _table(directions, low_bits)
     points = np.empty((n_points, n_dim), dtype=np.uint64)
-    # The wanted indices meet at most two aligned stretches of 2^low_bits, and within one of them
-    # the bits above low_bits do not change.
-    for high in range(start >> low_bits, ((stop - 1) >> low_bits) + 1 if n_points else 0):
-        offset = high << low_bits
-        begin, end = max(start, offset), min(stop, offset + len(low))
-        points[begin - start : end - start] = low[begin - offset : end - offset]
-        points[begin - start : end - start] ^= _point(directions, offset)
+    # The indices lie in at most two aligned blocks of 2^low_bits, and within one of them the bits
+    # above low_bits do not change.
+    for block in range(start >> low_bits, ((stop - 1) >> low_bits) + 1):
+        offset = block << low_bits
+        begin = max(start, offset)
+        end = min(stop, offset + len(low))
+        part = points[begin - start : end - start]
+        part[:] = low[begin - offset : end - offset]
+        part ^= _point(directions, offset)
     return np.ldexp(points.astype(np.float64), -_BITS)
 
 
@@ -84,9 +89,10 @@ def lp_tau_at(numbers: NDArray[np.int64], n_dim: int) -> NDArray[np.float64]:
     """Return the points of any ``(n,)`` numbers, from 1; slower than :func:`lp_tau`."""
     indices = numbers.astype(np.uint64) - np.uint64(1)
     points = np.zeros((len(indices), n_dim), dtype=np.uint64)
+    directions = _directions()[:n_dim]
     for k in range(int(indices.max(initial=0)).bit_length()):
-        chosen = indices >> np.uint64(k) & np.uint64(1)
-        points ^= chosen[:, None] * _directions()[:n_dim, k]
+        bits = indices >> np.uint64(k) & np.uint64(1)
+        points ^= bits[:, None] * directions[:, k]
     return np.ldexp(points.astype(np.float64), -_BITS)
 
 
@@ -108,8 +114,10 @@ def _table(directions: NDArray[np.uint64], bits: int) -> NDArray[np.uint64]:
 
 def _point(directions: NDArray[np.uint64], index: int) -> NDArray[np.uint64]:
     """Return the (d,) point of one index as integers, as `_table` does."""
-    chosen = [k for k in range(index.bit_length()) if index >> k & 1]
-    point: NDArray[np.uint64] = np.bitwise_xor.reduce(directions[:, chosen], axis=1)
+    point = np.zeros(len(directions), dtype=np.uint64)
+    for k in range(index.bit_length()):
+        if index >> k & 1:
+            point ^= directions[:, k]
     return point
 
 
@@ -117,13 +125,10 @@ def _point(directions: NDArray[np.uint64], index: int) -> NDArray[np.uint64]:
 def _directions() -> NDArray[np.uint64]:
     """Return V_jk · 2^52 for every dimension j and bit k, shape (51, 52)."""
     text = resources.files(__package__).joinpath("lp_tau_directions.json").read_text("utf-8")
-    table = np.array(
-        [
-            _extended(entry["degree"], entry["poly_inner"], entry["m"])
-            for entry in json.loads(text)["dimensions"]
-        ],
-        dtype=np.uint64,
-    )
+    numbers = []
+    for entry in json.loads(text)["dimensions"]:
+        numbers.append(_extended(entry["degree"], entry["poly_inner"], entry["m"]))
+    table = np.array(numbers, dtype=np.uint64)
     table.setflags(write=False)
     return table
 
@@ -133,14 +138,13 @@ def _extended(degree: int, inner: int, initial: list[int]) -> list[int]:
 
     Recurrence: m_k = m_{k−s} xor 2^s m_{k−s} xor (xor of a_q 2^q m_{k−q} over q = 1..s−1).
     """
+    numbers = list(initial)
     if degree == 0:  # the van der Corput sequence: every m_k is 1
         numbers = [1] * _BITS
-    else:
-        numbers = list(initial)
-        for k in range(degree, _BITS):
-            value = numbers[k - degree] ^ numbers[k - degree] << degree
-            for q in range(1, degree):
-                if inner >> (degree - 1 - q) & 1:
-                    value ^= numbers[k - q] << q
-            numbers.append(value)
+    for k in range(len(numbers), _BITS):
+        value = numbers[k - degree] ^ numbers[k - degree] << degree
+        for q in range(1, degree):
+            if inner >> (degree - 1 - q) & 1:
+                value ^= numbers[k - q] << q
+        numbers.append(value)
     return [m << (_BITS - k) for k, m in enumerate(numbers, start=1)]
