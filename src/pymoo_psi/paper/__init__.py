@@ -1,15 +1,16 @@
-"""The paper's results computed anew, beside its printed values.
+"""The paper's results, computed again and compared with its printed values.
 
 ``pymoo-psi reproduce``, or :func:`reproduce`, computes Tables 6.1 and 6.2 under both models of
-:mod:`pymoo_psi.chute`, beside print, and draws Figures 2 to 8. Under ``rolling`` it finds the same
-seven designs; f2, f3 and f4 agree to all four printed decimals, and f1 is 4e-4 to 6e-4 above the
-printed values, by an error of the solver behind these. There is no design of rank 5 for μ = 0.6.
-What Table 6.2 prints as test point 1356 is number 2571, by its f3 and f4.
+:mod:`pymoo_psi.chute`, compares them with the printed ones, and draws Figures 2 to 8. Under
+``rolling`` it finds the same seven designs; f2, f3 and f4 agree to all four printed decimals, and
+f1 is 4e-4 to 6e-4 above the printed values, because of an error of the paper's solver. There is no
+design of rank 5 for μ = 0.6. The test point that Table 6.2 prints as 1356 is number 2571, as its f3
+and f4 show.
 
-The Salukvadze optima of 4096 test points, plain distances; (f1, f2, f3, f4), with the number of
+The Salukvadze optima of 4096 test points by plain distances, (f1, f2, f3, f4) after the number of
 the test point:
 
-| μ | printed | optimum under `rolling` | f1, f2 of that under `full` | optimum under `full` |
+| μ | printed | optimum under `rolling` | its f1, f2 under `full` | optimum under `full` |
 |---|---|---|---|---|
 | 0.2 | 1.9829, 0.0532, 0.3074, 0.1130 | 3599: 1.9834, 0.0532, 0.3074, 0.1130 | 2.1918, 0.0244 | \
 4006: 1.9684, 0.0407, 0.4537, 0.1706 |
@@ -19,7 +20,7 @@ the test point:
 1709: 2.0630, 0.0129, 0.4378, 0.1778 |
 
 Example:
-    The paper's optimum for μ = 0.4, by its own recipe: 4096 test points, plain distances.
+    The paper's optimum for μ = 0.4, by its own procedure: 4096 test points, plain distances.
 
     >>> from pymoo.optimize import minimize
     >>> from pymoo_psi import PSI, VectorizedSphereChute, rank_of_efficiency

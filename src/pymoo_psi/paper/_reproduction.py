@@ -1,8 +1,8 @@
-"""The paper's results computed anew, and compared with what it prints.
+"""The paper's results, computed again and compared with its printed values.
 
-For each friction coefficient the LPτ points of the box are tested, the Pareto set is ranked by
-efficiency with plain Euclidean distances, and the tables are read off: Table 6.1 lists the
-Salukvadze optimum, Table 6.2 the designs of rank 5 whose f4 is below the optimum's.
+For each friction coefficient the LPτ points within the bounds are tested, and the Pareto set is
+ranked by efficiency with plain Euclidean distances. Table 6.1 contains the Salukvadze optimum,
+Table 6.2 the designs of rank 5 whose f4 is below the optimum's.
 
 The printed values are those of Cheshankov, Bozduganova, Ivanov, Vitliemov: Multi-objective Motion
 Synthesis of a Rolling Sphere in a Rectilinear Chute-conveyor with Transformed Dry Friction,
@@ -34,8 +34,7 @@ Array = NDArray[np.float64]
 PAPER_MU = (0.2, 0.4, 0.6)
 PAPER_POINTS = 4096
 
-# The columns of the CSV files, which users have.
-_CRITERIA = [f"f{j}" for j in range(1, 5)]
+_CRITERIA = ["f1", "f2", "f3", "f4"]  # columns of the CSV files that users have
 
 _SPEEDS = tuple(np.linspace(0.05, 1.0, 96).tolist())  # around the paper's c = 0.3193
 
@@ -87,24 +86,26 @@ class Case:
     ranking: EfficiencyRanking
 
     def __repr__(self) -> str:
-        """Return which case it is and what was found."""
+        """Return the model, the friction coefficient, the numbers of points and the optimum."""
         best = ", ".join(map(str, self.designs.numbers[self.ranking.salukvadze]))
-        found = f"{len(self.designs)} Pareto optimal of {counted(len(self.table), 'test point')}"
-        return f"Case({self.model} model, mu = {self.mu:g}: {found}, the best no. {best})"
+        points = counted(len(self.table), "test point")
+        size = f"{len(self.designs)} Pareto optimal of {points}"
+        return f"Case({self.model} model, mu = {self.mu:g}: {size}, the best no. {best})"
 
     def rows(self, indices: NDArray[np.intp]) -> pd.DataFrame:
         """Return some of the designs as rows of the paper's tables, ordered by test point.
 
         Example:
-            Of the case in the example of :class:`Case`:
+            For the case in the example of :class:`Case`:
 
             >>> print(case.rows(case.ranking.salukvadze).round(4))
                  model   mu  test_point      f1      f2      f3      f4
             0  rolling  0.4        3085  2.0458  0.0476  0.2635  0.1072
         """
-        found = self.designs.rows(np.sort(indices))
-        which = {"model": self.model, "mu": self.mu, "test_point": found.numbers}
-        return pd.DataFrame(which | dict(zip(_CRITERIA, found.F.T, strict=True)))
+        designs = self.designs.rows(np.sort(indices))
+        columns = {"model": self.model, "mu": self.mu, "test_point": designs.numbers}
+        columns |= zip(_CRITERIA, designs.F.T, strict=True)
+        return pd.DataFrame(columns)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,48 +122,52 @@ class Reproduction:
     cases: tuple[Case, ...]
 
     def __repr__(self) -> str:
-        """Return how many points and which cases."""
+        """Return the number of test points and the cases."""
         cases = ", ".join(f"{case.model} {case.mu:g}" for case in self.cases)
         return f"Reproduction({self.n_points} test points: {cases})"
 
     def table_6_1(self) -> pd.DataFrame:
-        """Return the Salukvadze optima, with the printed one of the same μ beside each.
+        """Return the Salukvadze optima, each with the printed one of the same μ.
 
         Returns:
             Columns ``model, mu, test_point, f1 … f4, paper_f1 … paper_f4``.
 
         Example:
-            Of the case in the example of :class:`Case`:
+            For the case in the example of :class:`Case`:
 
             >>> one = Reproduction(4096, (case,))
             >>> print(one.table_6_1()[["test_point", "f1", "paper_f1", "f2", "paper_f2"]].round(4))
                test_point      f1  paper_f1      f2  paper_f2
             0        3085  2.0458    2.0454  0.0476    0.0476
         """
-        found = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
-        # Beside another test point too: the paper's optimum is what the computed one is against.
-        return found.merge(published_table("6.1").drop(columns="test_point"), on="mu", how="left")
+        optima = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
+        # The printed optimum is there for comparison, even if it is another test point.
+        printed = published_table("6.1").drop(columns="test_point")
+        return optima.merge(printed, on="mu", how="left")
 
     def table_6_2(self) -> pd.DataFrame:
         """Return the designs of rank 5 with f4 below the optimum's.
 
-        A printed row stands beside the same test point of the same μ; elsewhere the columns
+        A printed row is joined to the same test point of the same μ; elsewhere the columns
         ``paper_f1`` … ``paper_f4`` are empty.
 
         Example:
-            Of the case in the example of :class:`Case`:
+            For the case in the example of :class:`Case`:
 
             >>> one = Reproduction(4096, (case,))
             >>> print(one.table_6_2()[["test_point", "f2", "paper_f2", "f4", "paper_f4"]].round(4))
                test_point      f2  paper_f2      f4  paper_f4
             0        2571  0.0683    0.0683  0.1043    0.1043
         """
-        found = []
+        tables = []
         for case in self.cases:
-            fifth, f4 = case.ranking.subset(5), case.designs.F[:, 3]
+            f4 = case.designs.F[:, 3]
             # Of several optima, equally near to U, the one with the least f4 is the limit.
-            found.append(case.rows(fifth[f4[fifth] < f4[case.ranking.salukvadze].min()]))
-        return pd.concat(found).merge(published_table("6.2"), on=["mu", "test_point"], how="left")
+            limit = f4[case.ranking.salukvadze].min()
+            fifth = case.ranking.subset(5)
+            tables.append(case.rows(fifth[f4[fifth] < limit]))
+        printed = published_table("6.2")
+        return pd.concat(tables).merge(printed, on=["mu", "test_point"], how="left")
 
 
 def solve_case(mu: float, model: str, n_points: int) -> Case:
@@ -194,18 +199,18 @@ def reproduce(
     n_jobs: int = 1,
     on_case: Callable[[Case], object] = lambda case: None,
 ) -> Reproduction:
-    """Solve every case of the paper under both models, or cases of another friction coefficient.
+    """Solve the cases of the paper under both models, or those of other friction coefficients.
 
     Args:
         n_points: Test points per case; the paper has 4096.
         mu: Friction coefficients.
         models: ``"full"``, ``"rolling"`` or both.
-        n_jobs: Processes to work in, -1 for one per core.
+        n_jobs: Number of processes, -1 for one per core.
         on_case: Called with each case as soon as it is ready, to show progress.
 
     Raises:
-        ArgumentValueError: A number is out of range, μ or the models are none, or there is no such
-            model.
+        ArgumentValueError: A number is out of range, there is no μ or model, or a model is
+            unknown.
         ArgumentTypeError: A count is not an integer.
 
     Example:
@@ -219,26 +224,26 @@ def reproduce(
     n_jobs = job_count("n_jobs", n_jobs)
     if len(mu) == 0 or len(models) == 0:
         raise invalid("mu and models", "one or more each", [list(mu), list(models)])
-    # Rolling first, as the paper's tables follow from it.
-    wanted = [
-        (value, model) for model in sorted(set(models), reverse=True) for value in dict.fromkeys(mu)
-    ]
+    pairs = []
+    for model in sorted(set(models), reverse=True):  # rolling first: the paper's model
+        for value in dict.fromkeys(mu):
+            pairs.append((value, model))
 
     cases = {}
-    for number, case in in_parallel(lambda t: solve_case(t[0], t[1], n_points), wanted, n_jobs):
+    for number, case in in_parallel(lambda p: solve_case(p[0], p[1], n_points), pairs, n_jobs):
         on_case(case)
         cases[number] = case
-    return Reproduction(n_points, tuple(cases[number] for number in range(len(wanted))))
+    return Reproduction(n_points, tuple(cases[number] for number in range(len(pairs))))
 
 
-# What figures 2 and 8 show, as numbers.
+# The numbers behind figures 2 and 8
 
 
 def criterion_surfaces(mu: float, model: str, *, n: int = 101) -> tuple[Array, Array, Array]:
-    """Compute f1 and f2 on a grid of n × n designs over the box [0, 3.5 μ] × [0.1, 6].
+    """Compute f1 and f2 on a grid of n × n designs within the bounds [0, 3.5 μ] × [0.1, 6].
 
-    The lines are dense near the level chute, where the time grows by half within a fortieth of the
-    box. f3 = u1 and f4 = u2 need no figure.
+    The grid is dense near the level chute, where the time grows by half within a fortieth of the
+    range of u1. f3 = u1 and f4 = u2 need no figure.
 
     Returns:
         ``(n, n)`` slopes u1, increasing along the first axis; ``(n, n)`` speeds u2 of the plane,
@@ -253,17 +258,18 @@ def criterion_surfaces(mu: float, model: str, *, n: int = 101) -> tuple[Array, A
     s = np.linspace(0.0, 1.0, n)
     sides = problem.xl + (problem.xu - problem.xl) * np.column_stack([s**2, s])
     u1, u2 = np.meshgrid(*sides.T, indexing="ij")
-    F = problem.evaluate(np.column_stack([u1.ravel(), u2.ravel()]), return_values_of=["F"])
-    # Infinite where the sphere stalls; NaN leaves a hole in a surface.
-    return u1, u2, np.where(np.isfinite(F), F, np.nan).T[:2].reshape(2, n, n)
+    designs = np.column_stack([u1.ravel(), u2.ravel()])
+    F = problem.evaluate(designs, return_values_of=["F"])
+    F[np.isinf(F)] = np.nan  # the sphere stalls: a hole in the surface
+    return u1, u2, F.T[:2].reshape(2, n, n)
 
 
 def salukvadze_functions(
     mu: float, model: str, n_points: int, c: Sequence[float] = _SPEEDS
 ) -> pd.DataFrame:
-    """Evaluate the first ``n_points`` LPτ points at every c and take the one nearest to U.
+    """Return the Salukvadze optimum of the first ``n_points`` LPτ points at every initial speed c.
 
-    As c grows, one test point after the other is the nearest: the functions are staircases.
+    As c grows, one test point after another is the optimum: the functions are staircases.
 
     Returns:
         One row per initial speed: columns ``c``, ``test_point``, ``f1`` … ``f4``, of which f3 and
@@ -273,16 +279,17 @@ def salukvadze_functions(
         >>> salukvadze_functions(0.4, "rolling", 4096, [0.3193])["test_point"].item()  # Table 6.1
         3085
     """
-    points, rows = lp_tau(n_points, 2), []
+    points = lp_tau(n_points, 2)
+    rows = []
     for speed in c:
         problem = VectorizedSphereChute(mu, c=speed, model=model)
-        X = problem.xl + (problem.xu - problem.xl) * points
         # The same points for every c, so that a jump of the curves is one of the optimum.
+        X = problem.xl + (problem.xu - problem.xl) * points
         moved = motion(X[:, 0], X[:, 1], problem.parameters, model=model)
         f = criteria(moved)
-        # Without the Pareto set: some point that has the least f_j is Pareto optimal; and with
-        # f ≥ U a point that dominates another is nearer to U. Infinite f do not reach the exit;
-        # test point 1, the level chute, does.
+        # U needs no Pareto set: some point that has the least f_j is Pareto optimal; and with f ≥ U
+        # a point that dominates another is nearer to U. f is infinite where the sphere stalls; in
+        # test point 1, the level chute, it does not.
         best = int(np.linalg.norm(f - f.min(axis=0), axis=1).argmin())
         rows.append((speed, 1 + best, *f[best], moved.exit_speed[best]))
     return pd.DataFrame(rows, columns=["c", "test_point", *_CRITERIA, "exit_speed"])
