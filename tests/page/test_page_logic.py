@@ -320,7 +320,7 @@ def test_the_order_is_that_of_the_ranking(rankings):
 def test_explanations_and_comparisons_are_those_of_python(rankings):
     for case, k, found, rows, ranking in rankings:
         best, units = int(ranking.salukvadze[0]), case.units
-        why = explain(ranking, best, units=units)
+        why = explain(ranking, row=best, units=units)
         assert found["verdict"]["row"] == found["verdict"]["proposed"] == rows[best]
         assert found["verdict"]["sentences"] == list(why.sentences)
         assert found["verdict"]["weakest"] == list(why.weakest)
@@ -330,17 +330,17 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
                 assert "beyond the limits" in one["sentences"][0]
                 continue
             at = int(np.searchsorted(rows, row))
-            why = explain(ranking, at, units=units)
+            why = explain(ranking, row=at, units=units)
             assert one["sentences"] == list(why.sentences)
             away = [objective["away"] for objective in one["objectives"]]
             np.testing.assert_allclose(away, why.behind, rtol=1e-12, atol=1e-13)
-            two = compare_designs(ranking, [best, at], units=units)
+            two = compare_designs(ranking, rows=[best, at], units=units)
             parts = {"design": ranking.name_of(at).capitalize(), "other": ranking.name_of(best)}
             expected = SENTENCES["instead"].format(difference=two.difference(1), **parts)
             assert instead == ("" if at in ranking.salukvadze else expected)
         if set(case.pins[k]) <= set(rows.tolist()):
             pins = np.searchsorted(rows, case.pins[k]).tolist()
-            two = compare_designs(ranking, pins, units=units)
+            two = compare_designs(ranking, rows=pins, units=units)
             for j, objective in enumerate(found["compared"]):
                 assert np.sign(objective["gains"]).tolist() == np.sign(two.gains[1:, j]).tolist()
                 shares = np.array(objective["shares"], dtype=float)

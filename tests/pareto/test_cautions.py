@@ -144,7 +144,7 @@ def test_a_value_unlike_all_others_is_named(bad):
 def test_a_maximised_objective_that_is_never_positive():
     F = pd.DataFrame(VALLEY * [1, -1], columns=["cost", "yield"])
     assert cautions(F, maximize=["yield"])[0] == Caution(
-        "sign", "yield is maximised, but nowhere above 0: its sign may be turned."
+        "sign", "yield is maximised but nowhere above 0: its sign may be wrong."
     )
     assert "sign" not in kinds(F + 7, maximize=["yield"])
     assert "sign" not in kinds(F)
@@ -177,12 +177,12 @@ def test_anything_that_holds_objectives_is_taken():
     assert [str(caution) for caution in cautions(table)] == told
     best = table.best().names[0]
     row = int(ranking.salukvadze[0])
-    assert explain(table, best).sentences == explain(ranking, row).sentences
+    assert explain(table, best).sentences == explain(ranking, row=row).sentences
     named = replace(table, layout=replace(table.layout, units={"f1": "kg", "x1": "mm"}))
     assert explain(named, best).sentences == named.explain().sentences
     assert "kg" in str(explain(named, best))
     assert (
-        compare_designs(table, [best, 0]).gains.tolist()
+        compare_designs(table, [best, table.names[ranking.rows[0]]]).gains.tolist()
         == compare_designs(F, [row, 0]).gains.tolist()
     )
     front = rank_of_efficiency(result.F)
@@ -200,7 +200,8 @@ def test_anything_that_holds_objectives_is_taken():
 def test_objectives_without_weight():
     valley = (1 - X) ** 2
     F = pd.DataFrame({"a": X, "b": valley, "c": 0 * X + 3})
-    assert said(F, "constant") == "Equal for all Pareto-optimal designs, and without weight: c."
+    sentence = "Without effect on the ranking, because equal for all Pareto-optimal designs: c."
+    assert said(F, "constant") == sentence
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Why a design, against loops in exact fractions; what the sentences say is what the numbers say."""
 
 import re
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -10,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import PsiError, compare_designs, explain
+from pymoo_psi import PsiError, TestTable, compare_designs, explain, rank_of_efficiency
+from pymoo_psi.table import Layout
 
 small_sets = st.tuples(st.integers(1, 9), st.integers(1, 4)).flatmap(
     lambda shape: arrays(float, shape, elements=st.integers(0, 6).map(float))
@@ -126,32 +128,128 @@ def test_a_step_is_a_hundredth_of_the_range_where_there_is_one():
 
 
 CARS = pd.DataFrame({"price": [20.0, 30.0], "range": [200.0, 400.0]})
+ROWS = [[1.0, 4.0], [2.0, 2.0], [4.0, 1.0], [5.0, 5.0]]
+
+
+def labelled(labels):
+    return pd.DataFrame(ROWS, index=labels, columns=["a", "b"])
+
+
+def table_of(labels=None):
+    """Tests 10 to 14, of which the first is infeasible and the last dominated."""
+    layout = Layout.of(1, ["a", "b"], ["g"], units={"a": "kg"})
+    extra = {}
+    if labels is not None:
+        layout = replace(layout, label="name")
+        extra = {"name": labels}
+    X = np.linspace(0, 1, 5)[:, None]
+    G = [[1.0], [0.0], [0.0], [0.0], [0.0]]
+    numbers = [10, 11, 12, 13, 14]
+    return TestTable.of(numbers, X, [[0.0, 0.0], *ROWS], G, layout=layout, extra=extra)
+
+
+@pytest.mark.parametrize("F", [np.array(ROWS), labelled(range(4)), rank_of_efficiency(ROWS)])
+def test_a_design_of_an_array_goes_by_its_row(F):
+    assert explain(F, 2).row == explain(F, row=2).row == 2
+    assert compare_designs(F, [2, 0]).rows.tolist() == [2, 0]
+    assert compare_designs(F, rows=[2, 0]).rows.tolist() == [2, 0]
+    assert explain(F).row == 1  # the Salukvadze optimum
+    with pytest.raises(PsiError, match="design must be a row of F, 0 to 3, got 4"):
+        explain(F, 4)
+    with pytest.raises(PsiError, match="row must be a row of F that is ranked, at most 3, got 4"):
+        explain(F, row=4)
+
+
+def test_a_design_with_a_label_goes_by_its_label():
+    frame = labelled(["A", "B", "C", "C"])
+    for F in (frame, rank_of_efficiency(frame)):
+        assert explain(F, "B").row == explain(F, row=1).row == 1
+        assert compare_designs(F, ["B", "A"]).rows.tolist() == [1, 0]
+        with pytest.raises(PsiError, match="design must be a label, as a text, got 1"):
+            explain(F, 1)
+        for label in ("C", "D"):
+            with pytest.raises(PsiError, match=f"the label of just one design, got '{label}'"):
+                explain(F, label)
+    names = ["pA-7", "mTorr", "row 3", "B"]
+    starts = [str(explain(labelled(names), row=i)).partition(" is ")[0] for i in range(3)]
+    assert starts == ["pA-7", "mTorr", "Row 3"]  # a name of the user's is not respelt
+
+
+def test_labels_that_are_integers_are_not_taken_for_rows():
+    frame = labelled([3, 2, 1, 0])
+    for F in (frame, rank_of_efficiency(frame)):
+        assert explain(F, "3").row == explain(F, row=0).row == 0
+        assert compare_designs(F, ["3", "1"]).rows.tolist() == [0, 2]
+        with pytest.raises(
+            PsiError, match="a label, as a text, got 3; labels are such as '3'; row="
+        ):
+            explain(F, 3)
+        with pytest.raises(PsiError, match="a label, as a text, got 0"):
+            compare_designs(F, [0, 1])
+
+
+@pytest.mark.parametrize("labels", [None, ["A", "B", "C", "D", "E"], ["A", "11", "13", "D", "E"]])
+def test_a_design_of_a_table_goes_by_its_label_or_the_number_of_its_test(labels):
+    """Test 12 is row 2 of the table and row 1 of the ranking of the feasible designs."""
+    table = table_of(labels)
+    ranking = table.feasible_ranking()
+    for number in (11, 12, 14):
+        why = explain(table, number)
+        row = table.numbers.tolist().index(number)
+        name = table.names[row]
+        assert why.row == row - 1
+        assert why.ranking.rows[why.row] == row
+        others = [table.explain(number), table.explain(name), table.explain(row=row)]
+        others += [explain(table, name), explain(table, row=row)]
+        others += [explain(ranking, number, units={"a": "kg"})]
+        others += [explain(ranking, name, units={"a": "kg"})]
+        assert {other.sentences for other in others} == {why.sentences}
+    assert explain(table).sentences == table.explain().sentences == explain(table, 12).sentences
+    two = compare_designs(table, [12, 11])
+    assert two.sentences == compare_designs(table, table.names[2:0:-1]).sentences
+    assert two.sentences == compare_designs(table, rows=[2, 1]).sentences
+    assert two.sentences == compare_designs(ranking, [12, 11], units={"a": "kg"}).sentences
+    for infeasible in (10, table.names[0]):
+        with pytest.raises(PsiError, match="design must be a feasible design, got"):
+            explain(table, infeasible)
+    for missing in (3, "F"):
+        with pytest.raises(PsiError, match="design must be"):
+            explain(table, missing)
+    with pytest.raises(PsiError, match="row must be a row of F that is ranked, at most 4, got 0"):
+        explain(table, row=0)
+
+
+def test_integers_that_label_other_tests_are_refused():
+    table = table_of([14, 13, 12, 11, 10])
+    with pytest.raises(PsiError, match="design must be clear about labels and numbers, got 12"):
+        explain(table, 12)
+    assert explain(table, "name 12").row == explain(table, row=2).row == 1
+
+
+def test_a_table_is_explained_under_its_formulation():
+    table = table_of().under(normalize=False, ranges={"a": (0, 10), "b": (0, 8)})
+    why = explain(table, 11)
+    assert why.sentences == table.explain(11).sentences
+    assert why.ranking.nadir.tolist() == [10, 8]
+    assert not why.ranking.frame.normalize
+    assert not explain(table_of(), 11, normalize=False).ranking.frame.normalize
 
 
 @pytest.mark.parametrize(
     ("call", "kind", "message"),
     [
         (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be of objectives among price"),
-        (lambda: explain(CARS, 2), ValueError, "i must be a row of F, 0 to 1, got 2"),
-        (lambda: compare_designs(CARS, [0, -1]), ValueError, "rows must be an integer >= 0, got -1"),
+        (lambda: explain(CARS, 2.5), TypeError, "design must be an integer >= 0, got 2.5"),
+        (lambda: explain(CARS, True), TypeError, "design must be an integer >= 0, got True"),
+        (lambda: explain(CARS, row=-1), ValueError, "row must be an integer >= 0, got -1"),
+        (lambda: explain(CARS, 0, row=0), ValueError, "design must be left out where row is given, got 0"),
+        (lambda: compare_designs(CARS, rows=[0, -1]), ValueError, "rows must be an integer >= 0, got -1"),
+        (lambda: compare_designs(CARS, [0]), ValueError, "designs must be two designs or more"),
+        (lambda: compare_designs(CARS), TypeError, "designs must be a list of designs, got None"),
+        (lambda: compare_designs(CARS, [0, 1], rows=[0, 1]), ValueError, "designs must be left out where rows are"),
     ],
 )  # fmt: skip
 def test_mistakes(call, kind, message):
     with pytest.raises(kind, match=message) as caught:
         call()
     assert isinstance(caught.value, PsiError)
-
-
-def test_a_design_goes_by_its_row_or_by_a_label_that_is_a_text():
-    """Integers are rows even where they are labels, too; one label of two rows is refused."""
-    frame = pd.DataFrame({"a": [1.0, 2, 4], "b": [4.0, 2, 1]}, index=["A", "B", "B"])
-    assert str(explain(frame, "A")) == str(explain(frame, 0))
-    assert compare_designs(frame, [2, "A"]).rows.tolist() == [2, 0]
-    numbered = frame.set_axis([2, 1, 0], axis=0)
-    assert str(explain(numbered, 2)).startswith("Design 0 ")
-    own = frame.set_axis(["pA-7", "mTorr", "row 3"], axis=0)
-    started = [str(explain(own, i)).partition(" is ")[0] for i in range(3)]
-    assert started == ["pA-7", "mTorr", "Row 3"]  # what the user has named is not respelt
-    for label in ("B", "C"):
-        with pytest.raises(PsiError, match=f"the label of just one row, got '{label}'"):
-            explain(frame, label)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import cautions, rank_of_efficiency
-from pymoo_psi.pareto import levels, settled
+from pymoo_psi.pareto import levels, without_rounding
 from tests.pareto.exact import exact_ranking
 
 EPS = 2.0**-52
@@ -183,10 +183,10 @@ chains = arrays(float, st.tuples(st.integers(1, 40), st.integers(1, 3)), element
 
 
 @given(F=chains)
-def test_settled_values_keep_their_order_and_move_by_noise_only(F):
-    calm = settled(F)
+def test_values_without_rounding_keep_their_order_and_move_by_noise_only(F):
+    calm = without_rounding(F)
     assert (np.abs(calm - F) <= 65 * EPS * np.abs(calm)).all()
-    np.testing.assert_array_equal(settled(calm), calm)
+    np.testing.assert_array_equal(without_rounding(calm), calm)
     for raw, column in zip(F.T, calm.T, strict=True):
         order = np.argsort(raw, kind="stable")
         assert (column[order][1:] >= column[order][:-1]).all()

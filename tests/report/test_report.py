@@ -90,7 +90,7 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     own = pd.DataFrame(table.F[rows] * [1, -1], columns=["mass", "stiffness"])
     own.index = [f"test point {number}" for number in table.numbers[rows]]
     optimum = int(beam.ranking.salukvadze[0])
-    why = explain(own, optimum, maximize=["stiffness"], units={"mass": "kg"})
+    why = explain(own, row=optimum, maximize=["stiffness"], units={"mass": "kg"})
     standing, behind, *steps = why.sentences
     said = lines(beam, "Reasons against it")
     assert standing in lines(beam, "The proposal")[1]
@@ -193,7 +193,9 @@ def test_alternatives_are_those_of_the_selectors(beam):
     if chosen == optimum:
         assert told.endswith(f"{name}, the optimum itself.")
     else:
-        two = compare_designs(own, [optimum, chosen], maximize=["stiffness"], units={"mass": "kg"})
+        two = compare_designs(
+            own, rows=[optimum, chosen], maximize=["stiffness"], units={"mass": "kg"}
+        )
         assert two.difference(1) in told
     few = representatives(own, 5, maximize=["stiffness"])
     head = " | ".join(f"test point {own.index[row]}" for row in few.rows)

@@ -151,7 +151,7 @@ def test_a_design_is_explained_in_the_senses_and_units_of_its_table():
     frame = table.to_frame()[["mass", "gain"]].iloc[:4]
     frame.index = [f"test point {n}" for n in frame.index]
     for number, row in ((None, 1), (12, 1), (14, 3), (13, 2)):  # the last is dominated
-        theirs = explain(frame, row, maximize=["gain"], units={"mass": "kg"})
+        theirs = explain(frame, row=row, maximize=["gain"], units={"mass": "kg"})
         assert str(table.under(limits=limits).explain(number)) == str(theirs)
     for number in (15, 16, 1):  # infeasible, failed, not in the table
         with pytest.raises(PsiError, match=f"design must be .*, got {number}"):

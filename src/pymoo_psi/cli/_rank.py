@@ -203,6 +203,6 @@ def say_best(
         option = "(plain distances: --no-normalize)"
     say(f"{measured_in(ranking)} {option}.")
     units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
-    explanation = explain(ranking, int(ranking.salukvadze[0]), units=units)
+    explanation = explain(ranking, units=units)
     for sentence in explanation.sentences[:_N_REASONS]:
         say(sentence)

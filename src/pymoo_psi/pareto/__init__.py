@@ -1,11 +1,11 @@
-"""Geometry of Pareto sets: dominance, distances, ranks of efficiency, reasons.
+"""Geometry of Pareto sets: dominance, distances, ranks of efficiency, explanations.
 
 The rank of efficiency follows from three distances to the utopian point U (the best value of every
 objective) and the line from U to its opposite N: μ1 to U, μ2 to the line, μ3 from U to the
-projection onto the line. A design scores 3 if no other beats it in (μ2, μ3), 2 in (μ1, μ3), 1 in
-(μ1, μ2); rank 6, all three, is the Salukvadze optimum. Dominated rows have rank 0 and move nothing.
+projection onto the line. A design scores 3 if no other dominates it in (μ2, μ3), 2 in (μ1, μ3), 1
+in (μ1, μ2); rank 6, all three, is the Salukvadze optimum. Dominated rows have rank 0 and no effect.
 
-Any ``(n, m)`` array or data frame of objectives will do, all minimised unless
+Any ``(n, m)`` array or data frame of objectives can be ranked. All are minimised unless
 ``maximize=["yield"]`` (names of a data frame's columns, or indices from 0) says otherwise. By
 default each objective is measured in units of its range over the Pareto set; ``normalize=False``
 takes plain Euclidean distances, as the paper does, which makes sense where all objectives have one
@@ -23,9 +23,9 @@ Example:
     3   1.0  0.00  1.000  0.707  0.707     0    True
     4   0.9  0.90  1.273  0.000  1.273     0   False
 
-:func:`cautions` returns how clear the choice is, :func:`explain` why it is this design and what
-another would cost, :func:`compare_designs` what is gained and lost, :func:`representatives` the few
-that stand for all. They take arrays, frames, test tables, rankings and results of pymoo alike.
+:func:`cautions` returns reasons not to rely on the optimum, :func:`explain` why it is this design
+and what another would cost, :func:`compare_designs` gains and losses, :func:`representatives` a few
+designs that cover the set. They take arrays, frames, test tables, rankings and results of pymoo.
 
 For the other subpackages: the rule of feasibility (:func:`meets_constraints`, :func:`competes`),
 indicators of the quality of a set, :class:`Objectives` and :class:`UtopianFrame` behind a ranking,

@@ -1,8 +1,8 @@
 """Reasons not to rely on the Salukvadze optimum of a ranking.
 
-The optimum is the design nearest to the ideal point. That is advice only as far as nearness
-discriminates between designs, and as the point and the ranges do not depend on a single design.
-Each check here is one such condition.
+The optimum is the design nearest to the ideal point. It is good advice only if distances
+discriminate between designs, and if the point and the ranges do not depend on a single design. Each
+check here is one such condition.
 """
 
 from __future__ import annotations
@@ -21,36 +21,36 @@ from pymoo_psi.pareto._sentences import capital, listed, number, percent, senten
 Array = NDArray[np.float64]
 
 NEAR = 0.01
-"""Distances within 1 % of the least are as good as it: models seldom know more of a design."""
+"""Distances within 1 % of the least count as equal to it: models are seldom more accurate."""
 
 ELSEWHERE = 0.1
 """Designs that differ by more than a tenth of a range in some objective are different choices.
 
-On a straight front the designs within ``NEAR`` of the optimum differ from it by 7 % of a range at
-most, so that a near tie beyond a tenth means a front that is curved or in pieces.
+On a straight front the designs within ``NEAR`` of the optimum differ from it by at most 7 % of a
+range, so that a near tie beyond a tenth means a front that is curved or in pieces.
 """
 
 EDGE = 0.01
-"""Within 1 % of its range two values of an objective are alike."""
+"""Two values of an objective within 1 % of its range count as equal."""
 
 OUTLIER = 2.0
-"""A design that doubles a range lies farther from all others than they from each other."""
+"""A design that doubles a range is farther from all others than they are from each other."""
 
 FAR = 10.0
-"""A value farther from all others than ten times their range is no value of the same kind."""
+"""A value farther from all others than ten times their range is not of the same kind."""
 
-_OTHERS = 4  # values that tell what is usual
+_OTHERS = 4  # the fewest values that show what is usual
 _ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
 
 class Caution(NamedTuple):
-    """One reason not to rely on the optimum of a ranking without a second look.
+    """A reason not to rely on the optimum of a ranking without a second look.
 
     Attributes:
         kind: ``"sign"``, ``"suspect"``, ``"unlike"``, ``"constant"``,
             ``"equidistant"``, ``"tie"``, ``"near tie"``, ``"extreme"``, ``"edge"``,
             ``"outlier"`` or ``"unstable"``; see :func:`cautions`.
-        sentence: What is the case, in one sentence.
+        sentence: The reason, in one sentence.
 
     Example:
         >>> print(Caution("tie", "A and B are equally near."))
@@ -69,21 +69,21 @@ class Caution(NamedTuple):
 def cautions(
     F: Any, *, normalize: bool = True, maximize: Collection[Any] = ()
 ) -> tuple[Caution, ...]:
-    """Return the reasons not to rely on the Salukvadze optimum, the gravest first.
+    """Return the reasons not to rely on the Salukvadze optimum, the most serious first.
 
     =============== ============================================================================
-    kind            what is the case
+    kind            reason
     =============== ============================================================================
-    ``sign``        A maximised objective is nowhere above 0, as where its sign has been turned.
-    ``suspect``     The optimum has a value unlike those of all other designs in an objective: ten
-                    times their range away, in orders of magnitude, too, if all have one sign; or
-                    such as programs write for failures (-9999, 1e30, -1 among positive ones) and
+    ``sign``        A maximised objective is nowhere above 0: its sign may have been turned.
+    ``suspect``     The optimum has a value in an objective unlike those of all other designs: ten
+                    times their range away, and orders of magnitude away if all have one sign; or a
+                    value that programs write for failures (-9999, 1e30, -1 among positive values),
                     away from all others by their range.
     ``unlike``      A Pareto-optimal design other than the optimum has such a value.
     ``constant``    Objectives, but not all, are equal for all Pareto-optimal designs.
     ``equidistant`` More than half of the designs, over half of a range, are within 1 % of the
                     least distance to the ideal point, as on a sphere around it.
-    ``tie``         A design that differs by more than a tenth of a range is the optimum, too.
+    ``tie``         A design that differs by more than a tenth of a range is also an optimum.
     ``near tie``    Such a design is at most 1 % farther.
     ``extreme``     The optimum is worst in an objective, within 1 % of its range: it is no
                     compromise. If normalised, the set bulges away from the ideal point.
@@ -91,15 +91,15 @@ def cautions(
                     further.
     ``outlier``     Without a single other design that more than doubles a range, the optimum would
                     be elsewhere, by more than a tenth of a range.
-    ``unstable``    The same, without such a range.
+    ``unstable``    The same without such a range.
     =============== ============================================================================
 
     ``tie`` to ``unstable`` are left out for sets that are ``equidistant``, where all of them hold.
-    Leaving out a design means to rank the others anew, those that it dominated among them; it is
-    not tried where ``ideal`` or ``nadir`` are your own. Left out in turn are the designs that are
-    the best or the worst in an objective, but for the optimum itself. In a Pareto set no other can
-    move the optimum; beside dominated designs one other can, and is not tried: the only one that
-    dominates a design which lies beyond N.
+    To leave out a design means to rank the others anew, including those that it dominated; this is
+    not tried where ``ideal`` or ``nadir`` are your own. The designs left out in turn are those that
+    are best or worst in an objective, except the optimum itself. In a Pareto set no other design
+    can move the optimum; with dominated designs one other can, and is not tried: the only one that
+    dominates a design beyond N.
 
     Args:
         F: A ranking, which has its own ``normalize`` and ``maximize``; or ``(n, m)`` objective
@@ -138,124 +138,189 @@ class _Checks:
         rows: ``(k,)`` the Pareto-optimal designs.
         values: ``(k, m)`` their objectives, minimised.
         d: ``(k, m)`` the same in units of the ranges, from 0 to 1; 0 in a constant objective.
-        best: Which of them are the optimum.
+        mu: ``(k,)`` their distances to the ideal point.
+        optima: Which of them are the optimum.
+        best: The first of these.
+        steps: ``(k, m)`` how far they are from that one, in units of the ranges.
     """
 
     def __init__(self, ranking: EfficiencyRanking) -> None:
         self.ranking = ranking
         self.names = np.array([str(name) for name in ranking.objectives.names], dtype=object)
         self.rows, self.values = front_of(ranking)
-        low, high = self.values.min(axis=0), self.values.max(axis=0)
+        low = self.values.min(axis=0)
+        high = self.values.max(axis=0)
         self.d = (self.values - low) / unit_lengths(low, high)
-        self.best = np.searchsorted(self.rows, ranking.salukvadze)
+        self.mu = ranking.criteria[self.rows, 0]
+        self.optima = np.searchsorted(self.rows, ranking.salukvadze)
+        self.best = int(self.optima[0])
+        self.steps = np.abs(self.d - self.d[self.best])
 
-    def design(self, i: Any) -> str:
-        """Return the name of a Pareto-optimal design, as sentences begin with it."""
-        return capital(self.ranking.name_of(int(self.rows[i])))
+    def name_of(self, i: Any) -> str:
+        """Return the name of a Pareto-optimal design."""
+        return self.ranking.name_of(int(self.rows[i]))
 
-    def near(self) -> NDArray[np.intp]:
+    def of_values(self) -> Iterator[Caution]:
+        """Yield the cautions about single values, whatever their place in the ranking."""
+        objectives = self.ranking.objectives
+        unlike: list[Caution] = []
+        columns = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
+        for name, sign, column in columns:
+            if sign < 0 and column.max() <= 0 > column.min():
+                yield _caution("sign", objective=name)
+            unlike += self.unlike_values(name, column)
+        yield from sorted(unlike, key=lambda caution: caution.kind)
+
+    def unlike_values(self, name: Any, column: Array) -> Iterator[Caution]:
+        """Yield the cautions about the least and the greatest value of an objective.
+
+        Args:
+            name: The objective.
+            column: ``(n,)`` its values for all designs, in the original direction.
+        """
+        front = column[self.rows]
+        pool = np.unique(front)
+        if len(pool) <= _OTHERS:  # too few to show what is usual
+            pool = np.unique(column[self.near_front()])
+        if len(pool) <= _OTHERS:
+            return
+        distinct = np.unique(column)
+        for value, others in ((pool[0], pool[1:]), (pool[-1], pool[:-1])):
+            holders = np.flatnonzero(front == value)
+            if not len(holders):
+                continue
+            # Dominated designs in between show that such values are usual.
+            gaps = np.abs(distinct - value)
+            if not _is_unlike(float(value), others, float(gaps[gaps > 0].min())):
+                continue
+            optima = np.intersect1d(holders, self.optima)
+            kind = "suspect" if len(optima) else "unlike"
+            yield _caution(
+                kind,
+                design=capital(self.name_of([*optima, *holders][0])),
+                objective=name,
+                value=number(float(value)),
+                low=number(float(others[0])),
+                high=number(float(others[-1])),
+            )
+
+    def near_front(self) -> NDArray[np.intp]:
         """Return the Pareto-optimal designs, and those that would be without these."""
         dominated = np.flatnonzero(~self.ranking.pareto)
         second = nondominated(self.ranking.objectives.minimized[dominated])
         return np.concatenate([self.rows, dominated[second]])
 
-    def of_values(self) -> Iterator[Caution]:
-        """What is the case of single values, whatever the ranking makes of them."""
-        objectives, unlike = self.ranking.objectives, list[Caution]()
-        columns = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
-        for name, sign, column in columns:
-            if sign < 0 and column.max() <= 0 > column.min():
-                yield _caution("sign", objective=name)
-            front, every = column[self.rows], np.unique(column)
-            pool = np.unique(front)  # a front of few values tells little of what is usual
-            pool = pool if len(pool) > _OTHERS else np.unique(column[self.near()])
-            for value, others in ((pool[0], pool[1:]), (pool[-1], pool[:-1])):
-                found, between = np.flatnonzero(front == value), np.abs(every - value)
-                if len(others) < _OTHERS or not len(found):
-                    continue
-                # Dominated designs in between tell that such values are usual.
-                if not _is_unlike(float(value), others, float(between[between > 0].min())):
-                    continue
-                best = [i for i in found if i in self.best]
-                own, low, high = (number(float(v)) for v in (value, others[0], others[-1]))
-                said = {"design": self.design([*best, *found][0]), "objective": name, "value": own}
-                unlike.append(_caution("suspect" if best else "unlike", **said, low=low, high=high))
-        yield from sorted(unlike, key=lambda caution: caution.kind)
-
     def of_optimum(self) -> Iterator[Caution]:
-        """What is the case of the optimum, and of designs that are almost as near."""
-        d, best, names, n = self.d, self.best, self.names, len(self.rows)
-        varying = d.any(axis=0)
+        """Yield the cautions about the optimum, and about designs that are almost as near."""
+        varying = self.d.any(axis=0)
         if not varying.any():
             return
         if not varying.all():
-            yield _caution("constant", objectives=listed(names[~varying]))
-        mu = self.ranking.criteria[self.rows, 0]
-        near = np.flatnonzero(mu <= mu[best[0]] * (1 + NEAR))
+            yield _caution("constant", objectives=listed(self.names[~varying]))
+        near = np.flatnonzero(self.mu <= self.mu[self.best] * (1 + NEAR))
         # More than half of the designs, and from all over the set; not two ends that tie.
-        if len(near) >= 3 and 2 * len(near) > n and np.ptp(d[near], axis=0).max() > 0.5:
-            yield _caution("equidistant", near=len(near), count=n)
+        many = len(near) >= 3 and 2 * len(near) > len(self.rows)
+        if many and np.ptp(self.d[near], axis=0).max() > 0.5:
+            yield _caution("equidistant", near=len(near), count=len(self.rows))
             return
-        steps = np.abs(d - d[best[0]])
-        apart = steps.max(axis=1)
-        if len(near := near[apart[near] > ELSEWHERE]):
-            i = near[mu[near].argmin()]
-            yield _caution(
-                "tie" if i in best else "near tie",
-                design=self.design(i),
-                optimum=self.ranking.name_of(int(self.rows[best[0]])),
-                farther=percent(mu[i] / mu[best[0]] - 1),
-                share=percent(apart[i]),
-                objective=names[steps[i].argmax()],
-            )
-        if n > 2:  # of two designs each is an extreme
-            if (worst := d[best[0]] >= 1 - EDGE).any():
-                yield _caution("extreme", objectives=listed(names[worst]))
-            if (first := varying & (d[best[0]] <= EDGE)).any():
-                yield _caution("edge", objectives=listed(names[first]))
-        values, frame = self.values, self.ranking.frame
-        ends = {*values.argmin(axis=0), *values.argmax(axis=0)} - {*best}
+        yield from self.tie(near)
+        if len(self.rows) > 2:  # of two designs each is an extreme
+            yield from self.ends(varying)
+        yield from self.moved()
+
+    def tie(self, near: NDArray[np.intp]) -> Iterator[Caution]:
+        """Yield the caution about the nearest design far from the optimum, if there is one."""
+        apart = self.steps.max(axis=1)
+        elsewhere = near[apart[near] > ELSEWHERE]
+        if not len(elsewhere):
+            return
+        i = elsewhere[self.mu[elsewhere].argmin()]
+        kind = "tie" if i in self.optima else "near tie"
+        yield _caution(
+            kind,
+            design=capital(self.name_of(i)),
+            optimum=self.name_of(self.best),
+            farther=percent(self.mu[i] / self.mu[self.best] - 1),
+            share=percent(apart[i]),
+            objective=self.names[self.steps[i].argmax()],
+        )
+
+    def ends(self, varying: NDArray[np.bool_]) -> Iterator[Caution]:
+        """Yield the cautions about objectives in which the optimum is the worst or the best."""
+        worst = self.d[self.best] >= 1 - EDGE
+        if worst.any():
+            yield _caution("extreme", objectives=listed(self.names[worst]))
+        first = varying & (self.d[self.best] <= EDGE)
+        if first.any():
+            yield _caution("edge", objectives=listed(self.names[first]))
+
+    def moved(self) -> Iterator[Caution]:
+        """Yield the caution about the design without which the optimum moves most."""
+        values = self.values
+        frame = self.ranking.frame
         if (values.min(axis=0) > frame.ideal).any() or (values.max(axis=0) < frame.nadir).any():
-            ends = set()  # points of the user's own stay where they are
-        moves = [self.without(i) for i in sorted(ends)]
-        if moves and (most := max(moves, key=lambda move: move[0]))[0] > ELSEWHERE:
-            yield most[1]
+            return  # points of the user's own stay where they are
+        extremes = {*values.argmin(axis=0), *values.argmax(axis=0)}
+        moves = [self.without(i) for i in sorted(extremes - {*self.optima})]
+        distance, caution = max(moves, key=lambda move: move[0], default=(0.0, None))
+        if caution is not None and distance > ELSEWHERE:
+            yield caution
 
     def without(self, i: int) -> tuple[float, Caution]:
-        """Return how far the optimum moves without a design of the front, and what to say then."""
-        F, values = self.ranking.objectives.minimized, self.values
-        # What it dominates may be Pareto optimal without it.
-        freed = (values[i] <= F).all(axis=1) & ~self.ranking.pareto
-        rows = np.append(np.delete(self.rows, i), np.flatnonzero(freed))
-        if freed.any():
-            rows = rows[nondominated(F[rows])]
-        left = F[rows]
-        frame = UtopianFrame(left.min(axis=0), left.max(axis=0), self.ranking.frame.normalize)
-        mu1, lengths = frame.distances(left)[:, 0], unit_lengths(frame.ideal, frame.nadir)
-        new = np.flatnonzero(mu1 <= mu1.min() * (1 + _ROUNDING))
-        steps = np.abs(left[new, None] - values[self.best]) / lengths
-        moved, times = steps.max(axis=2), np.ptp(values, axis=0) / lengths
-        k, b = np.unravel_index(moved.argmin(), moved.shape)
-        return float(moved[k, b]), _caution(
-            "outlier" if times.max() >= OUTLIER else "unstable",
-            design=self.ranking.name_of(int(self.rows[i])),
+        """Return how far the optimum moves without a design of the front, and the caution."""
+        values = self.values
+        rows = self.front_without(i)
+        others = self.ranking.objectives.minimized[rows]
+        frame = UtopianFrame(others.min(axis=0), others.max(axis=0), self.ranking.frame.normalize)
+        lengths = unit_lengths(frame.ideal, frame.nadir)
+        mu1 = frame.distances(others)[:, 0]
+        optima = np.flatnonzero(mu1 <= mu1.min() * (1 + _ROUNDING))
+        # The least way from an optimum before to one after.
+        steps = np.abs(others[optima, None] - values[self.optima]) / lengths
+        ways = steps.max(axis=2)
+        after, before = np.unravel_index(ways.argmin(), ways.shape)
+        way = float(ways[after, before])
+        times = np.ptp(values, axis=0) / lengths
+        kind = "outlier" if times.max() >= OUTLIER else "unstable"
+        return way, _caution(
+            kind,
+            design=self.name_of(i),
             stretched=self.names[times.argmax()],
             times=number(times.max(), 3),
-            other=self.ranking.name_of(int(rows[new[k]])),
-            share=percent(moved[k, b]),
-            objective=self.names[steps[k, b].argmax()],
+            other=self.ranking.name_of(int(rows[optima[after]])),
+            share=percent(way),
+            objective=self.names[steps[after, before].argmax()],
         )
+
+    def front_without(self, i: int) -> NDArray[np.intp]:
+        """Return the rows that are Pareto optimal without a design of the front."""
+        F = self.ranking.objectives.minimized
+        rest = np.delete(self.rows, i)
+        # Of the dominated designs only those that it dominates may come in.
+        freed = (self.values[i] <= F).all(axis=1) & ~self.ranking.pareto
+        if not freed.any():
+            return rest
+        rows = np.append(rest, np.flatnonzero(freed))
+        return rows[nondominated(F[rows])]
 
 
 def _is_unlike(value: float, others: Array, gap: float) -> bool:
-    """Whether a value below or above ``(k,)`` ordered others, by a gap, is none of their kind."""
-    low, high = float(others[0]), float(others[-1])
+    """Whether a value below or above others is of another kind.
+
+    Args:
+        value: The value.
+        others: ``(k,)`` the others, increasing.
+        gap: Its distance to the nearest value of any design.
+    """
+    low = float(others[0])
+    high = float(others[-1])
     if value == -1.0 and low > 0:
         return True
     if re.fullmatch("9{3,}([.]0)?", str(abs(value))) or abs(value) >= 1e20:
         return gap > high - low
-    far = gap > FAR * (high - low)
-    if far and min(value * low, value * high) > 0:  # of one sign
-        orders = np.abs(np.log([value / low, value / high]))
-        far = bool(orders.min() > np.log(high / low) * np.sign(low))
-    return far
+    if gap <= FAR * (high - low):
+        return False
+    if min(value * low, value * high) <= 0:  # of different signs
+        return True
+    orders = np.abs(np.log([value / low, value / high]))
+    return bool(orders.min() > np.log(high / low) * np.sign(low))

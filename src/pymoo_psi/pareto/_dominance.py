@@ -1,7 +1,7 @@
-"""Which designs are feasible, and which of them are Pareto optimal; which values are equal.
+"""Feasibility, dominance, and equality up to rounding.
 
-All objectives are minimised. They are computed in floating point, so that their values are right up
-to a few units in the last place only. Differences of that size say nothing about designs: they may
+All objectives are minimised. They are computed in floating point, so that their values are correct
+to a few units in the last place only. Differences of that size say nothing about designs: they must
 neither make a design Pareto optimal nor decide a rank.
 """
 
@@ -14,20 +14,23 @@ from pymoo_psi._validation import Received, invalid
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Levels = NDArray[np.intp]
 
-_FEW = 128  # rows that are compared with each other before moocore is imported, in 50 ms
+_WORST = np.iinfo(np.intp).max
+
+_FEW = 128  # up to here rows are compared in pairs: importing moocore takes 50 ms
 
 EQ_TOLERANCE = 1e-4
-"""pymoo's: an equality constraint is met where |h| <= 1e-4."""
+"""pymoo's tolerance: an equality constraint is met where |h| <= 1e-4."""
 
 
 def violated_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Mask:
-    """Return which constraints are violated; one that is NaN is.
+    """Return which constraints are violated; NaN violates a constraint.
 
     Args:
         G: ``(..., n_ieq)`` inequality constraints, met where g <= 0.
         H: ``(..., n_eq)`` equality constraints, met where |h| <= tolerance.
-        tolerance: Of equality constraints.
+        tolerance: Tolerance of equality constraints.
 
     Returns:
         ``(..., n_ieq + n_eq)`` mask, the inequalities first.
@@ -36,19 +39,19 @@ def violated_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) ->
 
 
 def meets_constraints(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Mask:
-    """``(...,)`` which designs meet every constraint; those without any do."""
+    """``(...,)`` which designs meet every constraint; without constraints all do."""
     return np.asarray(~violated_constraints(G, H, tolerance).any(axis=-1))
 
 
 def constraint_violation(G: Array, H: Array, tolerance: float = EQ_TOLERANCE) -> Array:
-    """``(n,)`` pymoo's measure: the sum of what ``(n, n_ieq)`` G and ``(n, n_eq)`` H exceed."""
-    return np.asarray(
-        np.maximum(G, 0).sum(axis=1) + np.maximum(np.abs(H) - tolerance, 0).sum(axis=1)
-    )
+    """``(n,)`` pymoo's measure: the sum by which ``(n, n_ieq)`` G and ``(n, n_eq)`` H exceed 0."""
+    inequalities = np.maximum(G, 0).sum(axis=1)
+    equalities = np.maximum(np.abs(H) - tolerance, 0).sum(axis=1)
+    return np.asarray(inequalities + equalities)
 
 
 def competes(F: Array, feasible: Mask) -> Mask:
-    """``(...,)`` which feasible designs have finite objectives, ``(..., m)`` F, too.
+    """``(...,)`` which designs are feasible and have finite objectives ``(..., m)`` F.
 
     Only these are compared with each other: the others are neither optimal nor dominated.
     """
@@ -78,16 +81,20 @@ def nondominated(F: Array) -> Mask:
         return np.zeros(0, dtype=bool)
     if not np.isfinite(F).all():  # moocore (0.3) gives wrong answers, or ends the process
         raise invalid("F", "finite", Received("NaN or infinity"))
-    F = settled(F)
-    if F.shape[1] == 1:  # moocore takes two objectives or more
+    F = without_rounding(F)
+    n, m = F.shape
+    if m == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
-    if len(F) <= _FEW:
+    if n <= _FEW:
         return _undominated(F)
     import moocore
 
-    # moocore (0.3) takes an eighth to a half less time for rows in the order it begins with.
-    order = np.argsort(F[:, 0 if F.shape[1] > 3 else -1])
-    mask = np.empty(len(F), dtype=bool)
+    # moocore (0.3) first sorts by this column: sorted rows save it an eighth to a half of the time.
+    column = F[:, -1]
+    if m > 3:
+        column = F[:, 0]
+    order = np.argsort(column)
+    mask = np.empty(n, dtype=bool)
     mask[order] = moocore.is_nondominated(F[order], keep_weakly=True)
     return mask
 
@@ -95,12 +102,13 @@ def nondominated(F: Array) -> Mask:
 def _undominated(F: Array) -> Mask:
     """Compare every row with every other; see `nondominated`."""
     columns = np.ascontiguousarray(F.T)  # rows next to each other: ten times faster
-    one, other = columns[:, :, None], columns[:, None, :]
-    dominates = (one <= other).all(axis=0) & (one < other).any(axis=0)
+    row = columns[:, :, None]
+    other = columns[:, None, :]
+    dominates = (row <= other).all(axis=0) & (row < other).any(axis=0)
     return np.asarray(~dominates.any(axis=0))
 
 
-def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp], other: NDArray[np.intp]) -> Mask:
+def nondominated_pair(a: Levels, b: Levels, other: Levels) -> Mask:
     """Mark the points (a_i, b_i) that no other point dominates, in O(n).
 
     Args:
@@ -112,50 +120,57 @@ def nondominated_pair(a: NDArray[np.intp], b: NDArray[np.intp], other: NDArray[n
     Returns:
         ``(n,)`` mask.
     """
-    # The best b for each level of a; a point stays if it has that b and every smaller a is worse.
-    best, least = (np.full(a.max() + 1, np.iinfo(np.intp).max) for _ in range(2))
-    np.minimum.at(best, a, b)
-    best_before = np.concatenate(([np.iinfo(np.intp).max], np.minimum.accumulate(best)[:-1]))
+    # A point stays if its b is the best for its a, and better than for every smaller a.
+    best = _least_by_level(a, b, a.max() + 1)
+    best_before = np.append(_WORST, np.minimum.accumulate(best)[:-1])
     mask: Mask = (b == best[a]) & (b < best_before[a])
-    np.minimum.at(least, a[mask], other[mask])
+    least = _least_by_level(a[mask], other[mask], len(best))
     mask &= other == least[a]
     return mask
+
+
+def _least_by_level(levels: Levels, values: Levels, count: int) -> Levels:
+    """Return ``(count,)`` the least value at each level; `_WORST` where there is none."""
+    least = np.full(count, _WORST)
+    np.minimum.at(least, levels, values)
+    return least
 
 
 NOISE = 64 * float(np.finfo(np.float64).eps)
 """Two values of an objective that differ by no more than this share of their size are equal.
 
-A value that comes out of k roundings is wrong by up to k/2 eps, and by about sqrt(k)/2 eps if they
-are independent: 64 eps, 1.4e-14 of the value, allows for sums of a hundred terms at the worst and
-of thousands as a rule. The size is that of the values themselves, not of the column, so that one
-design with a penalty of 1e20 does not make all others equal. Noise around zero has no size to be
-compared with, and counts.
+The error of a value after k roundings is at most k/2 eps, and about sqrt(k)/2 eps if they are
+independent: 64 eps, 1.4e-14 of the value, allows for sums of a hundred terms in the worst case and
+typically of thousands. The size is that of the values themselves, not of the column, so that one
+design with a penalty of 1e20 does not make all others equal. Noise around zero has no size to
+compare it with, and counts as a difference.
 """
 
 LAST_PLACES = 8 * float(np.finfo(np.float64).eps)
-"""What an objective adds to the rounding error of a distance, as a share of its size.
+"""The contribution of an objective to the rounding error of a distance, as a share of its size.
 
-Two values, each right to a few units in the last place, and the operations on them. An objective
-whose range is above ``NOISE`` keeps so at least three bits of its differences.
+It allows for two values, each correct to a few units in the last place, and the operations on them.
+An objective whose range is above ``NOISE`` thus keeps at least three bits of its differences.
 """
 
 
 def unit_lengths(low: Array, high: Array) -> Array:
-    """Return what differences are divided by to be measured in units of a range.
+    """Return the lengths of ranges, by which differences are divided.
 
-    The one rule for a range of zero: a quantity that is constant up to rounding tells no design
-    from another and counts for nothing, whatever is measured in it; its unit is infinite.
+    The one rule for a range of zero: a quantity that is constant up to rounding does not
+    distinguish designs and has no weight; its length is infinite.
 
     Args:
         low: ``(m,)`` least values.
         high: ``(m,)`` greatest values.
     """
-    length = high - low
-    return np.where(length > NOISE * np.maximum(np.abs(low), np.abs(high)), length, np.inf)
+    lengths = high - low
+    noise = NOISE * np.maximum(np.abs(low), np.abs(high))
+    return np.where(lengths > noise, lengths, np.inf)
 
 
-def settled(F: Array) -> Array:
-    """Return values in which those that are equal up to rounding are the same number.
+def without_rounding(F: Array) -> Array:
+    """Return the values, with the same number for those that are equal up to rounding.
 
     Args:
         F: ``(n, m)`` finite values. In each column the values that differ from the least of
@@ -168,33 +183,36 @@ def settled(F: Array) -> Array:
     for j, column in enumerate(F.T):
         ordered = np.sort(column)
         starts = _starts(ordered, NOISE * np.abs(ordered))
-        if not np.any(~starts[1:] & (ordered[1:] > ordered[:-1])):
+        differs = ordered[1:] > ordered[:-1]
+        if not np.any(differs & ~starts[1:]):
             continue
-        result = F.copy() if result is F else result
+        if result is F:
+            result = F.copy()
         least = ordered[starts]
         result[:, j] = least[np.searchsorted(least, column, side="right") - 1]
     return result
 
 
-def levels(values: Array, tolerance: float) -> NDArray[np.intp]:
+def levels(values: Array, tolerance: float) -> Levels:
     """Number the distinct values of an array from 0 upwards; those within a tolerance are one.
 
     Args:
         values: ``(n,)`` finite values, n >= 1.
         tolerance: Values get the same number if they differ by no more than this from the least
-            one with that number, so that a long chain of close values is not taken for one.
+            one with that number, so that a long chain of close values is not one value.
 
     Returns:
         ``(n,)`` integers in the order of the values.
     """
     order = np.argsort(values, kind="stable")
+    starts = _starts(values[order], tolerance)
     numbers = np.empty(len(values), dtype=np.intp)
-    numbers[order] = np.cumsum(_starts(values[order], tolerance)) - 1
+    numbers[order] = np.cumsum(starts) - 1
     return numbers
 
 
-def _starts(ordered: Array, tolerance: Array | float) -> NDArray[np.bool_]:
-    """Mark where a group of values begins that are within a tolerance of its least one.
+def _starts(ordered: Array, tolerance: Array | float) -> Mask:
+    """Mark the first value of each group: the values within a tolerance of its least one.
 
     Args:
         ordered: ``(n,)`` increasing values, n >= 1.
@@ -204,7 +222,7 @@ def _starts(ordered: Array, tolerance: Array | float) -> NDArray[np.bool_]:
         reach = ordered + tolerance
     starts = np.append(True, ordered[1:] > reach[:-1])
     # A gap always begins a group. Between two gaps there may be a chain, each value close to the
-    # next but the last far from the first, which is cut where the group's reach ends.
+    # next but the last far from the first. It is cut where the reach of its first value ends.
     first = np.flatnonzero(starts)
     last = np.append(first[1:], len(ordered)) - 1
     if (ordered[last] > reach[first]).any():

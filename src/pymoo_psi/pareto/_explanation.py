@@ -1,4 +1,4 @@
-"""Why a design: how far it is from the best, and what others would give and take.
+"""Why a design: how far it is from the best, and what others would gain and lose.
 
 Everything is measured against the Pareto set: the best and the worst value of an objective are
 those of the Pareto-optimal designs, and their difference is its range. The step from a design that
@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import collection, counted, integer, invalid
-from pymoo_psi.pareto._dominance import settled, unit_lengths
-from pymoo_psi.pareto._ranking import EfficiencyRanking, ranking_from
+from pymoo_psi.pareto._dominance import unit_lengths, without_rounding
+from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, ranking_from
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
 
 Array = NDArray[np.float64]
@@ -33,15 +33,16 @@ _STEP = 0.01
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DesignComparison:
-    """What k designs give and take against the first of them.
+    """The gains and losses of k designs compared with the first of them.
 
     Attributes:
         ranking: The ranking of all n designs, with their objectives, names and labels.
-        rows: ``(k,)`` which designs are compared; the others with the first.
+        rows: ``(k,)`` the rows of the designs in the ranking; the others are compared with the
+            first.
         units: Units of objectives by name.
         gains: ``(k, m)`` by how much each design is better than the first, in the units of the
             objectives; below 0 where it is worse, 0 where both are equal up to rounding. More is
-            better here for each objective, whether it is minimised or maximised.
+            better for each objective, whether it is minimised or maximised.
         shares: ``(k, m)`` the gains as shares of the ranges of the Pareto set; NaN where a design
             differs in an objective in which all Pareto-optimal designs are equal.
 
@@ -71,10 +72,12 @@ class DesignComparison:
             (25 %).',)
         """
         first, *others = (self.ranking.name_of(row) for row in self.rows)
-        return tuple(
-            sentence("against", design=capital(name), other=first, difference=self.difference(k))
-            for k, name in enumerate(others, start=1)
-        )
+        sentences = []
+        for k, name in enumerate(others, start=1):
+            difference = self.difference(k)
+            text = sentence("against", design=capital(name), other=first, difference=difference)
+            sentences.append(text)
+        return tuple(sentences)
 
     def difference(self, k: int) -> str:
         """Return where the k-th design compared is better than the first, and where worse.
@@ -83,13 +86,18 @@ class DesignComparison:
             >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0]).difference(1)
             'better in f1 by 1 (25 % of its range); worse in f2 by 5 (62 %)'
         """
-        gains, sizes = np.abs(self.gains[k]), np.abs(self.shares[k])
+        gains = self.gains[k]
+        shares = np.abs(self.shares[k])
         # The largest first, NaN last; those that are equal up to rounding as they are.
-        order = np.argsort(-np.round(sizes / _TIE), kind="stable")
-        better, worse = order[self.gains[k][order] > 0], order[self.gains[k][order] < 0]
-        changes = self.changes(gains, sizes, [*better, *worse])
-        sides = (("better", changes[: len(better)]), ("worse", changes[len(better) :]))
-        parts = [sentence(side, changes=", ".join(found)) for side, found in sides if found]
+        order = np.argsort(-np.round(shares / _TIE), kind="stable")
+        better = order[gains[order] > 0]
+        worse = order[gains[order] < 0]
+        changes = self.changes(np.abs(gains), shares, [*better, *worse])
+        parts = []
+        if len(better):
+            parts.append(sentence("better", changes=", ".join(changes[: len(better)])))
+        if len(worse):
+            parts.append(sentence("worse", changes=", ".join(changes[len(better) :])))
         return "; ".join(parts) or sentence("equal")
 
     def changes(self, sizes: Array, shares: Array, columns: Iterable[int]) -> list[str]:
@@ -102,10 +110,13 @@ class DesignComparison:
         """
         texts: list[str] = []
         for j in columns:
-            name, known = self.ranking.objectives.names[j], "change" if texts else "first change"
-            amount, share = f"{number(sizes[j])} {self.units.get(name, '')}".strip(), shares[j]
-            template = "bare change" if np.isnan(share) else known
-            texts.append(sentence(template, objective=name, amount=amount, share=percent(share)))
+            name = self.ranking.objectives.names[j]
+            amount = f"{number(sizes[j])} {self.units.get(name, '')}".strip()
+            template = "change" if texts else "first change"
+            if np.isnan(shares[j]):
+                template = "bare change"
+            share = percent(shares[j])
+            texts.append(sentence(template, objective=name, amount=amount, share=share))
         return texts
 
 
@@ -115,20 +126,21 @@ class Explanation:
 
     Attributes:
         ranking: The ranking of all n designs, with their objectives, names and labels.
-        row: The design.
+        row: The row of the design in the ranking.
         behind: ``(m,)`` how far it is from the best value of each objective among the
             Pareto-optimal designs, in the unit of the objective, >= 0.
         shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 the worst of the Pareto
             set, more only for a dominated design. 0 in an objective that is equal for all, NaN if
             a dominated design differs in it.
-        neighbours: ``(m,)`` for each objective, of the Pareto-optimal designs that are better in it
-            by 1 % of its range or, if there is none, better at all, the one whose greatest loss in
-            another objective, in units of the ranges, is the least; of those that tie the nearest,
-            then the one that gains most; -1 where none is better.
-        steps: The neighbours against the design: gains, and what they cost. The design itself
-            stands first, then the neighbours, each once, in the order of the objectives.
-        dominated_by: The nearest Pareto-optimal design that is nowhere worse and somewhere better;
-            -1 if there is none, because the design is Pareto optimal itself.
+        neighbours: ``(m,)`` for each objective the row of the Pareto-optimal design that gives up
+            least: of the designs that are better in it by 1 % of its range or, if there is none,
+            better at all, the one whose greatest loss in another objective, in units of the ranges,
+            is the least; of those that tie the nearest, then the one that gains most; -1 where none
+            is better.
+        steps: The neighbours compared with the design: their gains and losses. The design itself
+            is first, then the neighbours, each once, in the order of the objectives.
+        dominated_by: The row of the nearest Pareto-optimal design that is nowhere worse and
+            somewhere better; -1 if the design is Pareto optimal itself.
 
     Example:
         >>> why = explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1)
@@ -180,90 +192,115 @@ class Explanation:
             Towards f1 design 0 gives up least: better in f1 by 1 (25 % of its range); worse in f2
             by 5 (62 %).
         """
-        names = self.ranking.objectives.names
         # By share, and NaN, which compares with nothing, first.
         order = np.lexsort((-np.round(np.nan_to_num(self.shares) / _TIE), ~np.isnan(self.shares)))
-        neighbours, rows = self.neighbours[order].tolist(), self.steps.rows.tolist()
-        steps = [
-            sentence(  # one for a neighbour towards several objectives
-                "step",
-                objectives=listed([names[j] for j in order if self.neighbours[j] == row]),
-                design=self.ranking.name_of(row),
-                difference=self.steps.difference(rows.index(row)),
-            )
-            for row in dict.fromkeys(neighbours)
-            if row >= 0
-        ]
-        return (self._standing(), self._distances(order[self.behind[order] > 0]), *steps)
+        distances = self._distances(order[self.behind[order] > 0])
+        return (self._standing(), distances, *self._step_sentences(order))
 
     def _standing(self) -> str:
         """Return what the design is among the others."""
-        ranking, optima, other = self.ranking, self.ranking.salukvadze, self.dominated_by
-        design, n = capital(ranking.name_of(self.row)), int(ranking.pareto.sum())
-        if other >= 0:
-            pair = _compared(ranking, [self.row, other], self.steps.units)
-            names = {"design": design, "other": ranking.name_of(other)}
-            return sentence("dominated", **names, difference=pair.difference(1))
-        kind = "ranked" if self.row not in optima else "optima" if len(optima) > 1 else "optimum"
-        front, rank = counted(n, "Pareto-optimal design"), ranking.rank[self.row]
-        kind = "single" if n == 1 else kind
-        return sentence(kind, design=design, front=front, rank=rank, count=len(optima))
+        ranking = self.ranking
+        design = capital(ranking.name_of(self.row))
+        if self.dominated_by >= 0:
+            pair = _compared(ranking, [self.row, self.dominated_by], self.steps.units)
+            other = ranking.name_of(self.dominated_by)
+            difference = pair.difference(1)
+            return sentence("dominated", design=design, other=other, difference=difference)
+        n_optimal = int(ranking.pareto.sum())
+        n_optima = len(ranking.salukvadze)
+        if n_optimal == 1:
+            kind = "single"
+        elif self.row not in ranking.salukvadze:
+            kind = "ranked"
+        elif n_optima > 1:
+            kind = "optima"
+        else:
+            kind = "optimum"
+        front = counted(n_optimal, "Pareto-optimal design")
+        rank = ranking.rank[self.row]
+        return sentence(kind, design=design, front=front, rank=rank, count=n_optima)
 
     def _distances(self, columns: Rows) -> str:
-        """Return how far the design is from the best, where it is not the best itself."""
-        names, frame = self.ranking.objectives.names, self.ranking.frame
+        """Return how far the design is from the best, in the objectives where it is behind."""
         if not len(columns):
             return sentence("all best")
         changes = self.steps.changes(self.behind, self.shares, columns)
         parts = [sentence("behind", changes=", ".join(changes))]
         if len(changes) > 1 and self.weakest:
             parts.append(sentence("weakest", objectives=listed(self.weakest)))
+        frame = self.ranking.frame
         varying = np.isfinite(unit_lengths(frame.ideal, frame.nadir))
-        if best := [names[j] for j in np.flatnonzero(varying & (self.behind == 0))]:
-            parts.append(sentence("best", objectives=listed(best)))
+        best = np.flatnonzero(varying & (self.behind == 0))
+        if len(best):
+            names = [self.ranking.objectives.names[j] for j in best]
+            parts.append(sentence("best", objectives=listed(names)))
         return "; ".join(parts) + "."
+
+    def _step_sentences(self, order: Rows) -> list[str]:
+        """Return one sentence for each neighbour, objectives that share it together.
+
+        Args:
+            order: ``(m,)`` the objectives in the order of the sentences.
+        """
+        names = self.ranking.objectives.names
+        rows = self.steps.rows.tolist()
+        sentences = []
+        for row in dict.fromkeys(self.neighbours[order].tolist()):
+            if row < 0:
+                continue
+            shared = [names[j] for j in order if self.neighbours[j] == row]
+            objectives = listed(shared)
+            design = self.ranking.name_of(row)
+            difference = self.steps.difference(rows.index(row))
+            text = sentence("step", objectives=objectives, design=design, difference=difference)
+            sentences.append(text)
+        return sentences
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far
 def explain(
     F: Any,
-    i: int | str,
+    design: int | str | None = None,
     *,
+    row: int | None = None,
     normalize: bool = True,
     maximize: Collection[Any] = (),
     units: Mapping[Any, str] | None = None,
 ) -> Explanation:
-    """Say why a design: how far it is from the best, and what improving an objective costs.
+    """Explain a design: how far it is from the best, and what improving an objective costs.
 
-    The range of an objective is that of the Pareto-optimal rows, from the best to the worst value.
-    Towards an objective, of the Pareto-optimal rows that are better in it by 1 % of its range or
-    more (if there is none, better at all), that one is named that gives up least: its greatest loss
-    in another objective, in units of the ranges, is the least. Of rows that tie it is the nearest,
-    in the Euclidean distance in these units. Values that are equal up to rounding are equal.
+    The range of an objective is that of the Pareto-optimal designs, from the best to the worst
+    value. Towards an objective, of the Pareto-optimal designs that are better in it by 1 % of its
+    range or more (if there is none, better at all), the explanation names the one that gives up
+    least: its greatest loss in another objective, in units of the ranges, is the least. Of designs
+    that tie it is the nearest, in the Euclidean distance in these units. Values that are equal up
+    to rounding are equal.
 
     Args:
-        F: ``(n, m)`` objective values, an array or a data frame, whose names and labels are used;
-            or a ranking, which has its own ``normalize`` and ``maximize``; or anything else that
-            :func:`pymoo_psi.rank_of_efficiency` takes. Of a test table the rows are its feasible
-            designs, its ``names`` their labels; its method ``explain`` goes by test point.
-        i: The row of the design, from 0; or its label if that is a text. An integer is always a
-            row, whatever the labels are.
-        normalize: Of the rank in the sentences, as for
-            :func:`pymoo_psi.rank_of_efficiency`; distances here are always in units of the ranges.
+        F: A test table, of which the feasible designs count; ``(n, m)`` objective values, an array
+            or a data frame, whose names and labels are used; a ranking, which has its own
+            ``normalize`` and ``maximize``; or anything else that
+            :func:`pymoo_psi.rank_of_efficiency` takes.
+        design: The design, the Salukvadze optimum by default: the number of its test or its label,
+            for an array its row from 0. A data frame whose labels are 0, 1, … is like an array;
+            other labels that are integers are given as texts, since ``3`` may be a label or a row.
+        row: The row of the design in ``F``, from 0, instead of ``design``.
+        normalize: Affects the rank in the sentences, as for :func:`pymoo_psi.rank_of_efficiency`;
+            distances here are always in units of the ranges.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
-        units: Units by name, for the sentences; a test table's own unless given.
+        units: Units by name, for the sentences; by default those of a test table.
 
     Returns:
         Numbers and sentences (``print`` it).
 
     Raises:
-        ArgumentValueError: ``F`` or ``maximize`` does not fit, or there is no such row.
-        ArgumentTypeError: ``F`` does not hold real numbers; ``i`` is no integer.
+        ArgumentValueError: ``F`` or ``maximize`` does not fit, or there is no such design.
+        ArgumentTypeError: ``F`` does not hold real numbers; ``design`` is no integer or text.
 
     Example:
         >>> import pandas as pd
         >>> F = pd.DataFrame({"cost": [1, 2, 5], "yield": [10, 30, 40]}, index=["A", "B", "C"])
-        >>> print(explain(F, 1, maximize=["yield"], units={"cost": "€"}))
+        >>> print(explain(F, "B", maximize=["yield"], units={"cost": "€"}))
         B is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
         ideal point.
         Behind the best in yield by 10 (33 % of its range), cost by 1 € (25 %); weakest
@@ -274,51 +311,53 @@ def explain(
         in yield by 20 (67 %).
     """
     ranking = ranking_from(F, normalize, maximize)
-    row = _row("i", i, ranking)
+    if row is not None:
+        if design is not None:
+            raise invalid("design", "left out where row is given", design)
+        row = _place_of_row("row", row, F, ranking)
+    elif design is not None:
+        row = _place_of_design(design, F, ranking)
+    else:
+        row = int(ranking.salukvadze[0])
+
     front, values, (own,), lengths = _measured(ranking, [row])
-    behind, steps = own - values.min(axis=0), (values - own) / lengths
-    distance = np.sqrt((steps**2).sum(axis=1))
-    distance[np.isnan(distance)] = np.inf
-    loss = np.fmax(steps, 0).max(axis=1)
-
-    def giving_up_least(rows: Rows, tie: float) -> Rows:
-        """The nearest of those that give up least, all of them if several tie."""
-        rows = rows[loss[rows] <= loss[rows].min() + tie]
-        return np.asarray(rows[distance[rows] <= distance[rows].min() * (1 + _TIE)])
-
+    behind = own - values.min(axis=0)
+    losses, distances = _losses(own, values, lengths)
     neighbours = np.full(len(own), -1, dtype=np.intp)
     for j in range(len(own)):
-        gain = own[j] - values[:, j]
-        clearly = (gain > 0) & (gain >= _STEP * lengths[j])  # of tiny ranges that is 0
-        if (gain > 0).any():
-            rows = giving_up_least(np.flatnonzero(clearly if clearly.any() else gain > 0), _TIE)
-            neighbours[j] = front[rows[values[rows, j].argmin()]]
+        candidates = _better(own[j] - values[:, j], lengths[j])
+        if len(candidates):
+            candidates = _least(candidates, losses, distances, _TIE)
+            neighbours[j] = front[candidates[values[candidates, j].argmin()]]
     dominated_by = -1
     if not ranking.pareto[row]:
-        # The least loss, not none: a value in a chain of close ones may be settled otherwise
+        # The least loss need not be 0: a value in a chain of close ones may be in another group
         # here than among all designs, where the dominance was found.
-        dominated_by = int(front[giving_up_least(np.arange(len(front)), 0.0)[0]])
+        nearest = _least(np.arange(len(front)), losses, distances, 0.0)
+        dominated_by = int(front[nearest[0]])
     others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
-    comparison = _compared(ranking, [row, *others], _units(F, units, ranking))
+    steps = _compared(ranking, [row, *others], _units(F, units, ranking))
     shares = _shares(behind, lengths)
-    return Explanation(ranking, row, behind, shares, neighbours, comparison, dominated_by)
+    return Explanation(ranking, row, behind, shares, neighbours, steps, dominated_by)
 
 
 def compare_designs(
     F: Any,
-    rows: Sequence[int | str],
+    designs: Sequence[int | str] | None = None,
     *,
+    rows: Sequence[int] | None = None,
     normalize: bool = True,
     maximize: Collection[Any] = (),
     units: Mapping[Any, str] | None = None,
 ) -> DesignComparison:
-    """Say what designs give and take against the first of them.
+    """Compare designs with the first of them: gains and losses.
 
     Args:
-        F: ``(n, m)`` objective values, as for :func:`explain`; the ranges are those of its
-            Pareto-optimal rows.
-        rows: Two rows or more, as for :func:`explain`; the others are compared with the first.
-        normalize: Of the ranking that the result carries.
+        F: A test table, objective values or a ranking, as for :func:`explain`; the ranges are those
+            of its Pareto-optimal designs.
+        designs: Two designs or more, each as for :func:`explain`.
+        rows: The rows of the designs in ``F``, from 0, instead of ``designs``.
+        normalize: Affects the ranking in the result.
         maximize: As for :func:`explain`.
         units: As for :func:`explain`.
 
@@ -327,9 +366,9 @@ def compare_designs(
         ``pd.DataFrame(comparison.gains, labels, names)``.
 
     Raises:
-        ArgumentValueError: ``F`` or ``maximize`` does not fit, there is no such row, or
+        ArgumentValueError: ``F`` or ``maximize`` does not fit, there is no such design, or
             there are fewer than two.
-        ArgumentTypeError: ``F`` does not hold real numbers; ``rows`` is no list of integers.
+        ArgumentTypeError: ``F`` does not hold real numbers; ``designs`` or ``rows`` is no list.
 
     Example:
         >>> print(compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [1, 0, 2]))
@@ -338,11 +377,16 @@ def compare_designs(
         Design 2 against design 1: better in f2 by 3 (38 % of its range); worse in f1 by
         3 (75 %).
     """
-    if len(collection("rows", rows, "a list of rows of F")) < 2:
-        raise invalid("rows", "two rows or more", list(rows))
     ranking = ranking_from(F, normalize, maximize)
-    at = [_row("rows", row, ranking) for row in rows]
-    return _compared(ranking, at, _units(F, units, ranking))
+    if rows is None:
+        entries = _two_or_more("designs", designs)
+        places = [_place_of_design(design, F, ranking) for design in entries]
+    elif designs is None:
+        entries = _two_or_more("rows", rows)
+        places = [_place_of_row("rows", row, F, ranking) for row in entries]
+    else:
+        raise invalid("designs", "left out where rows are given", designs)
+    return _compared(ranking, places, _units(F, units, ranking))
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -350,8 +394,8 @@ def _compared(
     ranking: EfficiencyRanking, rows: Sequence[int], units: Mapping[Any, str]
 ) -> DesignComparison:
     """Return the comparison of one design or more with the first."""
-    _, _, own, lengths = _measured(ranking, rows)
-    gains = own[0] - own + 0.0  # no -0.0
+    _, _, values, lengths = _measured(ranking, rows)
+    gains = values[0] - values + 0.0  # no -0.0
     shares = _shares(gains, lengths)
     return DesignComparison(ranking, np.array(rows, dtype=np.intp), units, gains, shares)
 
@@ -359,35 +403,67 @@ def _compared(
 def alternative(
     ranking: EfficiencyRanking, chosen: Rows, row: int, units: Mapping[Any, str]
 ) -> str:
-    """Return what a selector chooses, and what that gives and takes against a design.
+    """Return the choice of a selector, and its gains and losses compared with a design.
 
     Args:
-        ranking: Of all designs.
+        ranking: The ranking of all designs.
         chosen: The rows that the selector chooses, of which the first is described; may be empty.
         row: The design, in most cases the optimum.
         units: Units of objectives by name.
     """
     if not len(chosen):
         return "no design stands out."
-    first, own = int(chosen[0]), ranking.name_of(row)
-    text = f"{own}, the optimum itself." if row in ranking.salukvadze else f"{own}."
+    first = int(chosen[0])
+    name = ranking.name_of(row)
     if row not in chosen:
         difference = _compared(ranking, [row, first], units).difference(1)
-        text = sentence("against", design=ranking.name_of(first), other=own, difference=difference)
-    return text + (f" It is the first of {len(chosen)} that are chosen." if len(chosen) > 1 else "")
+        design = ranking.name_of(first)
+        text = sentence("against", design=design, other=name, difference=difference)
+    elif row in ranking.salukvadze:
+        text = f"{name}, the optimum itself."
+    else:
+        text = f"{name}."
+    if len(chosen) > 1:
+        text += f" It is the first of {len(chosen)} that are chosen."
+    return text
 
 
 def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Array, Array, Array]:
-    """Return the Pareto-optimal rows, their values, those of ``rows``, and the ranges.
+    """Return the Pareto set and some designs, minimised; equal up to rounding is the same number.
 
-    All are minimised, and values that are equal up to rounding are the same number. The range of
-    an objective that is constant is infinite.
+    Returns:
+        ``(k,)`` rows of the Pareto-optimal designs, ``(k, m)`` their values, ``(d, m)`` those of
+        the designs, and ``(m,)`` the ranges of the objectives, infinite for one that is constant.
     """
-    front, objectives = np.flatnonzero(ranking.pareto), ranking.objectives
-    wanted = np.concatenate([front, np.array(rows, dtype=np.intp)])
-    together = settled(objectives.values[wanted] * objectives.sign)
+    front = np.flatnonzero(ranking.pareto)
+    objectives = ranking.objectives
+    every = np.concatenate([front, np.array(rows, dtype=np.intp)])
+    values = without_rounding(objectives.values[every] * objectives.sign)
     lengths = unit_lengths(ranking.frame.ideal, ranking.frame.nadir)
-    return front, together[: len(front)], together[len(front) :], lengths
+    return front, values[: len(front)], values[len(front) :], lengths
+
+
+def _losses(own: Array, values: Array, lengths: Array) -> tuple[Array, Array]:
+    """Return the ``(k,)`` greatest losses from a design to others, and the distances to them."""
+    steps = (values - own) / lengths
+    distances = np.sqrt((steps**2).sum(axis=1))
+    distances[np.isnan(distances)] = np.inf
+    return np.fmax(steps, 0).max(axis=1), distances
+
+
+def _better(gains: Array, length: float) -> Rows:
+    """Return the rows that are better by a step or more, or if there is none, better at all."""
+    better = gains > 0
+    clearly = better & (gains >= _STEP * length)  # a step of a tiny range is 0
+    if clearly.any():
+        return np.flatnonzero(clearly)
+    return np.flatnonzero(better)
+
+
+def _least(rows: Rows, losses: Array, distances: Array, tie: float) -> Rows:
+    """Return the nearest of the rows that give up least, all of them if several tie."""
+    rows = rows[losses[rows] <= losses[rows].min() + tie]
+    return np.asarray(rows[distances[rows] <= distances[rows].min() * (1 + _TIE)])
 
 
 def _shares(differences: Array, lengths: Array) -> Array:
@@ -398,23 +474,42 @@ def _shares(differences: Array, lengths: Array) -> Array:
 def _units(
     F: Any, units: Mapping[Any, str] | None, ranking: EfficiencyRanking
 ) -> Mapping[Any, str]:
-    """Return the units that are given, or those of a test table, of all its columns."""
+    """Return the units that are given, or those of all columns of a test table."""
     if units is None:
-        return getattr(getattr(F, "layout", None), "units", {})
+        layout = getattr(F, "layout", None)
+        return getattr(layout, "units", {})
     names = ranking.objectives.names
-    if unknown := [name for name in units if name not in names]:
+    unknown = [name for name in units if name not in names]
+    if unknown:
         raise invalid("units", f"of objectives among {', '.join(map(str, names))}", unknown[0])
     return units
 
 
-def _row(name: str, value: Any, ranking: EfficiencyRanking) -> int:
-    """Return the row of a design that is given by its row or its label."""
-    labels = list(ranking.objectives.labels)
-    if isinstance(value, str):  # an integer is always a row, whatever the labels are
-        if labels.count(value) != 1:
-            raise invalid(name, "a row of F from 0, or the label of just one row", value)
-        return labels.index(value)
-    row = integer(name, value, minimum=0)
-    if row >= len(labels):
-        raise invalid(name, f"a row of F, 0 to {len(labels) - 1}", row)
-    return row
+def _two_or_more(name: str, entries: Any) -> list[Any]:
+    """Return a list of designs or rows, which must have two entries to be compared."""
+    entries = collection(name, entries, f"a list of {name}")
+    if len(entries) < 2:
+        raise invalid(name, f"two {name} or more", list(entries))
+    return list(entries)
+
+
+def _place_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int:
+    """Return the row in the ranking of a design that is given by its label or its number."""
+    if not is_table(F):
+        return ranking.row_of(design)
+    places = np.flatnonzero(ranking.rows == F.row_of(design))
+    if not len(places):
+        raise invalid("design", "a feasible design", design)
+    return int(places[0])
+
+
+def _place_of_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
+    """Return the row in the ranking of a row of F; of a table only the feasible rows are ranked."""
+    row = integer(name, row, minimum=0)
+    rows = np.arange(len(ranking.rows))
+    if is_table(F):
+        rows = ranking.rows
+    places = np.flatnonzero(rows == row)
+    if not len(places):
+        raise invalid(name, f"a row of F that is ranked, at most {rows.max()}", row)
+    return int(places[0])

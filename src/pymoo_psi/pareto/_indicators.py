@@ -1,12 +1,12 @@
-"""How well a set of points stands for a Pareto front, and which points stand for many.
+"""Quality indicators of a set of points, and representatives of a Pareto set.
 
 All objectives are minimised. IGD+ (Ishibuchi et al. 2015), the additive epsilon indicator (Zitzler
-et al. 2003) and the numbers of fronts are moocore's own functions.
+et al. 2003) and the ranks of nondominated sorting are moocore's own functions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,9 +24,12 @@ from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
-# Points by objectives of which moocore (0.3) finds the volume in half a second on a slow machine.
+# By number of objectives, the number of points whose volume moocore (0.3) computes within half a
+# second on a slow machine.
 _EXACT = (0, *[10**6] * 4, 7000, 600, 190, 95, 60, 44, 36, 25, 20, 17, 15, 13)
-_TIE = 1e-12  # squares of distances that differ by less, relatively, differ by rounding only
+_TIE = 1e-12  # squared distances with a smaller relative difference are equal up to rounding
+_SHIFTS = 16
+_PROBES = 2**11  # points of each shift
 
 
 def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
@@ -34,53 +37,69 @@ def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
 
     It is exact, its error 0, where that takes about a second at most (Zitzler and Thiele 1998): up
     to four objectives for any set, and with eight for 95 points, as the time grows with a power of
-    their number about as high as that of the objectives. Beyond, it is the share of 2^15 LPτ points
-    that are dominated, in 16 shifts of 2^11 points modulo 1 (Cranley and Patterson 1976), which are
-    the same for all sets.
+    the number of points about as high as the number of objectives. Beyond, it is the share of 2^15
+    LPτ points that are dominated, in 16 shifts of 2^11 points modulo 1 (Cranley and Patterson
+    1976), which are the same for all sets.
 
     Args:
-        F: ``(n, m)`` points, n >= 0; those not below the reference point count for nothing.
-        reference_point: r > 0; the cube reaches from 0 to r in every objective. A point below 0
-            counts as one at 0.
+        F: ``(n, m)`` points, n >= 0; only those below the reference point count.
+        reference_point: r > 0; the cube is 0 to r in every objective. A point below 0 counts as
+            one at 0.
     """
-    points = np.maximum(F[(reference_point > F).all(axis=1)], 0.0) / reference_point
+    inside = (reference_point > F).all(axis=1)
+    points = np.maximum(F[inside], 0.0) / reference_point
     n, m = points.shape
     if n == 0:
         return 0.0, 0.0
     if m < len(_EXACT) and n <= _EXACT[m]:
         return float(moocore.hypervolume(points, ref=1.0)), 0.0
     low = points.min(axis=0)  # nothing is dominated below
-    probes, shares = lp_tau(2**11, m) if m <= MAX_DIMENSIONS else None, []
+    shares = []
+    for probes in _shifted_probes(m):
+        places = low + (1 - low) * probes
+        shares.append(_dominated_share(places, points))
+    volumes = np.array(shares) * np.prod(1 - low)
+    return float(volumes.mean()), float(volumes.std(ddof=1) / np.sqrt(_SHIFTS))
+
+
+def _shifted_probes(m: int) -> Iterator[Array]:
+    """Yield the points of each shift, in the unit cube of m dimensions."""
     rng = np.random.default_rng(0)
-    for shift in rng.random((16, m)):
-        places = rng.random((2**11, m)) if probes is None else (probes + shift) % 1
-        places = low + (1 - low) * places
-        dominated = np.zeros(len(places), dtype=bool)
-        for point in points:
-            dominated[~dominated] = (point <= places[~dominated]).all(axis=1)
-        shares.append(dominated.mean())
-    shares = np.array(shares) * np.prod(1 - low)
-    return float(shares.mean()), float(shares.std(ddof=1) / 4)
+    shifts = rng.random((_SHIFTS, m))
+    if m > MAX_DIMENSIONS:
+        for _ in shifts:
+            yield rng.random((_PROBES, m))
+        return
+    probes = lp_tau(_PROBES, m)
+    for shift in shifts:
+        yield (probes + shift) % 1
 
 
-def spread_subset(F: Array, size: int) -> NDArray[np.intp]:
+def _dominated_share(places: Array, points: Array) -> float:
+    """Return the share of places that a point dominates."""
+    free = places
+    for point in points:
+        free = free[~(point <= free).all(axis=1)]
+    return 1 - len(free) / len(places)
+
+
+def spread_subset(F: Array, size: int) -> Rows:
     """Return the indices of points that cover a set evenly, the best of each objective among them.
 
     After the best points of the objectives, farthest first: see :func:`farthest_first`.
 
     Args:
         F: ``(n, m)`` points, in units in which distances have a meaning.
-        size: How many points, at least m; all, if there are no more.
+        size: Number of points, at least m; all points if there are no more.
     """
     if len(F) <= size:
         return np.arange(len(F))
-    chosen, _, _ = farthest_first(F, list(dict.fromkeys(F.argmin(axis=0).tolist())), size)
+    best = list(dict.fromkeys(F.argmin(axis=0).tolist()))
+    chosen, _, _ = farthest_first(F, best, size)
     return chosen
 
 
-def farthest_first(
-    F: Array, start: list[int], size: int
-) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+def farthest_first(F: Array, start: list[int], size: int) -> tuple[Rows, Rows, Array]:
     """Choose points that cover a set: always the one farthest from those chosen (Gonzalez 1985).
 
     With one point to start from, no point of the set is farther from the nearest chosen one than
@@ -89,7 +108,7 @@ def farthest_first(
     Args:
         F: ``(n, m)`` points, in units in which distances have a meaning.
         start: The points that are chosen first, one or more.
-        size: How many points, ``len(start)`` to n.
+        size: Number of points, ``len(start)`` to n.
 
     Returns:
         ``(size,)`` their indices; ``(n,)`` which of them, 0 to ``size - 1``, is the nearest to each
@@ -97,30 +116,30 @@ def farthest_first(
     """
     chosen = list(start)
     columns = np.ascontiguousarray(F.T)
-    far, owner = np.full(len(F), np.inf), np.zeros(len(F), dtype=np.intp)
+    nearest = np.full(len(F), np.inf)  # squared distances to the owners
+    owner = np.zeros(len(F), dtype=np.intp)
     for i in range(size):
         if i == len(chosen):
-            chosen.append(int(far.argmax()))
+            chosen.append(int(nearest.argmax()))
         squares = np.zeros(len(F))
         for column in columns:  # a column at a time: no (n, m) array in every step
             squares += (column - column[chosen[i]]) ** 2
-        owner[squares < far * (1 - _TIE)] = i
-        np.minimum(far, squares, out=far)
-    return np.array(chosen), owner, np.sqrt(far)
+        owner[squares < nearest * (1 - _TIE)] = i
+        np.minimum(nearest, squares, out=nearest)
+    return np.array(chosen), owner, np.sqrt(nearest)
 
 
 @dataclass(frozen=True, eq=False)
 class Representatives:
-    """A few designs that cover a Pareto set, and what each of them stands for.
+    """A few designs that cover a Pareto set, each for a share of it.
 
     Attributes:
         ranking: The ranking of all n designs, with their objectives, names and labels.
-        rows: ``(k,)`` the representatives, the Salukvadze optimum first; fewer than asked for if
-            the Pareto set has fewer different designs.
-        shares: ``(k,)`` the share of the Pareto-optimal designs that each stands for: those
-            nearer to it than to the others, or equally near to it and to later ones. They sum
-            to 1.
-        radius: How far a Pareto-optimal design is at most from its representative.
+        rows: ``(k,)`` the rows of the representatives in the ranking, the Salukvadze optimum first;
+            fewer than requested if the Pareto set has fewer different designs.
+        shares: ``(k,)`` the share of the Pareto-optimal designs that each represents: those nearer
+            to it than to the others, or equally near to it and to later ones. They sum to 1.
+        radius: The greatest distance of a Pareto-optimal design from its representative.
 
     Example:
         >>> few = representatives([[0, 9], [1, 8], [4, 4], [5, 3], [9, 0]], 2)
@@ -141,19 +160,19 @@ def representatives(
 
     Farthest first: after the optimum always the design that is farthest from those chosen
     (Gonzalez, Theoretical Computer Science 38, 1985). So no design is farther from its
-    representative than twice the distance that the best k designs could reach. The choice has no
-    chance in it: of equally far designs the first is taken.
+    representative than twice the distance that the best k designs could reach. The choice is
+    deterministic: of equally far designs the first is taken.
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame, or a ranking of them, which has
             its own ``normalize`` and ``maximize``; dominated rows are left out.
-        k: How many, >= 1.
+        k: Number of designs, >= 1.
         normalize: Measure distances with each objective in units of its range over the Pareto
             set; ``False`` takes plain Euclidean distances.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
 
     Returns:
-        The designs, with the share of the Pareto set that each stands for.
+        The designs, with the share of the Pareto set that each represents.
 
     Raises:
         ArgumentValueError: ``F`` or ``maximize`` does not fit, or ``k`` is below 1.
@@ -172,7 +191,7 @@ def representatives(
     unit = points.max() or 1.0  # so that no square over- or underflows
     start = int(np.searchsorted(front, ranking.salukvadze[0]))
     chosen, owner, distance = farthest_first(points / unit, [start], min(k, len(front)))
-    distinct = len(dict.fromkeys(owner.tolist()))  # one that equals an earlier one owns nothing
+    distinct = len(np.unique(owner))  # one that equals an earlier one owns nothing
     shares = np.bincount(owner, minlength=distinct) / len(front)
     radius = float((distance * unit).max())
     return Representatives(ranking, front[chosen[:distinct]], shares, radius)

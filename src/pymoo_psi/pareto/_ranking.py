@@ -1,4 +1,4 @@
-"""Ranks of efficiency: a Pareto set contracted to a few subsets worth looking at.
+"""Ranks of efficiency: a few small subsets of a Pareto set that are worth a look.
 
 U is the componentwise minimum (ideal) and N the componentwise maximum (nadir) of a Pareto set.
 With d = f − U and e the unit vector from U to N, a point has three geometric criteria (paper,
@@ -24,8 +24,8 @@ inferred from its tables, all of which it reproduces.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,11 +44,12 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.pareto._dominance import (
     LAST_PLACES,
+    Levels,
     levels,
     nondominated,
     nondominated_pair,
-    settled,
     unit_lengths,
+    without_rounding,
 )
 
 if TYPE_CHECKING:
@@ -65,20 +66,23 @@ class Objectives:
     """The objective values of n designs in the original units and directions, with their names.
 
     Attributes:
-        values: ``(n, m)`` finite objective values as given; a copy of its own.
+        values: ``(n, m)`` finite objective values in the original directions; a copy.
         sign: ``(m,)`` 1 for an objective to be minimised, -1 for one to be maximised.
         names: The m column names of a data frame; f1, f2, … for an array.
-        labels: The row labels of a data frame; 0, 1, … for an array.
+        labels: The row labels of a data frame, the names of the designs of a table; 0, 1, … for an
+            array.
+        numbers: ``(n,)`` the numbers of the tests of a table; None for another source.
     """
 
     values: Array
     sign: Array
     names: tuple[Any, ...]
     labels: Any
+    numbers: NDArray[np.int64] | None = None
 
     @classmethod
     def of(cls, F: Any, maximize: Collection[Any] = ()) -> Objectives:
-        """Check and keep objective values.
+        """Return the objective values of any source, checked.
 
         Args:
             F: ``(n, m)`` array or data frame, n, m >= 1; the feasible designs of a test table, with
@@ -92,27 +96,25 @@ class Objectives:
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
         if isinstance(F, Objectives):
             return F
-        if isinstance(F, EfficiencyRanking) or hasattr(
-            F, "feasible_ranking"
-        ):  # the latter a test table
+        if is_table(F):
+            F = _ranking_of_table(F, normalize=True)
+        if isinstance(F, EfficiencyRanking):
             if len(maximize):
                 rule = "left out where a table or ranking has directions of its own"
                 raise invalid("maximize", rule, list(maximize))
-            return (
-                F.objectives
-                if isinstance(F, EfficiencyRanking)
-                else F.feasible_ranking().objectives
-            )
-        if hasattr(F, "F") and hasattr(F, "opt"):  # a result of pymoo; of one objective it is (1,)
-            F = F.F if F.F is None else np.atleast_2d(F.F)
-        # A data frame by what it offers, so that arrays do not pay for importing pandas.
-        named = all(hasattr(F, name) for name in ("columns", "index", "to_numpy"))
-        values = objective_matrix("F", _numbers(F) if named else F).copy()
+            return F.objectives
+        if hasattr(F, "F") and hasattr(F, "opt"):  # a result of pymoo
+            F = F.F
+            if F is not None:  # (m,) for an algorithm of one objective
+                F = np.atleast_2d(F)
+        is_frame = _is_frame(F)
+        values = objective_matrix("F", _numbers(F) if is_frame else F).copy()
         n, m = values.shape
-        names = tuple(F.columns) if named else tuple(f"f{j + 1}" for j in range(m))
-        labels = F.index if named else range(n)
-        objectives = cls(values, np.ones(m), names, labels)
-        objectives.sign[[objectives.column("maximize", entry) for entry in maximize]] = -1.0
+        objectives = cls(values, np.ones(m), tuple(f"f{j + 1}" for j in range(m)), range(n))
+        if is_frame:
+            objectives = replace(objectives, names=tuple(F.columns), labels=F.index)
+        for entry in maximize:
+            objectives.sign[objectives.column("maximize", entry)] = -1.0
         return objectives
 
     @property
@@ -126,20 +128,26 @@ class Objectives:
 
     def headings(self, units: Mapping[Any, str]) -> list[str]:
         """Return the names for readers, each with its unit, and "(max)" if it is maximised."""
-        return [
-            f"{name}{f' [{units[name]}]' if units.get(name) else ''}{' (max)' if sign < 0 else ''}"
-            for name, sign in zip(self.names, self.sign.tolist(), strict=True)
-        ]
+        headings = []
+        for name, sign in zip(self.names, self.sign.tolist(), strict=True):
+            heading = str(name)
+            if units.get(name):
+                heading += f" [{units[name]}]"
+            if sign < 0:
+                heading += " (max)"
+            headings.append(heading)
+        return headings
 
     def column(self, argument: str, entry: Any) -> int:
         """Return the index of an objective that an argument gives by name, or else by index."""
-        m, count = len(self.names), self.names.count(entry)
+        count = self.names.count(entry)
         if count == 1:
             return self.names.index(entry)
         if count == 0 and isinstance(entry, str):
             known_name(argument, entry, [name for name in self.names if isinstance(name, str)])
-        if count or integer(argument, entry, minimum=0) >= m:
-            raise invalid(argument, f"names that only one column has, or from 0 to {m - 1}", entry)
+        last = len(self.names) - 1
+        if count > 1 or integer(argument, entry, minimum=0) > last:
+            raise invalid(argument, f"names that only one column has, or from 0 to {last}", entry)
         return int(entry)
 
     def rows(self, indices: NDArray[np.intp]) -> Objectives:
@@ -148,11 +156,28 @@ class Objectives:
         return Objectives(self.values[indices], self.sign, self.names, labels)
 
     def turned(self, name: str, value: ArrayLike) -> Array:
-        """Return a point in the original directions as one that is minimised."""
+        """Return a point in the original directions with all objectives minimised."""
         point = finite_array(name, value)
         if point.shape != self.sign.shape:
             raise invalid(name, f"of shape {self.sign.shape}", Received(f"shape {point.shape}"))
         return point * self.sign
+
+
+def is_table(F: Any) -> bool:
+    """Whether F is a test table, which ranks its designs itself."""
+    return hasattr(F, "feasible_ranking")
+
+
+def _ranking_of_table(table: Any, normalize: bool) -> EfficiencyRanking:
+    """Return the ranking of the feasible designs of a table under its formulation."""
+    if not normalize:
+        table = table.under(normalize=False)
+    return cast(EfficiencyRanking, table.feasible_ranking())
+
+
+def _is_frame(F: Any) -> bool:
+    """Whether F is a data frame; without importing pandas, which takes half a second."""
+    return all(hasattr(F, name) for name in ("columns", "index", "to_numpy"))
 
 
 def _numbers(frame: Any) -> Array:
@@ -160,9 +185,9 @@ def _numbers(frame: Any) -> Array:
     for name, dtype in zip(frame.columns, frame.dtypes, strict=True):
         # Nothing is converted: text, dates and objects are no numbers until the user says so.
         if getattr(dtype, "kind", "O") not in "fiub":
+            received = Received(f"dtype {dtype}")
             remedy = f"give F[[...]], the objectives; F.set_index({name!r}) names the designs"
-            found = Received(f"dtype {dtype}")
-            raise wrong_type(f"column {name!r} of F", "of real numbers", found, remedy)
+            raise wrong_type(f"column {name!r} of F", "of real numbers", received, remedy)
     return np.asarray(frame.to_numpy(dtype=np.float64, na_value=np.nan))
 
 
@@ -171,16 +196,16 @@ class EfficiencyRanking(Shown):
     """The ranking of the n rows of an objective matrix.
 
     Attributes:
-        criteria: ``(n, 3)`` geometric criteria μ1, μ2, μ3, of the dominated rows too.
+        criteria: ``(n, 3)`` geometric criteria μ1, μ2, μ3, for the dominated rows too.
         rank: ``(n,)`` rank of efficiency, 0 to 6; dominated rows have rank 0.
         pareto: ``(n,)`` which rows are Pareto optimal.
         frame: The points U and N and the scale in which the criteria are measured, all objectives
             minimised.
-        objectives: What was ranked, in the original units and directions, with names and labels.
+        objectives: The ranked values, in the original units and directions, with names and labels.
         salukvadze: Indices of the Salukvadze optimum: the Pareto-optimal rows nearest to U, equal
-            up to rounding. They are the rows of rank 6, and there is usually one. Only if several
-            rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, is M6
-            empty and are they all listed here.
+            up to rounding. They are the rows of rank 6, and there is usually one. If several rows
+            are equally near to U but differ in μ2 and μ3, as on a sphere around U, M6 is empty and
+            all of them are listed here.
         rows: ``(n,)`` the rows of the table or array that are ranked; 0, 1, … for an array, of
             which all rows are.
 
@@ -201,20 +226,61 @@ class EfficiencyRanking(Shown):
     rows: NDArray[np.intp]
 
     def __repr__(self) -> str:
-        """Return how much is ranked and which design is the best."""
+        """Return the numbers of designs and objectives, and the best design."""
         n, m = self.objectives.values.shape
+        best = self.name_of(int(self.salukvadze[0]))
         size = f"{n} designs by {m} objectives: {self.pareto.sum()} Pareto optimal"
-        return f"EfficiencyRanking({size}, the best is {self.name_of(int(self.salukvadze[0]))})"
+        return f"EfficiencyRanking({size}, the best is {best})"
 
     def name_of(self, row: int) -> str:
-        """Return what sentences call a design: its label if that is a text, else "design 3".
+        """Return the name of a design in sentences: its label if that is a text, else "design 3".
 
         Example:
             >>> rank_of_efficiency([[1, 4], [2, 2], [4, 1]]).name_of(2)
             'design 2'
         """
         label = self.objectives.labels[row]
-        return label if isinstance(label, str) else f"design {label}"
+        if isinstance(label, str):
+            return label
+        return f"design {label}"
+
+    def row_of(self, design: int | str) -> int:
+        """Return the row of a design that is given by its label or by the number of its test.
+
+        Args:
+            design: A label as a text; or an integer: the number of a test in the ranking of a
+                table, the row in the ranking of an array.
+
+        Raises:
+            ArgumentValueError: There is no such design, or an integer may be a label or a row.
+            ArgumentTypeError: It is neither an integer nor a text.
+
+        Example:
+            >>> import pandas as pd
+            >>> ranking = rank_of_efficiency(pd.DataFrame({"cost": [1, 2]}, index=["A", "B"]))
+            >>> ranking.row_of("B")
+            1
+        """
+        if not isinstance(design, str):
+            design = integer("design", design, minimum=0)
+        labels = list(self.objectives.labels)
+        keys: list[Any] = list(range(len(labels)))
+        rule = f"a row of F, 0 to {keys[-1]}"
+        remedy = ""
+        if labels != keys:
+            remedy = f"labels are such as {str(labels[0])!r}; row= takes a row"
+        if isinstance(design, str):
+            keys = [str(label) for label in labels]
+            rule = "the label of just one design"
+        elif self.objectives.numbers is not None:
+            keys = self.objectives.numbers.tolist()
+            rule = "the label of a feasible design or the number of its test"
+        elif labels != keys:  # if they are integers, 3 may be a label or a row
+            keys = []
+            rule = "a label, as a text"
+        if keys.count(design) != 1:
+            raise invalid("design", rule, design, remedy)
+        return keys.index(design)
 
     @property
     def ideal(self) -> Array:
@@ -257,9 +323,9 @@ class EfficiencyRanking(Shown):
                 or f1, f2, ….
 
         Returns:
-            One row per design, its index its row, or the label of the row in the data
-            frame that was ranked; columns: the objectives, ``mu1``, ``mu2``, ``mu3``, ``rank``,
-            ``pareto``.
+            One row per design, its index the label of the design in the data frame or table that
+            was ranked, or its row in the array; columns: the objectives, ``mu1``, ``mu2``,
+            ``mu3``, ``rank``, ``pareto``.
 
         Raises:
             ArgumentValueError: The number of names differs, or an objective has the name of
@@ -275,19 +341,22 @@ class EfficiencyRanking(Shown):
         """
         import pandas as pd
 
-        objectives, m = self.objectives, len(self.objectives.names)
+        objectives = self.objectives
+        m = len(objectives.names)
         columns = list(objectives.names if names is None else names)
-        if len(columns) != m or len({*columns, *RANKING_COLUMNS}) < m + 5:
+        distinct = {*columns, *RANKING_COLUMNS}
+        if len(columns) != m or len(distinct) < m + len(RANKING_COLUMNS):
             rule = f"{m} different names other than {', '.join(RANKING_COLUMNS)}"
             raise invalid("names", rule, columns, "give others by names=[...]")
         frame = pd.DataFrame(objectives.values, columns=columns, index=pd.Index(objectives.labels))
         frame[["mu1", "mu2", "mu3"]] = self.criteria
-        frame["rank"], frame["pareto"] = self.rank, self.pareto
+        frame["rank"] = self.rank
+        frame["pareto"] = self.pareto
         return frame.iloc[self.order]
 
     @property
     def order(self) -> NDArray[np.intp]:
-        """``(n,)`` indices, the best rank and the nearest to U first, the dominated rows last.
+        """``(n,)`` indices by descending rank, then by distance from U; the dominated rows last.
 
         Example:
             >>> rank_of_efficiency([[9, 9], [1, 4], [2, 2], [4, 1]]).order
@@ -306,24 +375,24 @@ def rank_of_efficiency(
 ) -> EfficiencyRanking:
     """Rank the rows of any objective matrix by efficiency.
 
-    Dominated rows get rank 0 and do not move U or N. Values of a criterion that are equal up to
+    Dominated rows get rank 0 and do not affect U or N. Values of a criterion that are equal up to
     rounding count as equal, so that rounding noise decides nothing.
 
     Args:
         F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n,
-            m >= 1. Of a pandas data frame the names of columns and rows are kept. Or a result of
-            pymoo; or a test table or ranking, which have directions of their own: of a table the
-            feasible designs are taken, called by their ``names``.
+            m >= 1. A pandas data frame keeps the names of its columns and rows. A result of pymoo,
+            a ranking and a test table work, too; the last two have their own directions, and only
+            the feasible designs of a table are ranked.
         normalize: Measure each objective in units of its range N − U, which makes the ranks
             independent of the objectives' units. ``False`` measures plain Euclidean distances,
             as the paper does.
         ideal: ``(m,)`` the point U, in the directions of ``F``; by default the best values over
-            the Pareto-optimal rows. It must be at least as good as they are.
+            the Pareto-optimal rows. It must be at least as good as these.
         nadir: ``(m,)`` the point N, as for ``ideal``; by default the worst values over the
             Pareto-optimal rows.
-        maximize: The objectives to be maximised: column indices from 0 or, of a data frame, names.
-            ``F`` holds their own values. pymoo's ``res.F`` holds them negative, and is ranked as
-            it is; for names and signs of your own rank
+        maximize: The objectives to be maximised: column indices from 0, or names of columns of a
+            data frame. ``F`` contains their own values. pymoo's ``res.F`` contains their negatives
+            and needs no ``maximize``; for your own names and signs rank
             ``pd.DataFrame(res.F * [1, -1], columns=["cost", "yield"])``.
 
     Returns:
@@ -347,9 +416,17 @@ def rank_of_efficiency(
         A   1.0   10.0  1.00  0.71  0.71     0    True
         C   5.0   40.0  1.00  0.71  0.71     0    True
     """
+    from_table = is_table(F)
+    if from_table:
+        F = _ranking_of_table(F, boolean("normalize", normalize))
     objectives = Objectives.of(F, maximize)
+    if from_table and ideal is None and nadir is None:
+        return cast(EfficiencyRanking, F)  # its ends may be those of ranges
+    rows = None
+    if isinstance(F, EfficiencyRanking):
+        rows = F.rows
     pareto = nondominated(objectives.minimized)
-    return ranking_of(objectives, pareto, normalize=normalize, ideal=ideal, nadir=nadir)
+    return ranking_of(objectives, pareto, normalize=normalize, ideal=ideal, nadir=nadir, rows=rows)
 
 
 def ranking_of(
@@ -373,34 +450,59 @@ def ranking_of(
     """
     normalize = boolean("normalize", normalize)
     F = objectives.minimized
-    F[pareto] = front = settled(F[pareto])
-    best, worst = front.min(axis=0), front.max(axis=0)
+    n = len(F)
+    front = np.flatnonzero(pareto)
+    optimal = without_rounding(F[front])
+    F[front] = optimal
+    U, N = _ends(objectives, optimal, ideal, nadir)
+    frame = UtopianFrame(U, N, normalize)
+    measured, units = frame.measured(F)
+    mu1, mu2, mu3 = map(levels, measured[front].T, frame.noise(optimal, units))
+    rank = np.zeros(n, dtype=np.int64)
+    rank[front] = _ranks(mu1, mu2, mu3)
+    with np.errstate(over="ignore"):  # a dominated design may be infinitely far
+        criteria = measured * units
+    salukvadze = front[mu1 == 0]
+    if rows is None:
+        rows = np.arange(n)
+    ranked = np.asarray(rows, dtype=np.intp)
+    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives, ranked)
+
+
+def _ends(
+    objectives: Objectives, front: Array, ideal: ArrayLike | None, nadir: ArrayLike | None
+) -> tuple[Array, Array]:
+    """Return the points U and N, minimised: the ends of the front unless they are given."""
+    best = front.min(axis=0)
+    worst = front.max(axis=0)
     U = best if ideal is None else objectives.turned("ideal", ideal)
     N = worst if nadir is None else objectives.turned("nadir", nadir)
-    if (best < U).any():
-        rule = f"no worse than the best value of {objectives.names[int(np.argmax(best < U))]!r}"
+    exceeded = np.flatnonzero(best < U)
+    if len(exceeded):
+        rule = f"no worse than the best value of {objectives.names[exceeded[0]]!r}"
         raise invalid("ideal, or the better end of ranges,", rule, ideal, "leave it out")
     if (N < U).any():
         raise invalid("nadir", "no better than the ideal", nadir)
     with np.errstate(over="ignore"):
         if not np.isfinite(N - U).all():
             raise invalid("F", "of finite range", Received(f"{U} to {N}"))
-    frame = UtopianFrame(U, N, normalize)
+    return U, N
 
-    measured, units = frame.measured(F)
-    mu1, mu2, mu3 = map(levels, measured[pareto].T, frame.noise(front, units))
+
+def _ranks(mu1: Levels, mu2: Levels, mu3: Levels) -> NDArray[np.int64]:
+    """Return the ranks of efficiency of k Pareto-optimal points from the levels of their criteria.
+
+    P12 and P13 lie inside P23, since μ1² = μ2² + μ3². Levels satisfy this only up to their
+    tolerance; without the union, ranks 1 and 2 would occur.
+    """
     p12 = nondominated_pair(mu1, mu2, mu3)
     p13 = nondominated_pair(mu1, mu3, mu2)
-    # P12 and P13 lie inside P23, since μ1² = μ2² + μ3². Levels know this only up to their
-    # tolerance; without it, ranks 1 and 2 would occur.
     p23 = nondominated_pair(mu2, mu3, mu1) | p12 | p13
-    rank = np.zeros(len(F), dtype=np.int64)
-    rank[pareto] = 3 * p23 + 2 * p13 + 1 * p12
-    salukvadze = np.flatnonzero(pareto)[mu1 == 0]
-    with np.errstate(over="ignore"):  # a dominated design may be infinitely far
-        criteria = measured * units
-    ranked = np.asarray(np.arange(len(F)) if rows is None else rows, dtype=np.intp)
-    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives, ranked)
+    rank = np.zeros(len(mu1), dtype=np.int64)
+    rank[p12] += 1
+    rank[p13] += 2
+    rank[p23] += 3
+    return rank
 
 
 def ranking_from(F: Any, normalize: bool, maximize: Collection[Any]) -> EfficiencyRanking:
@@ -411,16 +513,17 @@ def ranking_from(F: Any, normalize: bool, maximize: Collection[Any]) -> Efficien
 
 
 def measured_in(ranking: EfficiencyRanking) -> str:
-    """Return in what the distances of a ranking are measured, as a sentence without its end."""
+    """Return the unit of the distances of a ranking, as a sentence without its full stop."""
     if ranking.frame.normalize:
         return "Normalised: distances in units of the ranges"
     return "Not normalised: plain distances, as in the paper"
 
 
 def front_of(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], Array]:
-    """Return the Pareto-optimal rows, and their objectives, minimised and settled."""
-    front, objectives = np.flatnonzero(ranking.pareto), ranking.objectives
-    return front, settled(objectives.values[front] * objectives.sign)
+    """Return the Pareto-optimal rows, and their objectives, minimised, without rounding noise."""
+    front = np.flatnonzero(ranking.pareto)
+    objectives = ranking.objectives
+    return front, without_rounding(objectives.values[front] * objectives.sign)
 
 
 class UtopianFrame:
@@ -429,14 +532,16 @@ class UtopianFrame:
     Attributes:
         ideal: ``(m,)`` the positive utopian point U.
         nadir: ``(m,)`` the negative utopian point N, nowhere below U.
-        normalize: Measure every objective in units of N − U; an objective with N = U, which
-            tells no design from another, then counts for nothing.
+        normalize: Measure every objective in units of N − U; an objective with N = U does not
+            distinguish designs and has no weight.
         scale: ``(m,)`` the length by which each objective is divided.
-        line: ``(m,)`` the way from U to N in the scale; 0 in a constant objective.
+        line: ``(m,)`` the vector from U to N in the scale; 0 in a constant objective.
     """
 
     def __init__(self, ideal: Array, nadir: Array, normalize: bool) -> None:
-        self.ideal, self.nadir, self.normalize = ideal, nadir, normalize
+        self.ideal = ideal
+        self.nadir = nadir
+        self.normalize = normalize
         lengths = unit_lengths(ideal, nadir)
         self._varying = np.isfinite(lengths)
         self.scale = lengths if normalize else np.ones_like(ideal)
@@ -462,29 +567,31 @@ class UtopianFrame:
         Returns:
             ``(n, 3)`` criteria μ1, μ2, μ3 and the ``(3,)`` units by which to multiply them.
         """
-        longest = int(self.line.argmax())
         e = self._direction
+        line = self.line
+        longest = int(line.argmax())
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
-            d, line = self.scaled(F), self.line
-            unit = float(line[longest] or np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0)
+            d = self.scaled(F)
+            unit = float(line[longest])
+            if unit == 0:  # N = U
+                unit = float(np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0)
             across_unit = float(np.delete(line, longest).max(initial=0.0) or unit)
             # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
             # small ones in the rounding error of the large one. Here the point of the line with
-            # the same value of the largest is taken away first, and no objective's difference
+            # the same value of the largest is subtracted first, and no objective's difference
             # meets another's.
             across = d - (d[:, longest] / unit)[:, None] * line
             across -= (across @ e)[:, None] * e
             d /= unit
-            criteria = [_row_norm(d), _row_norm(across / across_unit), d @ e]
-            measured = np.column_stack(criteria)
+            measured = np.column_stack([_row_norm(d), _row_norm(across / across_unit), d @ e])
         measured[np.isnan(measured)] = np.inf
         return measured, np.array([unit, across_unit, unit])
 
     def noise(self, F: Array, units: Array) -> Array:
         """Bound the rounding errors of the ``(3,)`` criteria of the ``(n, m)`` points ``F``.
 
-        An error in one objective moves a point along its axis. μ3 feels the part of it along UN,
-        μ2 that across, and μ1 all of it at most.
+        An error in one objective moves a point along its axis. The part of it along UN is an error
+        of μ3, the part across UN one of μ2; the error of μ1 is at most all of it.
 
         Args:
             F: The points.
@@ -497,8 +604,9 @@ class UtopianFrame:
         return np.asarray(LAST_PLACES * bounds)
 
     def sizes(self, F: Array) -> Array:
-        """Return ``(m,)`` how large values are in the scale: ``LAST_PLACES`` of it is noise."""
-        size = np.maximum(np.abs(F).max(axis=0), np.maximum(abs(self.ideal), abs(self.nadir)))
+        """Return ``(m,)`` the size of values in the scale: ``LAST_PLACES`` of it is noise."""
+        ends = np.maximum(np.abs(self.ideal), np.abs(self.nadir))
+        size = np.maximum(np.abs(F).max(axis=0), ends)
         return np.where(self._varying, size / self.scale, 0.0)
 
 

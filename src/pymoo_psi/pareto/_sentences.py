@@ -1,7 +1,7 @@
-"""Sentences about designs: the templates, and how names, numbers and shares are written.
+"""Sentences about designs: the templates, and the format of names, numbers and shares.
 
 The decision page fills the same templates, ``sentences.json``, so that the page, the command, the
-report and Python say the same.
+report and Python use the same wording.
 """
 
 from __future__ import annotations
@@ -13,11 +13,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-_GROUPS = json.loads(Path(__file__).with_name("sentences.json").read_text("utf-8"))
-SENTENCES: dict[str, str] = {
-    name: text for group in _GROUPS.values() for name, text in group.items()
-}
+SENTENCES: dict[str, str] = {}
 """Templates by name, filled by ``str.format`` with texts only."""
+for _group in json.loads(Path(__file__).with_name("sentences.json").read_text("utf-8")).values():
+    SENTENCES.update(_group)
 
 _LONG = 1e9  # from here on numbers have an exponent
 
@@ -28,39 +27,47 @@ def sentence(name: str, **values: object) -> str:
 
 
 def capital(text: str) -> str:
-    """Begin a sentence with the name of a design; a name that the user gave stays as it is."""
-    ours = text.startswith(("design ", "row ", "test point "))
-    return text[0].upper() + text[1:] if ours else text
+    """Return the name of a design at the start of a sentence; a name of the user's is kept."""
+    if text.startswith(("design ", "row ", "test point ")):
+        return text[0].upper() + text[1:]
+    return text
 
 
 def listed(names: Sequence[Any], word: str = "and") -> str:
     """Return names as a sentence lists them: "a, b and c"."""
-    *before, last = map(str, names)
-    return f"{', '.join(before)} {word} {last}" if before else last
+    *first, last = map(str, names)
+    if not first:
+        return last
+    return f"{', '.join(first)} {word} {last}"
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Return a number with a few digits, none lost before the point: 0.1235, 1235, 59 990.
+    """Return a number with a few digits, but all of those before the point: 0.1235, 1235, 59 990.
 
-    From five digits on thousands are apart, by a space at which no line breaks.
+    From five digits on, no-break spaces separate the thousands.
     """
     value = value + 0.0  # no -0
-    whole = abs(value) < _LONG and (abs(value) >= 10**digits - 0.5 or value == round(value))
-    text = f"{value:,.0f}" if whole else f"{value:,.{digits}g}"
+    text = f"{value:,.{digits}g}"
+    if abs(value) < _LONG and (abs(value) >= 10**digits - 0.5 or value == round(value)):
+        text = f"{value:,.0f}"
     text = re.sub(r"^(-?\d),(\d+)(?!,|\d)", r"\1\2", text)  # four digits stay together
     return text.replace(",", "\N{NO-BREAK SPACE}")
 
 
 def percent(share: float) -> str:
-    """Return a share with two digits, above 10 % with none behind the point."""
+    """Return a share with two digits, from 10 % on as a whole number."""
     hundreds = 100 * share
     if 0 < hundreds < 0.01:
         return "less than 0.01 %"
-    return f"{hundreds:.0f} %" if hundreds >= 9.95 else f"{hundreds:.2g} %"
+    if hundreds >= 9.95:
+        return f"{hundreds:.0f} %"
+    return f"{hundreds:.2g} %"
 
 
 def wrapped(sentences: Sequence[str], columns: int = 80) -> str:
-    """Return sentences in lines of at most so many columns, no percent sign off its number."""
-    whole = (text.replace(" %", "\0%") for text in sentences)
-    lines = (textwrap.fill(text, columns, break_on_hyphens=False) for text in whole)
+    """Return sentences in lines of at most ``columns`` letters; no line starts with "%"."""
+    lines = []
+    for text in sentences:
+        whole = text.replace(" %", "\0%")
+        lines.append(textwrap.fill(whole, columns, break_on_hyphens=False))
     return "\n".join(lines).replace("\0", " ")

@@ -111,7 +111,7 @@ class Choice:
             self.word = "chosen"
         self.is_optimum = self.row in ranking.salukvadze
         self.name = ranking.name_of(self.row)
-        self.explanation = explain(ranking, self.row, units=self.units)
+        self.explanation = explain(ranking, row=self.row, units=self.units)
         self.cautions = self._cautions()
         self.selected = self._selected(selectors)
 
@@ -151,7 +151,7 @@ class Choice:
 
     def instead(self) -> str:
         """Return a sentence on how the design differs from the proposed one."""
-        pair = compare_designs(self.ranking, [self.optimum, self.row], units=self.units)
+        pair = compare_designs(self.ranking, rows=[self.optimum, self.row], units=self.units)
         optimum = self.ranking.name_of(self.optimum)
         difference = pair.difference(1)
         return sentence("instead", design=capital(self.name), other=optimum, difference=difference)

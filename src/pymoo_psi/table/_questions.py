@@ -258,7 +258,8 @@ class Questions(Tests):
             raise self._none_feasible()
         sign = self.layout.sign
         F = Objectives.of(self.F[rows]).values * sign + 0.0  # no -0.0
-        objectives = Objectives(F, sign, self.layout.objectives, labels)
+        numbers = self.numbers[rows]
+        objectives = Objectives(F, sign, self.layout.objectives, labels, numbers)
         normalize = self.formulation.normalize
         ends = self._fixed_ends()
         return ranking_of(objectives, pareto, normalize=normalize, rows=rows, **ends)
@@ -297,13 +298,14 @@ class Questions(Tests):
         return self.rows(ranking.rows[ranking.salukvadze[:1]])
 
     @asked_under_a_formulation
-    def explain(self, design: int | str | None = None) -> Explanation:
+    def explain(self, design: int | str | None = None, *, row: int | None = None) -> Explanation:
         """Say why a design: :func:`pymoo_psi.explain` among the feasible designs of the table.
 
         Names, directions and units are the table's.
 
         Args:
             design: The number of its test, or its label; the Salukvadze optimum unless given.
+            row: Its row in the table, from 0, instead of ``design``.
 
         Raises:
             ArgumentValueError: There is no such feasible design.
@@ -314,18 +316,7 @@ class Questions(Tests):
             Test point 5 is the Salukvadze optimum: the nearest of 3 Pareto-optimal designs to the
             ideal point.
         """
-        ranking = self.feasible_ranking()
-        i = int(ranking.salukvadze[0])
-        if design is not None:
-            places = np.flatnonzero(ranking.rows == self.row_of(design))
-            if len(places) == 0:
-                raise invalid("design", "a feasible design", design)
-            i = int(places[0])
-        units = {}
-        for name in self.layout.objectives:
-            if name in self.layout.units:
-                units[name] = self.layout.units[name]
-        return explain(ranking, i, units=units)
+        return explain(self, design, row=row)
 
     @asked_under_a_formulation
     def sorted_by(self, objective: Key) -> Self:
