@@ -37,6 +37,8 @@ def test_each_row_is_the_investigation_of_as_many_tests(bnh, limits, normalize):
     assert found.hypervolume[-1] == 1
     same = found.optimum[1:] == found.optimum[:-1]
     np.testing.assert_array_equal(found.moved[1:] == 0, same)
+    steps = np.abs(np.diff(found.best, axis=0)) / (last.nadir - last.ideal)
+    np.testing.assert_allclose(found.moved, [np.nan, *steps.max(axis=1)])
 
 
 def test_what_the_last_doubling_brought(bnh):

@@ -115,6 +115,18 @@ def test_the_band_of_random_tests_holds_the_truth():
     assert held > 0.95
 
 
+def test_what_terms_explain_by_chance_is_taken_off():
+    """Of noise no variable explains anything, on average; ten terms fit a tenth of 100 tests."""
+    rng = np.random.default_rng(3)
+    noise = rng.standard_normal((100, 60))
+    found = sensitivities(table_of(rng.random((100, 3)), noise))["first_order"]
+    assert abs(found.mean()) < 0.02
+    # nor does a strong variable leave its neighbours a share of the rest
+    x, y = rng.random((2, 100))
+    found = sensitivities(table_of(np.column_stack([x, y]), 5 * x[:, None] + 0.3 * noise))
+    assert abs(found["first_order"].unstack()["x2"].mean()) < 0.01
+
+
 def test_of_a_surrogates_study_the_points_before_the_proposals_count():
     problem = get_problem("bnh")
     table = minimize(problem, SurrogatePSI(64, n_points=48), seed=1).algorithm.table
