@@ -1,13 +1,13 @@
 """The evaluation of one design after another: its values, its errors, its seconds.
 
-pymoo hands a runner a function ``f`` and the designs; the runner returns one dictionary of values
-per design, in their order. What pymoo leaves open is a design without values:
+pymoo gives a runner a function ``f`` and the designs; the runner returns a dictionary of values for
+each design, in their order. pymoo does not define what happens to a design without values:
 
 - ``f(design)`` raises: the runner raises :class:`~pymoo_psi.errors.EvaluationError`, which names
   the design and has the exception as its cause.
-- the evaluation is lost, because it ran out of time or its process died: the runner returns
-  ``f.lost(design, reason)`` in the place of the design if ``f`` has such a method, as the function
-  of :class:`~pymoo_psi.FailureTolerant` has, and else raises the same error.
+- the evaluation is lost because it ran out of time or its process died: the runner returns
+  ``f.lost(design, reason)`` for the design if ``f`` has such a method, as the function of
+  :class:`~pymoo_psi.FailureTolerant` has, and otherwise raises the same error.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Waiting = deque[tuple[int, Any]]  # designs to be evaluated, each with its index
 Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
 
 MOMENT = 1e-3  # seconds between two measurements: long beside one, short beside sending a design
-# Seconds that a chunk of designs lasts: long beside the message that brings it, some 0.1 ms.
+# Seconds that a chunk of designs takes: long beside the message that brings it, some 0.1 ms.
 CHUNK = 0.05
 
 
@@ -52,31 +52,35 @@ class Cost:
     @property
     def seconds(self) -> float:
         """Seconds of a design; infinite if none is measured."""
-        return statistics.median_low(self.samples) if self.samples else math.inf
+        if not self.samples:
+            return math.inf
+        return statistics.median_low(self.samples)
 
     def worth_sending(self, designs: int, workers: int, overhead: float) -> bool:
         """Whether workers save at least twice the overhead, since both are estimates.
 
-        Known is the cost by three designs, or by one that takes more than an import.
+        The cost is known from three designs, or from one that takes longer than an import.
         """
-        known = len(self.samples) >= 3 or 1.0 <= self.seconds < math.inf
-        return known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
+        is_known = len(self.samples) >= 3 or 1.0 <= self.seconds < math.inf
+        return is_known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
 
     def chunk(self, waiting: int, workers: int) -> int:
-        """Return how many of the waiting designs travel together next, at least 1.
+        """Return how many of the waiting designs to send together next, at least 1.
 
-        No more than half of a worker's share, so that all workers end together.
+        They are at most half of a worker's share, so that all workers end together.
         """
         # 0 seconds where a clock is too coarse
-        lasting = int(CHUNK / max(self.seconds, 1e-9))
-        return max(1, min(lasting, math.ceil(waiting / (2 * workers))))
+        n_lasting = int(CHUNK / max(self.seconds, 1e-9))
+        half_share = math.ceil(waiting / (2 * workers))
+        return max(1, min(n_lasting, half_share))
 
 
 def one_line(error: BaseException) -> str:
     """Return the type and the message of an exception as one line."""
     text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
-    # some lines of a terminal, or a cell of a table
-    return text if len(text) <= 400 else f"{text[:397]}..."
+    if len(text) > 400:  # some lines of a terminal, or a cell of a table
+        return f"{text[:397]}..."
+    return text
 
 
 @contextmanager
@@ -97,48 +101,51 @@ def evaluate_here(
     *,
     moment: float = MOMENT,
 ) -> Iterator[Result]:
-    """Evaluate designs in this process until none waits or there is enough.
+    """Evaluate designs in this process until none waits or ``enough`` says to stop.
 
     Args:
         f: What to evaluate.
         waiting: The designs; they are taken from it.
         cost: Takes the measurements.
-        enough: Given the number of designs left, says whether to stop; asked before the first
-            design and after every measurement.
-        moment: Seconds of work between two measurements; 0 gives the values of each design
+        enough: Whether to stop, given the number of designs left; asked before the first design
+            and after every measurement.
+        moment: Seconds of work between two measurements; 0 yields the values of each design
             before the next one is evaluated.
 
     Raises:
-        EvaluationError: A design raised, as the ``original``; the results before it are given
+        EvaluationError: A design raised, as the ``original``; the results before it are yielded
             first.
     """
     cost = cost or Cost()
     while waiting and not enough(len(waiting)):
-        found: list[tuple[int, Values]] = []
+        results: list[tuple[int, Values]] = []
         failure: BaseException | None = None
-        allowed = moment if cost.seconds < math.inf else 0.0
-        began = now = perf_counter()
-        # Nothing is given from within: whoever reads the results would have the model's settings.
+        allowed = moment
+        if cost.seconds == math.inf:
+            allowed = 0.0
+        began = perf_counter()
+        now = began
+        # Nothing is yielded from within: the reader of the results would have the model's settings.
         with same_folder(), np.errstate():
             try:
-                while waiting and (now - began < allowed or not found):
+                while waiting and (now - began < allowed or not results):
                     index, design = waiting.popleft()
-                    found.append((index, f(design)))
+                    results.append((index, f(design)))
                     now = perf_counter()
             except (KeyboardInterrupt, EvaluationError) as error:
                 failure = error
             except BaseException as error:  # a model exits; Rust and asyncio have their own
                 failure = EvaluationError(design, one_line(error), error)
-        seconds = (perf_counter() - began) / max(len(found), 1)
+        seconds = (perf_counter() - began) / max(len(results), 1)
         cost.samples.append(seconds)
-        for index, values in found:
+        for index, values in results:
             yield index, values, seconds
         if failure is not None:
             raise failure
 
 
 def sendable(error: EvaluationError) -> EvaluationError:
-    """Return an error that can be pickled; where it arrives, the traceback is a cause as text."""
+    """Return an error that can be pickled; there, its cause is the traceback as text."""
     if error.original is not None:
         sent = ExceptionWithTraceback(error.original, error.original.__traceback__)
         try:

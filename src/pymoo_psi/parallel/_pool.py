@@ -1,16 +1,16 @@
-"""Worker processes of our own, for what an executor cannot do: end one evaluation alone.
+"""A pool of worker processes that can end one evaluation alone.
 
-An executor treats a worker that dies or hangs as its own end, or ends the worker but not what the
-model has started in it. Here each worker has its own channel and reports every design it finishes,
-so the pool knows which design a worker is at and for how long: that one is recorded, its worker is
-replaced, and nothing else is touched. How a worker ends with all it has started is described in
-``_worker``.
+An executor of ``concurrent.futures`` breaks when a worker dies or hangs, or it ends the worker but
+not what the model has started in it. Here each worker has its own channel and reports every design
+that it finishes. So the pool knows which design a worker evaluates, and for how long: that design
+is recorded, its worker is replaced, and nothing else is affected. ``_worker`` describes how a
+worker ends with all that it has started.
 
 Why not a library: joblib's loky gives up all tasks when one worker dies, and has no time limit for
-one. Pebble has the limit and replaces a dead worker alone, and a task costs it little; but a solver
-that the model has started outlives its worker, where it cannot fork it imports the main module, so
-that a script needs a guard, and retries and the end with a killed parent are left to do. The guard
-and the retries around it would be the larger part of this file and ``_worker``.
+one. Pebble has a time limit, replaces a dead worker alone, and adds little time to a task. But a
+solver that the model has started outlives its worker; without a fork Pebble imports the main
+module, so that a script needs a guard; and it has neither retries nor an end with a killed parent.
+The guard and the retries around it would be the larger part of this file and ``_worker``.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._evaluation import Cost, Function, Result, Waiting, one_line
 
-_PATIENCE = 2.0  # seconds to leave by itself, which takes some hundredths
-# Seconds for a guard to end its worker with all that was started there, as long as a busy machine
-# may take. Some of it is left behind if the guard is killed before.
+_PATIENCE = 2.0  # seconds for a worker to end by itself, which takes some hundredths
+# Seconds for a guard to end its worker with all that was started there, as many as a busy machine
+# may need. Some of it is left behind if the guard is killed before.
 _KILLING = 20.0
-# Workers share the cores: libraries of linear algebra would each start a thread for all of them,
-# and joblib, in a model that uses it, as many workers.
+# Workers share the cores: in each of them, libraries of linear algebra would start a thread for
+# every core, and joblib, in a model that uses it, as many workers.
 _THREAD_LIMITS = (
     *(f"{library}_NUM_THREADS" for library in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")),
     *("VECLIB_MAXIMUM_THREADS", "LOKY_MAX_CPU_COUNT"),
@@ -51,12 +51,12 @@ _THREAD_LIMITS = (
 class ProcessPool:
     """Worker processes that stay alive between runs and are replaced one by one.
 
-    They end with the pool, with the interpreter, and with an error or an interrupt amid a run.
-    Several runs may go on at the same time: one from another thread, or from a callback that
-    evaluates designs while a stream is being read.
+    They end with the pool, with the interpreter, and with an error or an interrupt during a run.
+    Several runs may go on at the same time: one in another thread, or in a callback that evaluates
+    designs while a stream is read.
 
     Attributes:
-        owner: The number of the process that may use it: a fork must not.
+        owner: The number of the process that may use the pool; a fork must not.
     """
 
     def __init__(self) -> None:
@@ -67,14 +67,14 @@ class ProcessPool:
     def run(
         self, function: Function, waiting: Waiting, cost: Cost, workers: int, timeout: float | None
     ) -> Generator[Result]:
-        """Evaluate designs; give the results as they come.
+        """Evaluate designs; yield the results as they come.
 
         Args:
             function: What to evaluate; it is pickled, from ``__main__`` by value.
-            waiting: The designs, taken when a worker is free; more may come meanwhile.
+            waiting: The designs, taken when a worker is free; more may be added meanwhile.
             cost: What a design takes, as measured so far; it takes further measurements.
             workers: How many processes to use.
-            timeout: Seconds that the evaluation of a design may take; None is any number.
+            timeout: Seconds that the evaluation of a design may take; ``None`` for no limit.
 
         Raises:
             EvaluationError: A design raised, or was lost and the function has no ``lost``.
@@ -108,56 +108,64 @@ def _end_all(workers: list[_Worker], owner: int) -> None:
 
 
 class _Worker:
-    """A worker process seen from the pool, and the designs it is at.
+    """A worker process as the pool sees it, and the designs that it has.
 
     Args:
-        threads: How many threads libraries may use in it, unless the environment says so already.
+        threads: How many threads libraries may use in it, unless the environment limits them.
 
     Attributes:
-        process: What Popen started: the guard of the process that evaluates.
+        process: The process that Popen started: the guard of the one that evaluates.
         channel: The connection to it.
-        function: The pickled function that it has, or is loading.
-        loaded: The one that it has loaded.
-        at: The designs it has, with their indices, the one it evaluates first.
-        deadline: When it must have done what it is at.
+        function: The pickled function that was sent to it last.
+        loaded: The pickled function that it has loaded.
+        designs: The designs that it has, with their indices; it evaluates the first one.
+        deadline: When it must have finished this one.
     """
 
     def __init__(self, threads: int) -> None:
-        self.function = self.loaded = b""
-        self.at: Waiting = deque()
+        self.function = b""
+        self.loaded = b""
+        self.designs: Waiting = deque()
         self.deadline = math.inf
         self.channel, theirs = Pipe()
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
+        command = [spawn.get_executable(), *flags, _worker.__file__]
+        environment = dict.fromkeys(_THREAD_LIMITS, str(threads)) | os.environ
         with theirs:
             self.process = subprocess.Popen(
-                [spawn.get_executable(), *flags, _worker.__file__],
+                command,
                 stdin=theirs.fileno(),
-                env={name: str(threads) for name in _THREAD_LIMITS} | os.environ,
+                env=environment,
                 start_new_session=True,
             )
         # The worker imports from where this process does, but not its main module: what that
-        # defines travels by value, so that a script needs no guard and a notebook works.
+        # defines is sent by value, so that a script needs no guard and a notebook works.
         self.send((sys.path, sys.argv))
 
     def evaluate(self, function: bytes, designs: Waiting, timeout: float) -> None:
-        """Let it evaluate designs, each in the time given, by a function that it may have to load.
+        """Let it evaluate designs, each within the timeout, by a function that it may have to load.
 
         While it loads, it has read all that was sent: this process never waits for it.
         """
-        self.function, self.at = function, designs
-        self.deadline = monotonic() + timeout if self.loaded == function else math.inf
-        self.send((None if self.loaded == function else function, designs))
+        self.function = function
+        self.designs = designs
+        if self.loaded == function:
+            self.deadline = monotonic() + timeout
+            self.send((None, designs))
+        else:
+            self.deadline = math.inf
+            self.send((function, designs))
 
     def send(self, content: Any) -> None:
-        """Send a message; a process that is gone is noticed when it is waited for."""
+        """Send a message; a process that is gone is noticed when its answer is read."""
         # by value from __main__, which is another module there
         data = cloudpickle.dumps(content)
         with suppress(OSError):
             self.channel.send_bytes(data)
 
     def receive(self) -> tuple[str, Any]:
-        """Return kind and content of the next message; "died" if the process has."""
+        """Return kind and content of the next message; the kind is "died" after its end."""
         try:
             message: tuple[str, Any] = self.channel.recv()
         except (EOFError, OSError):  # closed, or reset
@@ -166,12 +174,12 @@ class _Worker:
 
     def disconnect(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
-        with suppress(OSError), socket.socket(fileno=os.dup(self.channel.fileno())) as own:
-            own.shutdown(socket.SHUT_RDWR)  # it reaches the guard though a fork holds it open
+        with suppress(OSError), socket.socket(fileno=os.dup(self.channel.fileno())) as copy:
+            copy.shutdown(socket.SHUT_RDWR)  # it reaches the guard though a fork holds it open
         self.channel.close()
 
     def end(self, patience: float = 0.0) -> str:
-        """Let the process end by itself or else kill it; return how it came to its end."""
+        """Let the process end by itself, or kill it after some seconds; return how it ended."""
         with suppress(subprocess.TimeoutExpired):
             self.process.wait(max(patience, 0.0))
         self.disconnect()
@@ -181,13 +189,14 @@ class _Worker:
             self.process.kill()
             self.process.wait()
         code = self.process.returncode
-        # A guard reports signals as shells do.
-        return signal.Signals(code - 128).name if 128 < code < 160 else f"exit code {code}"
+        if 128 < code < 160:  # a guard reports signals as shells do
+            return signal.Signals(code - 128).name
+        return f"exit code {code}"
 
 
 @dataclass
 class _Run:
-    """One run: which designs wait, which are under way where, and which were tried."""
+    """One run: which designs wait, which worker has which designs, and which were tried."""
 
     function: Function
     pickled: bytes
@@ -200,22 +209,29 @@ class _Run:
     tried: set[int] = field(default_factory=set)  # designs whose process died once
 
     def results(self) -> Iterator[Result]:
-        """Give the result of every design as it comes, until none waits or is under way."""
-        while busy := len(self.waiting) + sum(bool(worker.at) for worker in self.workers):
-            while len(self.workers) < min(self.n_workers, busy):
+        """Yield the result of every design as it comes, until none waits or is evaluated."""
+        while True:
+            n_busy = sum(1 for worker in self.workers if worker.designs)
+            n_useful = len(self.waiting) + n_busy
+            if n_useful == 0:
+                return
+            while len(self.workers) < min(self.n_workers, n_useful):
                 self._hire()
             for worker in self.workers:
-                if not worker.at and self.waiting:
+                if self.waiting and not worker.designs:
                     self._feed(worker)
             now = monotonic()
-            due = min(worker.deadline for worker in self.workers)
+            seconds_left = min(worker.deadline for worker in self.workers) - now
+            timeout = None
+            if seconds_left < math.inf:
+                timeout = max(0.0, seconds_left)
             channels = [worker.channel for worker in self.workers]
-            heard = connection.wait(channels, None if due == math.inf else max(0.0, due - now))
+            ready = connection.wait(channels, timeout)
             for worker in list(self.workers):
-                if worker.channel in heard:  # what has arrived counts, be it read late
+                if worker.channel in ready:  # what has arrived counts, even if it is read late
                     yield from self._handle(worker, *worker.receive())
                 elif now > worker.deadline:
-                    yield from self._replace(worker, overdue=True)
+                    yield from self._replace(worker, is_overdue=True)
 
     def _hire(self) -> None:
         """Take a worker that is idle, or start one."""
@@ -233,7 +249,8 @@ class _Run:
     def _handle(self, worker: _Worker, kind: str, content: Any) -> Iterator[Result]:
         """Process a message of a worker, or its end."""
         if kind == "ready":
-            worker.loaded, worker.deadline = worker.function, monotonic() + self.timeout
+            worker.loaded = worker.function
+            worker.deadline = monotonic() + self.timeout
         elif kind == "left":
             self._give_back(worker)
         elif kind == "raised":
@@ -243,42 +260,47 @@ class _Run:
         elif kind == "died":
             yield from self._replace(worker)
         else:
-            index, design = worker.at.popleft()
-            worker.deadline = monotonic() + self.timeout if worker.at else math.inf
+            index, design = worker.designs.popleft()
+            worker.deadline = math.inf
+            if worker.designs:
+                worker.deadline = monotonic() + self.timeout
             if kind == "done":
                 self.cost.samples.append(content[2])
-                if not worker.at and self.waiting:  # whoever reads the result may take a while
+                # before the result is yielded, as its reader may take a while
+                if self.waiting and not worker.designs:
                     self._feed(worker)
                 yield content
             else:
                 yield self._lost(index, design, content)
 
-    def _replace(self, worker: _Worker, overdue: bool = False) -> Iterator[Result]:
-        """End a worker that has died or is overdue, which costs one design; another is hired."""
+    def _replace(self, worker: _Worker, is_overdue: bool = False) -> Iterator[Result]:
+        """End a worker that has died or is overdue; another is hired. One design is lost."""
         self.workers.remove(worker)
-        how = worker.end(0.0 if overdue else _PATIENCE)
+        end = worker.end(0.0 if is_overdue else _PATIENCE)
         if not worker.loaded:
-            raise _cannot_load(f"the process ends before ({how})")
-        at = worker.at.popleft() if worker.at and worker.loaded == worker.function else None
-        self._give_back(worker)
-        if at is None:
+            raise _cannot_load(f"the process ends before ({end})")
+        was_loading = worker.loaded != worker.function
+        if was_loading or not worker.designs:
+            self._give_back(worker)
             return
-        if overdue:
-            yield self._lost(*at, f"timed out after {self.timeout:g} s")
-        elif at[0] in self.tried:
-            yield self._lost(*at, f"its worker process died ({how}, 2 times)")
+        index, design = worker.designs.popleft()
+        self._give_back(worker)
+        if is_overdue:
+            yield self._lost(index, design, f"timed out after {self.timeout:g} s")
+        elif index in self.tried:
+            yield self._lost(index, design, f"its worker process died ({end}, 2 times)")
         else:
-            self.tried.add(at[0])
-            self.waiting.appendleft(at)  # it is the next to be evaluated
+            self.tried.add(index)
+            self.waiting.appendleft((index, design))  # it is the next to be evaluated
 
     def _give_back(self, worker: _Worker) -> None:
         """Let any worker take the designs that one has not begun."""
-        self.waiting.extendleft(reversed(worker.at))
-        worker.at.clear()
+        self.waiting.extendleft(reversed(worker.designs))
+        worker.designs.clear()
         worker.deadline = math.inf
 
     def _lost(self, index: int, design: Any, reason: str) -> Result:
-        """Return what the function has for a lost design; most have nothing, which is an error."""
+        """Return what the function gives for a lost design; without ``lost``, it is an error."""
         if not hasattr(self.function, "lost"):
             raise EvaluationError(design, reason)
         return index, self.function.lost(design, reason), 0.0

@@ -16,21 +16,27 @@ _EVERY = 60.0  # seconds between two lines of a log
 
 
 class Progress:
-    """Shows a share of 1 that is done and the time left: on a bar, or in a line now and then.
+    """The share of 1 that is done and the time left, shown on a bar or in a line now and then.
 
     Args:
-        bar: pymoo's; lines go to standard error.
+        bar: pymoo's bar; without one, lines go to standard error.
     """
 
     def __init__(self, bar: Any = None) -> None:
-        self.bar, self.due = bar, time.monotonic() + _EVERY
-        self.since = self.known = 0.0  # the first share was known before the run
+        self.bar = bar
+        self.due = time.monotonic() + _EVERY
+        self.since = 0.0
+        self.known = 0.0  # the first share, which was known before the run
 
     def __call__(self, share: float, note: str = "") -> None:
         """Show a share and a note; in a log only if the next line is due."""
-        now, parts = time.monotonic(), [note] * bool(note)
+        now = time.monotonic()
+        parts = []
+        if note:
+            parts.append(note)
         if self.known == 0:
-            self.since, self.known = now, share
+            self.since = now
+            self.known = share
         elif self.known < share < 1:
             seconds = (now - self.since) * (1 - share) / (share - self.known)
             parts.append(f"{timedelta(seconds=math.ceil(seconds))} left")
@@ -44,7 +50,7 @@ class Progress:
 
 @contextmanager
 def progress_bar(progress: bool) -> Iterator[Callable[..., None]]:
-    """Give a function that shows a share of 1 and a note, if it is asked for.
+    """Give a function that shows a share of 1 and a note; it does nothing without ``progress``.
 
     It shows them on pymoo's bar in a terminal or a notebook, elsewhere in a line now and then.
     """
@@ -54,13 +60,13 @@ def progress_bar(progress: bool) -> Iterator[Callable[..., None]]:
         yield lambda share, note="": None
         return
     ipython = sys.modules.get("IPython")
-    notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
+    is_notebook = ipython is not None and hasattr(ipython.get_ipython(), "kernel")
     # A service may have no output at all.
-    if not notebook and (sys.stdout is None or not sys.stdout.isatty()):
+    if not is_notebook and (sys.stdout is None or not sys.stdout.isatty()):
         yield Progress()
         return
-    # The bar's own statistics are a hundredth of the rate, "0.2%/s" for 20, and a time left that
-    # takes tests known before for tests of this run. A notebook keeps all that a line has been.
-    pause = 1.0 if notebook else 0.0
+    # The bar's own statistics are wrong: a hundredth of the rate ("0.2%/s" for 20), and a time left
+    # that counts tests known before as tests of this run. A notebook keeps every state of a line.
+    pause = 1.0 if is_notebook else 0.0
     with ProgressBar(stats=False, stats_end=False, refresh_secs=pause) as bar:
         yield Progress(bar)

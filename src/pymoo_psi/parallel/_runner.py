@@ -17,15 +17,15 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel._evaluation import Cost, Function, Result, Values, Waiting, evaluate_here
 from pymoo_psi.parallel._pool import ProcessPool
 
-# joblib is imported in the functions that need it: a worker, which imports this, does not.
+# joblib is imported in the functions that need it: a worker imports this module, but not joblib.
 
-# To start workers takes about a second, but only once in a run: for a first batch it is spread over
-# ten of them, as an algorithm has at least. A stream may be the whole run.
+# Workers take about a second to start, but only once in a run: for a first batch it is spread over
+# ten batches, as an algorithm has at least so many. A stream may be the whole run.
 _START_SECONDS = 1.0
 # What a batch takes beyond the evaluations: some messages, and the wait for the slowest chunk.
 _BATCH_SECONDS = 0.005
-# Tasks for each worker that are under way, wait for it, or are done and wait to be read: two are
-# sent ahead, and as many may be done while this process is busy with earlier ones.
+# Tasks for each worker that are done now, wait for it, or wait to be read: two are sent ahead, and
+# as many may be finished while this process is busy with earlier ones.
 _TASKS_AHEAD = 4
 
 
@@ -34,40 +34,40 @@ def active_workers(n_jobs: int) -> int:
     from joblib.parallel import get_active_backend
 
     backend, configured = get_active_backend()
-    wanted = configured if n_jobs == -1 and configured is not None else n_jobs
-    return max(1, int(backend.effective_n_jobs(wanted)))
+    if n_jobs == -1 and configured is not None:
+        n_jobs = configured
+    return max(1, int(backend.effective_n_jobs(n_jobs)))
 
 
 class JoblibRunner:
-    """Evaluate the designs of any pymoo problem on many workers: its ``elementwise_runner``.
+    """An ``elementwise_runner`` that evaluates the designs of any pymoo problem on many workers.
 
-    The workers are processes of their own. They stay alive between generations and are sent
-    chunks of designs, sized by the measured cost of one. A model so cheap that sending its designs
-    would cost more than it saves is evaluated in this process, as are the first designs of a run,
-    which measure the cost. Results come in the order of the designs and do not depend on any of
-    this.
+    The workers are separate processes. They stay alive between generations and receive chunks of
+    designs, sized by the measured cost of a design. If a model is so cheap that sending its designs
+    would cost more than it saves, it is evaluated in this process, as are the first designs of a
+    run, which measure the cost. Results come in the order of the designs and do not depend on this.
 
     On a cluster give each machine a ``share`` of the points, or take pymoo's runners for Dask and
     Ray.
 
-    A worker process that dies or runs out of time takes one design with it at most; the others are
-    evaluated by the worker that replaces it. A design whose process died is tried once more; then
-    it is lost, with the reason. What becomes of it is up to the problem:
-    :class:`~pymoo_psi.FailureTolerant` records the reason, any other stops with an
+    If a worker process dies or runs out of time, at most one design is lost; the others are
+    evaluated by the worker that replaces it. A design whose process died is tried once more before
+    it is lost, with the reason. The problem decides what follows:
+    :class:`~pymoo_psi.FailureTolerant` records the reason, any other problem stops with an
     :class:`~pymoo_psi.errors.EvaluationError`. On Windows the workers are those of joblib's loky,
     which end together if one dies, and there is no time limit.
 
-    The workers import from where this process does, and end with it, however it ends, with all
-    that a model has started in them. A model may change the current folder: afterwards it is the
-    same as before, in a worker after every design, here after every millisecond at least.
+    The workers import from where this process does. They end with this process, however it ends,
+    with all that a model has started in them. If a model changes the current folder, the change is
+    undone: in a worker after every design, in this process within milliseconds.
 
     Args:
         n_jobs: Number of workers; -1 is the number of ``joblib.parallel_config``, or else of
             cores.
         timeout: Seconds that the evaluation of one design may take; then its worker process is
-            replaced. Every design is evaluated in a process that can be ended.
+            replaced. With a timeout no design is evaluated in this process.
         in_process: Whether designs may be evaluated in this process, to measure their cost and
-            while they are cheap. Say ``False`` if a design takes minutes or may crash: then none
+            while they are cheap. Use ``False`` if a design takes minutes or may crash: then none
             is, even if there is one worker.
 
     Raises:
@@ -99,7 +99,7 @@ class JoblibRunner:
         self._started = False
 
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
-        """Return ``f`` of each design of ``X``, in order; this is pymoo's contract."""
+        """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
         waiting = deque(enumerate(X))
         results: list[Any] = [None] * len(waiting)
         for index, values, _ in self._results(f, waiting, _START_SECONDS / 10):
@@ -107,16 +107,16 @@ class JoblibRunner:
         return results
 
     def stream(self, f: Function, waiting: Waiting) -> Iterator[Result]:
-        """Evaluate the designs of a queue; give each result as soon as it is there.
+        """Evaluate the designs of a queue; yield each result as soon as it is there.
 
-        Designs are taken from the queue when a worker is free for them, so that more may be
-        added while the results are read: then no worker waits for the slowest design of a batch.
+        Designs are taken from the queue when a worker is free for them. More may be added while the
+        results are read, so that no worker waits for the slowest design of a batch.
 
         Args:
             f: What to evaluate.
             waiting: A deque of pairs: an index, different for each, and a design. It is emptied.
 
-        Returns:
+        Yields:
             For each design its index, values, and the seconds of its evaluation; in any order.
 
         Raises:
@@ -139,9 +139,11 @@ class JoblibRunner:
         return self._results(f, waiting, _START_SECONDS)
 
     def _results(self, f: Function, waiting: Waiting, starting: float) -> Iterator[Result]:
-        """Give what :meth:`stream` gives; to start workers takes so many seconds."""
+        """Yield what :meth:`stream` yields; workers take ``starting`` seconds to start."""
         count = active_workers(self.n_jobs)
-        overhead = _BATCH_SECONDS if self._started else starting
+        overhead = starting
+        if self._started:
+            overhead = _BATCH_SECONDS
 
         def enough(left: int) -> bool:
             return self._cost.worth_sending(left, count, overhead)
@@ -155,7 +157,7 @@ class JoblibRunner:
             yield from self.by_workers(f, waiting, count)
 
     def by_workers(self, f: Function, waiting: Waiting, count: int) -> Generator[Result]:
-        """Give what :meth:`stream` gives; no design is evaluated in this process."""
+        """Yield what :meth:`stream` yields; no design is evaluated in this process."""
         if sys.platform != "win32":
             yield from self._pool.run(f, waiting, self._cost, count, self.timeout)
             return
@@ -165,10 +167,11 @@ class JoblibRunner:
             while waiting:
                 # asked each time, since the cost becomes known on the way
                 size = self._cost.chunk(len(waiting), count)
-                yield delayed(_evaluated)(f, deque(waiting.popleft() for _ in range(size)))
+                chunk = deque(waiting.popleft() for _ in range(size))
+                yield delayed(_evaluated)(f, chunk)
 
         while waiting:  # joblib asks for no more tasks once there were none
-            # One at a time: joblib would send many together that have been short so far.
+            # One task at a time: joblib would send many together that have been short so far.
             parallel = Parallel(count, batch_size=1, return_as="generator_unordered")
             answers = parallel(tasks())
             try:
@@ -179,13 +182,13 @@ class JoblibRunner:
                 raise error from error.original  # joblib has put a cause of its own
             finally:
                 with warnings.catch_warnings():
-                    warnings.simplefilter("ignore", UserWarning)  # that results are not read
+                    warnings.simplefilter("ignore", UserWarning)  # about results that are not read
                     answers.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copies and pickles take the settings; workers and measurements stay."""
-        again = partial(type(self), self.n_jobs, timeout=self.timeout, in_process=self.in_process)
-        return again, ()
+        """Copies and pickles have the settings; workers and measurements stay here."""
+        make = partial(type(self), self.n_jobs, timeout=self.timeout, in_process=self.in_process)
+        return make, ()
 
 
 def _evaluated(f: Function, waiting: Waiting) -> list[Result]:

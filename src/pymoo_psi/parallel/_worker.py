@@ -1,16 +1,16 @@
-"""A worker process, seen from inside: a guard, and its child that evaluates what it is sent.
+"""The program of a worker process: a guard, and its child that evaluates what it is sent.
 
 The pool runs this file as a script. The guard only waits for the end of its child or of the channel
 to the pool, and then kills the child with all that a model has started in it. A thread in the
-worker would do but for a model that holds the interpreter's lock in C code; a signal at the death
-of the parent (Linux) would come at the end of the thread that started the worker, and not reach
-what the model started. On Linux the guard finds these also where they left the worker's group.
+worker could not do so while a model holds the interpreter's lock in C code. A signal at the death
+of the parent (Linux) would come at the end of the thread that started the worker, and would not
+reach what the model started. On Linux the guard also finds processes that left the worker's group.
 
 Messages to the worker: the path and the arguments of the program; then pairs of a pickled function,
 or None for the one that it has, and designs; None at the end. Messages from it: ``("ready", None)``
 when it has loaded a function, or ``("unusable", text)`` if it cannot; for each design, in turn and
 as soon as it is done, ``("done", Result)``, ``("raised", error)`` or ``("lost", reason)``;
-``("left", None)`` where the designs that are left of a chunk are for others.
+``("left", None)`` if it leaves the rest of a chunk to other workers.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from typing import Any
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
 
-# A guard that holds nothing but the standard library forks before there are any threads, and
+# A guard that imports nothing but the standard library forks before there are any threads, and
 # stays small: so nothing heavy is imported here, nor anything from the current folder.
 
 
@@ -44,13 +44,16 @@ def main() -> None:
     _guard()
     from multiprocessing.connection import Connection
 
-    # The last numbers of all: a model that writes into descriptors, or closes those that it does
-    # not know, as daemons do, begins with the first, and a file that it opens gets the first free.
-    most = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-    last = (min(most, 1024) if most > 0 else 1024) - 8
-    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, last))
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)  # nor does a solver started by it hold it open
-    os.register_at_fork(after_in_child=channel.close)  # a model's fork has nothing to say
+    # The channel gets one of the last numbers: a model that writes into descriptors, or closes
+    # those that it does not know, as daemons do, begins with the first; a file that it opens gets
+    # the first free one.
+    n_descriptors = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    if not 0 < n_descriptors <= 1024:
+        n_descriptors = 1024
+    channel = Connection(fcntl.fcntl(0, fcntl.F_DUPFD_CLOEXEC, n_descriptors - 8))
+    # Nor does a solver that the model starts hold it open, or a fork of the model.
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.register_at_fork(after_in_child=channel.close)
     with contextlib.suppress(EOFError, OSError):
         _serve(channel)
 
@@ -69,17 +72,19 @@ def _guard() -> None:
         pid, status = os.wait()  # it also reaps what has lost its parent
     _kill_descendants(worker)
     code = os.waitstatus_to_exitcode(status)
-    os._exit(code if code >= 0 else 128 - code)  # as shells do
+    if code < 0:  # a signal, reported as shells do
+        code = 128 - code
+    os._exit(code)
 
 
 def _kill_at_hang_up(worker: int) -> None:
     """Kill the worker when the pool has disconnected or is gone.
 
-    A fork of the pool's process may hold the pipe open; hence the look at the parent's number.
+    A fork of the pool's process may hold the pipe open; therefore the parent's number is checked.
     """
     parent = os.getppid()
     poller = select.poll()
-    poller.register(0, 0)  # of the standard input a hang-up is always reported, messages are not
+    poller.register(0, 0)  # a hang-up of the standard input is always reported, messages are not
     while not poller.poll(1000) and os.getppid() == parent:
         pass
     os.killpg(worker, signal.SIGKILL)
@@ -135,8 +140,8 @@ def _serve(channel: Any) -> None:
                 continue
             send("ready")
         try:
-            late = partial(_is_past, perf_counter() + 2 * CHUNK)  # what is left is for others
-            for result in evaluate_here(function, designs, enough=late, moment=0.0):
+            is_late = partial(_is_past, perf_counter() + 2 * CHUNK)  # the rest is for others
+            for result in evaluate_here(function, designs, enough=is_late, moment=0.0):
                 try:
                     send("done", result)
                 except Exception as error:
