@@ -1,29 +1,29 @@
-r"""Algorithms: sampling, Parameter Space Investigation, NSGA-III as the alternative, refinement.
+r"""Algorithms: sampling, Parameter Space Investigation, surrogates, and NSGA-III.
 
 Parameter Space Investigation, the method of Sobol' and Statnikov, tests designs spread evenly over
-all bounds of the variables, the points of the LPτ sequence, and keeps every test in a table. You
+the bounds of all variables, the points of the LPτ sequence, and keeps every test in a table. You
 read the table, set limits on the objectives as you see what they cost, and refine the bounds or
-test more points. Only then the feasible Pareto-optimal designs are taken, and one of them chosen.
+test more points. Only then do you take the feasible Pareto-optimal designs and choose one of them.
 
-Use it where you do not know yet what can be had: to learn which limits can be met, where feasible
-designs lie, and which constraint costs what; with few variables; with a model that is slow or
-fails, since tests run side by side, stop and go on, and are never lost. Do not use it to pin down
-a front to many digits, with tens of variables, or where feasible designs are one in many
-thousands: the points learn nothing from results. :class:`SurrogatePSI` does, and so does an
-optimiser such as pymoo's NSGA-III, here with settings chosen from the number of objectives and the
-budget, which it keeps exactly.
+Use it where you do not know yet what is possible: to learn which limits can be met, where feasible
+designs lie, and what each constraint costs; with few variables; with a model that is slow or fails,
+since tests run in parallel, can be stopped and continued, and are never lost. Do not use it to
+locate a front to many digits, with tens of variables, or where one design in many thousands is
+feasible: its points do not depend on results. Those of :class:`SurrogatePSI` do, and so do those of
+an optimiser such as pymoo's NSGA-III; :func:`nsga3` chooses its settings from the number of
+objectives and the budget, which it keeps exactly.
 
 ``minimize(problem, PSI(n))`` works on any pymoo problem with finite bounds, its variables real,
-integer, binary or choices; of a discrete design that occurs again the known result is taken. It
-ends by itself; verbose output, callbacks, terminations, history, ask-and-tell and copies work as
-for pymoo's own algorithms. ``res.X`` and ``res.F`` are the feasible Pareto-optimal designs,
-``res.pop`` and ``res.algorithm.table`` hold every tested one. :func:`investigate` does the same on
-arrays, a million designs in seconds. Beyond the 51 variables of LPτ the points are SciPy's Sobol'
-points, and a line says so.
+integer, binary or choices; a discrete design that occurs again has its known result. The run ends
+by itself; verbose output, callbacks, terminations, history, ask-and-tell and copies work as for
+pymoo's own algorithms. ``res.X`` and ``res.F`` are the feasible Pareto-optimal designs, ``res.pop``
+and ``res.algorithm.table`` hold every tested one. :func:`investigate` does the same on arrays, a
+million designs in seconds. Beyond the 51 variables of LPτ the points are SciPy's Sobol' points, and
+a line says so.
 
 Example:
-    With a study, an investigation can be stopped, continued and extended with no loss; the first
-    500 tests come from the file.
+    With a study, an investigation can be stopped, continued and extended without loss; here the
+    first 500 tests of the second run come from the file.
 
     >>> import pathlib, tempfile
     >>> from pymoo.optimize import minimize
@@ -42,16 +42,15 @@ Example:
     >>> res.algorithm.evaluator.n_eval
     1000
 
-A study refuses another problem: another name, bounds, number of objectives or constraints, or
-other numbers and texts as arguments that the problem keeps as attributes (a method
-``fingerprint()`` of it may return another dictionary of what counts). What it cannot see is the
-inside of the model: after a change of a constant or of the program it wants another ``study_key``,
-or old and new results would stand in one table. Failed designs stay failed until
-``PSI(..., retry="failed")`` tries them once more.
+A study rejects another problem: another name, bounds, number of objectives or constraints, or
+other numbers and texts that the problem was created with and keeps as attributes (its method
+``fingerprint()`` may return another dictionary of what counts). It cannot see into the model: after
+a change of a constant or of the program use another ``study_key``, or old and new results would be
+in one table. Failed designs stay failed until ``PSI(..., retry="failed")`` tries them once more.
 
-Many machines share an investigation without talking to each other: each tests its share of the
-points into a file of its own in one folder, and whatever reads a study reads the folder. As an
-array of Slurm, in which a job that was killed is submitted again and goes on:
+Many machines share an investigation without communication: each tests its share of the points and
+stores them in a file of its own in one folder, and whatever reads a study reads the folder. This is
+an array of Slurm jobs; a job that was killed is submitted again and continues:
 
     #!/bin/bash
     #SBATCH --array=1-64
@@ -64,8 +63,15 @@ array of Slurm, in which a job that was killed is submitted again and goes on:
     pymoo-psi rank runs                    # when some or all of it is there
     pymoo-psi export runs --out study.db   # one study, which goes on by --study study.db
 
-A problem that is evaluated one design at a time runs on all cores by
-``elementwise_runner=JoblibRunner()``, and on a cluster of Dask or Ray by pymoo's runners for them.
+A problem that is evaluated one design at a time runs on all cores with
+``elementwise_runner=JoblibRunner()``, and on a cluster of Dask or Ray with pymoo's own runners.
+
+Inside, a run (``_run``) joins three parts. A source (``_sources``, ``_surrogate``) gives the next
+points when it is asked and takes the tests as they arrive; an executor (``_executor``) evaluates
+points, one by one on workers that do not wait for one another or in pieces; a store (``_store``)
+recalls and keeps tests in a study. :class:`PSI` and :class:`SurrogatePSI` derive from the same
+adapter of a run to pymoo (``PointAlgorithm``), each with its source; :func:`investigate` and
+:class:`Recorded` use runs directly.
 
 Public names: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
 :class:`RunOptions`; :func:`nsga3`; :class:`Recorded`; the samplings :class:`LPTauSampling`,

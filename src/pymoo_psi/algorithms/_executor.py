@@ -237,8 +237,6 @@ class OneByOne(Executor):
 
     def submit(self, points: Points) -> None:
         """Take points to evaluate."""
-        if len(points) == 0:
-            return
         matrix = points.matrix(self._model.space)
         numbers = points.numbers.tolist()
         # with their designs, which are not computed again for the tests
@@ -338,7 +336,9 @@ class InPieces(Executor):
         pieces, tables, seconds = zip(*self._evaluated, strict=True)
         self._evaluated.clear()
         numbers = np.concatenate([piece.numbers for piece in pieces])
-        tests = tables[0].extended(*tables[1:])
+        tests = tables[0]
+        if len(tables) > 1:
+            tests = tests.extended(*tables[1:])
         sizes = [len(piece) for piece in pieces]
         return Tested(numbers, tests, np.repeat(np.array(seconds), sizes))
 

@@ -79,54 +79,53 @@ class PSIKeywords(RunKeywords, AlgorithmKeywords, total=False):
 
 @dataclass(frozen=True)
 class RunOptions:
-    """The options of a run, checked: which points are tested, how, and where tests are stored.
+    """The options of a run: which points are tested, how, and where tests are stored.
 
     Attributes:
         first: Number of the first point, from 1, which lies at the lower bounds. ``PSI(1024)``
             and ``PSI(3072, first=1025)`` together test the points of ``PSI(4096)``.
-        sampling: Where the points come from: ``"lptau"`` by default, and for more than 51
-            variables SciPy's points of Sobol', ``QMCSampling("sobol", scramble=False)``; or, as on
-            the command line, ``"sobol"``, ``"halton"`` or ``"lhs"``, whose random points follow
-            the seed; or another :class:`~pymoo_psi.UniformSampling`, such as
+        sampling: Where the points come from: ``"lptau"`` by default, and for more than 51 variables
+            the Sobol' points of SciPy, ``QMCSampling("sobol", scramble=False)``; or, as on the
+            command line, ``"sobol"``, ``"halton"`` or ``"lhs"``, whose random points follow the
+            seed; or another :class:`~pymoo_psi.UniformSampling`, such as
             :class:`~pymoo_psi.QMCSampling` or a sequence of your own.
         seed: Seed of a randomised sampling; in ``minimize``, pymoo's ``seed``.
         limits: Limits on objectives, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
-            see :class:`TestTable`. A design that exceeds one counts as infeasible in the result;
-            the table keeps it as it is, so that other limits can be tried on the table afterwards.
-            So does one without a value that has a limit; if no test has it, the limit is refused.
-        share: ``(k, n)`` tests the k-th of n parts of the points only. All n parts together, on as
+            see :class:`TestTable`. A design that exceeds one counts as infeasible in the result, as
+            does one without a value for it; the table keeps the design as it is, so that other
+            limits can be tried afterwards. A limit on what no test has is refused.
+        share: ``(k, n)`` tests only the k-th of n parts of the points. All n parts together, on as
             many machines, are the run without it; each is spread over all bounds.
-        study: Name of a study file, in which tests are stored as they arrive, about every second;
+        study: Name of a study file, in which tests are stored as they arrive, about every second,
             also when an interrupt, SIGTERM or a failure ends the run. The same call continues a
             study that was interrupted, a larger ``n_points`` extends it, and no stored design is
             evaluated again. With a ``share`` it is the name of a folder, in which each share has a
             file; :func:`~pymoo_psi.read_table` reads it as one study.
         study_key: What else the study depends on, such as a version or constants of the model; a
-            study with another key is refused. The study itself compares name, variables, bounds
-            and numbers of objectives and constraints, and the numbers and texts that the problem
-            was made with and keeps, or what its method ``fingerprint()`` returns; it cannot see
-            into the model.
-        retry: ``"failed"`` evaluates what the study holds as failed once more.
-        names: Names of your own for variables, objectives and constraints, by their default names:
-            ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. The table, the study, files,
-            plots and limits have them. Unless given, those of the problem's attribute ``names``.
-        maximize: The objectives to be maximised, by these names. pymoo minimises, so that
-            ``out["F"]`` holds such an objective with the sign turned; whatever is reached by name
-            is in the original direction. Unless given, those of the problem's attribute
-            ``maximize``; a list that leaves one of these out is refused, an empty one turns all
-            of them off.
-        units: Units of columns by these names, also of further outputs. Unless given, those of
-            the problem's attribute ``units``.
-        log: Variables whose scale is logarithmic: points are spread evenly, and surrogates see
-            distances, in the logarithm. Unless given, those of the problem's attribute ``log``.
+            study rejects a changed key. The study itself compares name, variables, bounds and
+            numbers of objectives and constraints, and the numbers and texts that the problem was
+            created with and keeps, or what its method ``fingerprint()`` returns; it cannot see into
+            the model.
+        retry: ``"failed"`` evaluates stored tests that failed once more.
+        names: Your own names for variables, objectives and constraints, by their default names:
+            ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. Tables, studies, files, plots
+            and limits use them. By default those of the problem's attribute ``names``.
+        maximize: The objectives to maximize, by these names. pymoo minimizes, so that ``out["F"]``
+            holds such an objective with the opposite sign; values by name are in the original
+            direction. By default those of the problem's attribute ``maximize``; a list that omits
+            one of these is refused, an empty one turns all of them off.
+        units: Units of columns by these names, also of further outputs. By default those of the
+            problem's attribute ``units``.
+        log: Variables with a logarithmic scale: points are spread evenly, and surrogates measure
+            distances, in the logarithm. By default those of the problem's attribute ``log``.
         requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or functions; see
             :class:`Required`. The model never runs for a design that violates one: it counts as
-            infeasible. Unless given, those of the problem's attribute ``requirements``.
-        fill: Go on in the sequence until ``n_points`` designs meet the requirements; the others
-            are numbered, too.
+            infeasible. By default those of the problem's attribute ``requirements``.
+        fill: Continue the sequence until ``n_points`` designs meet the requirements; the others are
+            numbered, too.
         block_size: Points per iteration of ``PSI``, after each of which display, callback and
-            termination are called: by default the run has 32 iterations, of at least 64 points.
-            For ``investigate``, points that are evaluated together, at most.
+            termination are called; by default the run has 32 iterations of at least 64 points. For
+            ``investigate``, how many points are evaluated together at most.
 
     Raises:
         ArgumentValueError: A count is out of range, or there is no such action or share.
@@ -161,15 +160,20 @@ class RunOptions:
             collection("log", self.log, "a list of variables", "one goes into a list too")
 
     def sampling_in(self, n_dim: int) -> UniformSampling:
-        """Return where points of so many dimensions come from."""
-        few = n_dim <= MAX_DIMENSIONS  # SciPy's Sobol' points have up to 21201
-        default = LPTauSampling() if few else QMCSampling("sobol", scramble=False)
-        return uniform_sampling(self.sampling) or default
+        """Return the sampling of points of so many dimensions."""
+        sampling = uniform_sampling(self.sampling)
+        if sampling is not None:
+            return sampling
+        if n_dim <= MAX_DIMENSIONS:
+            return LPTauSampling()
+        return QMCSampling("sobol", scramble=False)  # up to 21201 dimensions
 
     @property
     def part(self) -> Share:
         """The share of the points that is tested."""
-        return ALL if self.share is None else Share.checked(self.share)
+        if self.share is None:
+            return ALL
+        return Share.checked(self.share)
 
 
 def run_options(
@@ -199,20 +203,24 @@ def takes(keywords: Any) -> Callable[[Owner], Owner]:
     Args:
         keywords: The ``TypedDict`` that the function unpacks.
     """
-    known = dict(inspect.signature(Algorithm.__init__).parameters)
+    keyword_only = inspect.Parameter.KEYWORD_ONLY
+    known = []
     for field in fields(RunOptions):
-        known[field.name] = inspect.Parameter(
-            field.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=field.default,
-            annotation=field.type,
+        known.append(
+            inspect.Parameter(
+                field.name, keyword_only, default=field.default, annotation=field.type
+            )
         )
+    for parameter in inspect.signature(Algorithm.__init__).parameters.values():
+        if parameter.name != "seed":  # one of both
+            known.append(parameter.replace(kind=keyword_only))
 
     def expanded(function: Owner) -> Owner:
         signature = inspect.signature(function)
         parameters = list(signature.parameters.values())[:-1]  # without **options
-        for name in keywords.__annotations__:
-            parameters.append(known[name].replace(kind=inspect.Parameter.KEYWORD_ONLY))
+        for parameter in known:
+            if parameter.name in keywords.__annotations__:
+                parameters.append(parameter)
         function.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
         return function
 

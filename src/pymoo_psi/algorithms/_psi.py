@@ -1,9 +1,8 @@
 """Parameter Space Investigation, as a pymoo algorithm and on arrays.
 
-PSI tests the points of a uniformly distributed sequence and keeps every one of them with its
-number. It learns nothing on the way, so a run is the same however it is cut into blocks, and the
-test table is all its state: pymoo's individuals are made from it when they are asked for. Where
-none are wanted, :func:`investigate` makes none.
+PSI tests the points of a uniformly distributed sequence and keeps every test with its number. The
+points do not depend on results, so that a run is the same however it is cut into blocks.
+:func:`investigate` does the same without pymoo's individuals.
 """
 
 from __future__ import annotations
@@ -46,16 +45,16 @@ from pymoo_psi.table import TestTable, bounds_of
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Rows from which on a Pareto set is filtered on the way. Each time there are twice as many rows as
-# were left, so that all filtering together takes as long as the last one, or twice that.
+# Rows above which tests are filtered for dominance during a run. It happens again when there are
+# twice as many as were left: all filtering together takes at most twice as long as the last one.
 _WORTH_FILTERING = 2**18
 
 
 class PointAlgorithm(Algorithm):
-    """pymoo's side of a run: an algorithm that tests the points of a source.
+    """An algorithm of pymoo that tests the points of a source.
 
-    A subclass writes ``begin``, which returns the run. The test table is all its state: pymoo's
-    individuals are made from it when they are asked for.
+    A subclass writes ``begin``, which returns the run. Beside the run, its state is the table of
+    tests: pymoo's individuals are made from it when they are asked for.
 
     Args:
         n_points: How many points to test.
@@ -83,10 +82,10 @@ class PointAlgorithm(Algorithm):
         self.block_size = block_size
         self.limits = options.limits
         self._tests = TestTable.empty()
-        self._population = Population.empty()  # of the first rows of the table, as far as asked for
-        self._blocks: list[int] = []  # how many tests each iteration brought
-        self._front = np.zeros(0, dtype=np.intp)  # the Pareto-optimal ones of the first rows
-        self._filtered = 0  # how many rows that were
+        self._population = Population.empty()  # of the first tests, as far as it was asked for
+        self._blocks: list[int] = []  # the numbers of tests of the iterations
+        self._front = np.zeros(0, dtype=np.intp)  # rows of the Pareto-optimal ones of the first
+        self._n_filtered = 0  # how many of the first tests they were chosen from
         keywords.setdefault("evaluator", _Evaluator())
         keywords.setdefault("output", MultiObjectiveOutput())
         super().__init__(seed=options.seed, **keywords)
@@ -153,24 +152,26 @@ class PointAlgorithm(Algorithm):
         require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
         self._whole = termination is None
-        # in the place of pymoo's default, which would stop a run before all points are tested
-        ends = [_PointsTested()] if termination is None else [_PointsTested(), termination]
+        # instead of pymoo's default, which would stop a run before all points are tested
+        ends = [_PointsTested()]
+        if termination is not None:
+            ends.append(termination)
         kwargs["termination"] = TerminateIfAny(*ends)
         super().setup(problem, **kwargs)
         return self
 
     def _setup(self, problem: Any, **kwargs: Any) -> None:
-        # Blocks are cut here; executors evaluate as much at once as they like.
+        # It says how many points an iteration tests, not how many are evaluated together.
         options = replace(self.options, seed=self.seed, block_size=None)
         self._run = self.begin(options, self._whole)
         self._tests = self._run.empty
 
     def has_next(self) -> bool:
-        """Say whether points are left; a later termination does not bring more of them."""
+        """Whether points are left and no termination has ended the run."""
         return self._run.n_left > 0 and bool(super().has_next())
 
     def next(self) -> None:
-        """Test the next block; another process cannot test it meanwhile for the same study."""
+        """Test the next block; meanwhile no other process can test it for the same study."""
         if self._run.n_left == 0:
             return
         if not self.is_initialized:
@@ -264,11 +265,11 @@ class PointAlgorithm(Algorithm):
             individual.data.update(zip(names, outputs, strict=True), failure=reason, outputs=names)
             individual.evaluated.update("FGH")
 
-    # What pymoo's tools read: individuals made from the table when they are first asked for.
-    # pymoo assigns these names on its way, which changes nothing.
+    # What pymoo's tools read: individuals, made from the table when they are first asked for.
+    # pymoo also assigns these attributes, which changes nothing.
 
     def _assign(self, value: Any) -> None:
-        pass  # pymoo's base class sets them in its constructor and after a block
+        pass  # pymoo's base class does so in its constructor and after a block
 
     def _all(self) -> Population:
         """Every tested design."""
@@ -306,12 +307,12 @@ class PointAlgorithm(Algorithm):
 
     def _optimal_rows(self) -> NDArray[np.intp]:
         """Return the rows of the table that no feasible one dominates."""
-        if self._filtered < self.n_tested:
-            # What the last front dominates, no later design makes optimal again.
-            rows = np.concatenate([self._front, np.arange(self._filtered, self.n_tested)])
+        if self._n_filtered < self.n_tested:
+            # What the last front dominates stays dominated.
+            rows = np.concatenate([self._front, np.arange(self._n_filtered, self.n_tested)])
             tests = self._under_limits(self._tests.rows(rows))
             self._front = rows[tests.pareto()]
-            self._filtered = self.n_tested
+            self._n_filtered = self.n_tested
         return self._front
 
     pop = property(_all, _assign)
@@ -319,11 +320,11 @@ class PointAlgorithm(Algorithm):
     opt = property(_best, _assign)
 
     def _set_optimum(self) -> None:
-        pass  # `opt` is found when it is read
+        pass  # `opt` is computed when it is read
 
 
 class _Evaluator(Evaluator):
-    """pymoo's evaluator for those who ask and tell: designs that fail are kept as failed."""
+    """pymoo's evaluator for asking and telling, which keeps designs that fail as failed."""
 
     def _eval(self, problem: Any, pop: Population, values: Any, **kwargs: Any) -> None:
         out = evaluate_designs(untolerant(problem), pop.get("X"))
@@ -336,7 +337,7 @@ class _Evaluator(Evaluator):
 
 
 class _PointsTested(Termination):
-    """Terminate when every test point is tested; the progress is the share of them."""
+    """Terminate when every point is tested; the progress is the share of tested points."""
 
     def _update(self, algorithm: Any) -> float:
         progress: float = algorithm.n_tested / (algorithm.n_tested + algorithm.n_left)
@@ -356,22 +357,22 @@ class PSI(PointAlgorithm):
     its values are told, and ``None`` when no points are left. The table has its further outputs if
     the algorithm's own ``evaluator`` has evaluated them.
 
-    Where a problem has a :class:`~pymoo_psi.JoblibRunner`, its workers do not wait for each other
-    at the end of a block: while one is at the slowest design of it, the others are at the next
-    points. If a termination was given, they are at most eight designs each ahead of the block
-    that it has seen. What is evaluated ahead when it ends the run is in the study, if there is
-    one, and not in the result. Meanwhile no other process can test points for the same study.
+    If a problem has a :class:`~pymoo_psi.JoblibRunner`, its workers do not wait for one another at
+    the end of a block: while one evaluates the slowest design of the block, the others evaluate the
+    next points. If a termination was given, each is at most eight designs ahead of the block that
+    the termination has seen. What was evaluated ahead when the run ends is in the study, if there
+    is one, and not in the result. Meanwhile no other process can test points for the same study.
 
-    The model is taken to be deterministic: a design that occurs again, which only variables that
-    are not real can bring about, is not evaluated again but takes the known result, also that of
-    a study (:attr:`TestTable.repeats`). Values that a user tells are taken as they are.
+    The model is assumed to be deterministic: a design that occurs again, which needs variables none
+    of which is real, is not evaluated again but has the known result, also that of a study
+    (:attr:`TestTable.repeats`). Values that a user tells are taken as they are.
 
     Every further number that the model puts into ``out``, such as ``out["temperature"]``, is a
     column of the table; ``res.pop.get("temperature")`` gives it, too.
 
     Args:
         n_points: How many points to test.
-        **options: The options of a run, see :class:`RunOptions`; and pymoo's own:
+        **options: The options of a run; see :class:`RunOptions`. And those of pymoo's algorithms:
             ``termination``, ``callback``, ``output``, ``save_history``, …
 
     Raises:
@@ -418,20 +419,20 @@ def investigate(
     """Test the points of a uniform sequence and return the table of tests.
 
     The result is that of ``minimize(problem, PSI(n_points)).algorithm.table``; a vectorised
-    problem is evaluated at millions of points in seconds, on as many cores as are asked for.
-    Memory grows with what is kept, and with the size of a block and the number of cores. A design
-    that occurs again is not evaluated again, as in :class:`PSI`, except where ``n_jobs`` is not 1.
+    problem is evaluated at millions of points in seconds, on ``n_jobs`` cores. Memory grows with
+    what is kept, and with the size of a block and the number of cores. As in :class:`PSI`, a design
+    that occurs again is not evaluated again, unless ``n_jobs`` differs from 1.
 
     Args:
         problem: A pymoo problem with finite bounds.
         n_points: How many points to test.
         keep: ``"all"`` tests, the ``"feasible"`` ones or the ``"pareto"`` set of these.
         n_jobs: Processes for a vectorised problem; -1 for as many as there are cores. The table
-            does not depend on it. A problem that is evaluated one design at a time has a runner of
-            its own, :class:`~pymoo_psi.JoblibRunner`.
+            does not depend on it. For a problem that is evaluated one design at a time, use a
+            :class:`~pymoo_psi.JoblibRunner`.
         progress: Show a progress bar in a terminal or a notebook, elsewhere a line a minute on
             standard error.
-        **options: The options of a run, see :class:`RunOptions`.
+        **options: The options of a run; see :class:`RunOptions`.
 
     Returns:
         The table of the tests kept, by number.
@@ -449,18 +450,18 @@ def investigate(
         >>> bool(table.pareto().all())
         True
     """
-    checked, _ = run_options("investigate", options, RunKeywords)
+    settings, _ = run_options("investigate", options, RunKeywords)
     require_problem(problem)
     if job_count("n_jobs", n_jobs) != 1 and problem.elementwise:
         rule = "1 for a problem that is evaluated one design at a time"
         remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs)"
         raise invalid("n_jobs", rule, n_jobs, remedy)
     known_name("keep", keep, ("all", "feasible", "pareto"))
-    run = run_of_sequence(problem, n_points, checked, keep=keep, n_jobs=n_jobs)
-    n_points = run.n_left  # of this share, with those that do not count for `fill`
+    run = run_of_sequence(problem, n_points, settings, keep=keep, n_jobs=n_jobs)
+    n_points = run.n_left  # of this share, and also those that `fill` does not count
     tables = [run.empty]
     n_rows = 0  # in these tables
-    n_filtered = 0  # as the last filter has left them
+    n_filtered = 0  # how many of them the last filter has left
     with (
         progress_bar(progress) as show_progress,
         stored_at_termination(run.store),
@@ -471,14 +472,14 @@ def investigate(
             n_rows += len(block.tests)
             show_progress(1 - run.n_left / n_points)
             if keep == "pareto" and n_rows > max(2 * n_filtered, _WORTH_FILTERING):
-                tables = [kept_tests(keep, checked.limits, by_number(tables))]
+                tables = [kept_tests(keep, settings.limits, by_number(tables))]
                 n_filtered = len(tables[0])
                 n_rows = n_filtered
     table = by_number(tables)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = kept_tests(keep, checked.limits, table)
-    if not checked.limits:
+        table = kept_tests(keep, settings.limits, table)
+    if not settings.limits:
         return table
     if keep != "all":  # of tests that are left out it is unknown whether they failed
-        bounds_of(checked.limits, table.layout)
-    return table.under(limits=checked.limits)
+        bounds_of(settings.limits, table.layout)
+    return table.under(limits=settings.limits)

@@ -36,44 +36,44 @@ from pymoo_psi.table import TestTable, design_keys, design_matrix
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-_Key = tuple[str, ...]  # of a design: what is the same bit for bit
+_Key = tuple[str, ...]  # of a design; equal keys are equal bit for bit
 
 
 class Recorded(WrappedProblem):
-    """Any pymoo problem, every evaluation kept in a study and answered from it.
+    """Any pymoo problem, with every evaluation kept in a study and answered from it.
 
-    Each design that an algorithm asks for becomes a test of the study, numbered from 1 in the
-    order in which they are asked for, and is stored before the algorithm sees its values. A design
-    that is stored, bit for bit the same, is answered from the file. So a run with a seed that was
-    interrupted, even killed, is continued by running it again: it goes the same way through what
-    is stored, which takes no evaluations, and on from there; the result is that of one run. More
-    generations, another seed or another algorithm add to the same study.
+    Each design that an algorithm evaluates becomes a test of the study, numbered from 1 in the
+    order of the evaluations, and is stored before the algorithm sees its values. A design that is
+    stored already, bit for bit the same, is answered from the file. So a run with a seed that was
+    interrupted, even killed, is continued by running it again: it repeats what is stored without an
+    evaluation and goes on from there; the result is that of one run. More generations, another
+    seed or another algorithm add to the same study.
 
     It works with every algorithm that draws its random numbers from the seed, in ``minimize``, with
     ask and tell (evaluate by ``algorithm.evaluator.eval(problem, designs, algorithm=algorithm)``),
-    and from a checkpoint. NSGA-III and U-NSGA-III, whose ties pymoo draws without the seed, are
-    made to. ``res.pop.get("test_point")`` are the numbers of the designs.
+    and from a checkpoint. pymoo breaks ties of NSGA-III and U-NSGA-III without the seed; here they
+    follow it. ``res.pop.get("test_point")`` gives the numbers of the designs.
 
-    Values must depend on the design alone; kept are F, G, H and whatever else the model gives as
-    one number for each design. A design that fails is stored with its reason, as are all others
-    asked for together with it, before it ends the run by an error; with
-    ``Recorded(FailureTolerant(problem), ...)`` the run goes on. It fails again from the file,
-    unless it is to be tried again.
+    Values must depend on the design alone. The study keeps F, G, H and whatever else the model
+    gives as one number for each design. A design that fails is stored with its reason, as are all
+    others evaluated together with it, before it ends the run by an error; with
+    ``Recorded(FailureTolerant(problem), ...)`` the run goes on. A stored failure is repeated from
+    the file unless ``retry`` says otherwise.
 
-    A copy shares what is known of the study. Worker processes get the wrapped problem and never
+    A copy shares what is known of the study. Worker processes receive the wrapped problem and never
     the study.
 
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables with
             bounds; or a :class:`~pymoo_psi.FailureTolerant`.
-        study: Name of the study file, which is made if there is none. One process at a time adds
-            to it; another waits for its batch, and takes over what it has stored.
-        **options: Options of the study, see :class:`RunOptions`. With ``retry``, a failed test is
-            tried again when its design is asked for.
+        study: Name of the study file, which is created if it does not exist. One process at a time
+            adds to it; another waits for the end of its batch, and takes over what it has stored.
+        **options: Options of the study; see :class:`RunOptions`. With ``retry``, a failed test is
+            evaluated again when an algorithm asks for its design.
 
     Attributes:
         wrapped: The problem.
-        n_evaluated: How many designs were evaluated here, and not answered from the study.
+        n_evaluated: How many designs were evaluated by this object, not answered from the study.
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
@@ -110,18 +110,22 @@ class Recorded(WrappedProblem):
             raise wrong_type("study", "the name of a file", study)
         require_problem(problem)
         problem = tolerance_outside(problem)
-        self._tolerant = problem if tolerates_failures(problem) else None
-        problem = self._tolerant or required(problem)
+        self._tolerant = None
+        if tolerates_failures(problem):
+            self._tolerant = problem
+            evaluated = problem.wrapped
+        else:
+            problem = required(problem)
+            evaluated = problem
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
-        self._model = problem.wrapped if self._tolerant else problem
-        if self._model.requires_kwargs or isinstance(self._model, DynamicProblem):
+        if evaluated.requires_kwargs or isinstance(evaluated, DynamicProblem):
             rule = "one whose values depend on the design alone"
-            raise invalid("problem", rule, Received(problem_name(self._model)))
+            raise invalid("problem", rule, Received(problem_name(evaluated)))
         run_options = RunOptions(study=study, **options)
-        self._run_model = Model(self._model, run_options)
-        table = table_of_run(self._run_model, run_options, lambda: "an algorithm (Recorded)")
+        self._model = Model(evaluated, run_options)
+        table = table_of_run(self._model, run_options, lambda: "an algorithm (Recorded)")
         self._store = StudyStore(table, run_options)
-        self._executor = executor_of(self._run_model, run_options)
+        self._executor = executor_of(self._model, run_options)
         self._answers = _Answers()
         self._read()
         self.n_evaluated = 0
@@ -148,11 +152,12 @@ class Recorded(WrappedProblem):
                 seed_ties(algorithm)
             self._store.origin = type(algorithm).__name__
         if kwargs.get("return_as_dictionary"):
-            # For algorithms. To what is around this problem, such as a table of tests with numbers
-            # of its own, they would be an output of the model.
-            kwargs["return_values_of"] = [*(kwargs.get("return_values_of") or "F"), "test_point"]
+            # Algorithms ask so. Elsewhere, as in a table of tests with numbers of its own, the
+            # numbers would be an output of the model.
+            names = kwargs.get("return_values_of") or ["F"]
+            kwargs["return_values_of"] = [*names, "test_point"]
         out = super().evaluate(X, *args, **kwargs)
-        if isinstance(out, dict):  # of which pymoo has made floats
+        if isinstance(out, dict):  # pymoo has made floats of the numbers
             out["test_point"] = out["test_point"].astype(np.int64)
         return out
 
@@ -165,17 +170,17 @@ class Recorded(WrappedProblem):
         """
         layout = self._store.empty.layout
         answers = self._answers
-        designs = self._run_model.space.to_matrix(X)
+        designs = self._model.space.to_matrix(X)
         keys = design_keys(design_matrix("X", designs, layout.variables, layout.kinds))
         if answers.unknown(keys):
-            # The lock is within, so that it is given back.
+            # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
-                self._read()  # what another process stored before we got the lock
+                self._read()  # what another process stored before this one got the lock
                 rows = answers.unknown(keys)
                 if rows:
                     self._evaluate(designs[rows], [keys[row] for row in rows])
         numbers, values = zip(*(answers.tests[key] for key in keys), strict=True)
-        out = columns_of_values(self._model, values)
+        out = columns_of_values(self._model.problem, values)
         if "test_point" in return_values_of:
             out["test_point"] = np.array(numbers)
         for name in return_values_of:  # pymoo would fill in infinity
@@ -191,7 +196,7 @@ class Recorded(WrappedProblem):
         return self.formatted(X, out, return_values_of)
 
     def _read(self) -> None:
-        """Take over what is stored and not known yet, by this run or others."""
+        """Take over stored tests that are not known yet, of this run or others."""
         first = self._answers.free(1)[0]
         stored = self._store.stored(first)
         self._answers.add(stored, self._store.to_retry(stored))
@@ -200,7 +205,7 @@ class Recorded(WrappedProblem):
         """Evaluate designs that no test has; what arrives is stored within a second or so.
 
         A batch that was interrupted may have been stored in part. The missing designs then get the
-        numbers that they would have had, since these are the ones between that are free.
+        numbers that they would have had, as these are the free ones in between.
         """
         free = iter(self._answers.free(len(keys)))
         numbers = []
@@ -211,19 +216,21 @@ class Recorded(WrappedProblem):
                 numbers.append(next(free))
         order = np.argsort(numbers)
         points = Points(np.array(numbers)[order], 0, designs=designs[order])
-        run = Run(self._run_model, PlannedPoints(points), self._executor, self._store)
+        run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         block = run.block(len(points))
         self._answers.add(block.tests, np.zeros(len(block.tests), dtype=bool))
         self.n_evaluated += block.n_called
 
 
 class _Answers:
-    """What this process knows of a study. Copies are one, as pymoo copies problems often.
+    """What this process knows of a study.
+
+    A copy is the same object, as pymoo copies problems often.
 
     Attributes:
-        tests: By design the number of its first test, and its values; none where these are to be
-            found again.
-        numbers: Of all tests.
+        tests: By design the number of its first test, and its values; ``None`` if it is to be
+            evaluated again.
+        numbers: The numbers of all tests.
     """
 
     def __init__(self) -> None:
@@ -237,7 +244,7 @@ class _Answers:
         for number, key, values, is_retried in zip(*columns, strict=True):
             self.numbers.add(number)
             if not self.knows(key):
-                self.tests[key] = number, None if is_retried else values
+                self.tests[key] = (number, None) if is_retried else (number, values)
 
     def knows(self, key: _Key) -> bool:
         """Whether the values of a design are known."""
@@ -253,7 +260,8 @@ class _Answers:
 
     def free(self, n: int) -> list[int]:
         """Return the first n numbers that no test has."""
-        return list(islice((k for k in count(1) if k not in self.numbers), n))
+        free = (number for number in count(1) if number not in self.numbers)
+        return list(islice(free, n))
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
         return self

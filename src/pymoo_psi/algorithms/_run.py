@@ -40,7 +40,7 @@ SECONDS = 1.0
 COMPUTED = 20.0
 
 
-# Makes a source of the points of a sequence, and of what it needs to know besides.
+# Makes a source of the points of a sequence, for the model, store and executor of a run.
 SourceMaker = Callable[[Points, Model, Store, Executor], Source]
 
 
@@ -59,7 +59,9 @@ class Block(NamedTuple):
 
     def rows(self, rows: NDArray[np.bool_]) -> Block:
         """Return some of a block that has all tests of its points."""
-        n_called = int(np.count_nonzero(rows)) if self.n_called else 0
+        n_called = 0
+        if self.n_called:  # for all of them
+            n_called = int(np.count_nonzero(rows))
         return Block(self.numbers[rows], self.tests.rows(rows), n_called)
 
 
@@ -72,7 +74,7 @@ class Run:
         executor: What evaluates them.
         store: Where tests are recalled and kept.
         repeats: The results by design, where designs recur; ``None`` if they do not.
-        kept: Returns those of some tests that are given on; ``None`` for all.
+        kept: Returns those tests of a block that are given; ``None`` for all.
     """
 
     def __init__(
@@ -153,11 +155,12 @@ class Run:
             All their tests, by number.
         """
         points = self.next_points(count)
+        last = int(points.numbers[-1])
         self._n_awaited = len(points)
-        self._last = last = int(points.numbers[-1])
+        self._last = last
         with stored_at_termination(self.store):
             try:
-                while sum(np.count_nonzero(b.numbers <= last) for b in self._arrived) < len(points):
+                while self._n_arrived(last) < len(points):
                     if self._work is None:
                         self._work = self._test_points()
                     self._arrived.append(next(self._work))
@@ -168,10 +171,13 @@ class Run:
                 raise
         self._issued = self._issued.at(slice(len(points), None))
         self._n_opened -= len(points)
-        return self._taken(last)
+        return self._take(last)
 
-    def _taken(self, last: int) -> Block:
-        """Take what has arrived of points up to a number."""
+    def _n_arrived(self, last: int) -> int:
+        return sum(int(np.count_nonzero(block.numbers <= last)) for block in self._arrived)
+
+    def _take(self, last: int) -> Block:
+        """Take what has arrived of the points up to a number."""
         blocks = []
         later = []
         for block in self._arrived:
@@ -236,23 +242,11 @@ class Run:
     def _open(self, recall: Recall, count: int) -> Iterator[Block]:
         """Open up to ``count`` issued points: yield known tests, and submit the other points."""
         while self._n_opened < count:
-            room = self.executor.room
-            if room == 0:
-                return
-            if self._n_opened == len(self._issued):
-                if self.source.n_left == 0:
-                    return
-                points = self.source.ask(min(count - len(self._issued), room), self._n_free)
-                if len(points) == 0:
-                    return
-                self._issued = self._issued.joined(points)
-            end = min(count, self._n_opened + room)
-            points = self._issued.at(slice(self._n_opened, end))
-            self._n_opened += len(points)
-            for block in self._arrived:  # while the run was at work before
-                points = points.at(~np.isin(points.numbers, block.numbers))
+            points = self._next_to_open(count)
             if len(points) == 0:
-                continue
+                return
+            for block in self._arrived:  # when the run was at work before
+                points = points.at(~np.isin(points.numbers, block.numbers))
             stored = recall(points.numbers)
             if len(stored):
                 points = points.at(~np.isin(points.numbers, stored.numbers))
@@ -260,24 +254,40 @@ class Run:
             if len(points):
                 yield from self._submit(points)
 
+    def _next_to_open(self, count: int) -> Points:
+        """Return issued points, up to ``count`` of them; the source is asked for more if needed."""
+        room = self.executor.room
+        if room == 0:
+            return Points.none()
+        if self._n_opened == len(self._issued) and self.source.n_left:
+            n_asked = min(count - len(self._issued), room)
+            self._issued = self._issued.joined(self.source.ask(n_asked, self._n_free))
+        if self._n_opened == len(self._issued):
+            return Points.none()
+        end = min(count, self._n_opened + room)
+        points = self._issued.at(slice(self._n_opened, end))
+        self._n_opened += len(points)
+        return points
+
     def _submit(self, points: Points) -> Iterator[Block]:
-        """Yield the tests of points that need no evaluation, and submit the others."""
+        """Submit points; those that need no evaluation are answered instead."""
         X = points.matrix(self.model.space)
         violations = self.model.violations(X)
         if violations.shape[1]:
-            unmet = np.asarray((violations > 0).any(axis=1))
-            n_unmet = int(np.count_nonzero(unmet))
+            is_unmet = np.asarray((violations > 0).any(axis=1))
+            n_unmet = int(np.count_nonzero(is_unmet))
             self.model.problem.n_not_run += n_unmet
             if n_unmet:
-                yield from self._answer(points.at(unmet), [{"failure": ""}] * n_unmet)
-            points = points.at(~unmet)
-            X = X[~unmet]
+                yield from self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet)
+            points = points.at(~is_unmet)
+            X = X[~is_unmet]
         if self._repeats is not None:
-            new, known, values = self._repeats.sorted(points.numbers, X)
+            new, known, values = self._repeats.split(points.numbers, X)
             if values:
                 yield from self._answer(points.at(known), values)
             points = points.at(new)
-        self.executor.submit(points)
+        if len(points):
+            self.executor.submit(points)
 
     def _receive(self, tested: Tested) -> Iterator[Block]:
         """Keep and yield tests for which the model was called."""
@@ -336,7 +346,7 @@ class Repeats:
                 answers.append(values)
         return numbers, answers
 
-    def sorted(
+    def split(
         self, numbers: NDArray[np.int64], X: NDArray[Any]
     ) -> tuple[NDArray[np.intp], NDArray[np.intp], list[Values]]:
         """Return which points, with designs X, to evaluate; which are known; and their values."""
@@ -390,20 +400,22 @@ def run_of_sequence(
     repeats = None
     if model.space.finite and (model.elementwise or n_jobs == 1):
         repeats = Repeats(store.known())
-    kept = None if keep == "all" else partial(kept_tests, keep, options.limits)
-    # Where neither a study nor repetitions need all tests, they are filtered where they are made.
-    filters_early = options.study is None and repeats is None
+    kept = None
+    kept_early = None
+    if keep != "all":
+        kept = partial(kept_tests, keep, options.limits)
+        if options.study is None and repeats is None:  # which need all tests
+            kept_early = kept
     executor = executor_of(
         model,
         options,
         n_points=len(points),
         n_jobs=n_jobs,
         whole=whole,
-        kept=kept if filters_early else None,
+        kept=kept_early,
     )
-    if source_of is None:
-        source: Source = PlannedPoints(points)
-    else:
+    source: Source = PlannedPoints(points)
+    if source_of is not None:
         source = source_of(points, model, store, executor)
     return Run(model, source, executor, store, repeats=repeats, kept=kept)
 

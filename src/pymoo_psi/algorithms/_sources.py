@@ -96,14 +96,17 @@ class Points:
             return others
         if len(others) == 0:
             return self
-        numbers = np.append(self.numbers, others.numbers)
-        parts = []
-        for name in ("given", "rounds", "designs"):
-            array = getattr(self, name)
-            if array is not None:
-                array = np.concatenate([array, getattr(others, name)])
-            parts.append(array)
-        return Points(numbers, self.n_dim, *parts)
+        given = None
+        if self.given is not None or others.given is not None:
+            given = np.concatenate([self.units, others.units])
+        rounds = None
+        if self.rounds is not None and others.rounds is not None:
+            rounds = np.concatenate([self.rounds, others.rounds])
+        designs = None
+        if self.designs is not None and others.designs is not None:
+            designs = np.concatenate([self.designs, others.designs])
+        numbers = np.concatenate([self.numbers, others.numbers])
+        return Points(numbers, self.n_dim, given, rounds, designs)
 
 
 class Source:

@@ -1,7 +1,8 @@
-"""Learning from tests: after the points of a sequence, designs that surrogates propose.
+"""SurrogatePSI: after the points of a sequence, designs that surrogates of all tests propose.
 
-The tests known before it, the seed and the number of a round determine its proposals, and a study
-has them before they are tested. So a run that is killed goes on as if nothing had happened.
+The proposals of a round follow from the tests known before it, the seed and the number of the
+round, and they are stored before they are tested. So a run that was killed continues as if it had
+not been interrupted.
 """
 
 from __future__ import annotations
@@ -34,21 +35,21 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Lengths are fitted again when there are so many times as many tests, which takes as long as all
-# else for some rounds. Each fit is a function of the first tests alone, so that a run that goes on
+# Lengths are fitted again when there are so many times as many tests; a fit takes as long as all
+# else for some rounds. Each fit is a function of the first tests alone, so that a continued run
 # does not depend on where it was interrupted.
 _GROWTH = 1.1
-# A round of so many designs shares the time of the surrogates. Small rounds learn more from each
-# test: they pay most while little is known.
+# Designs in a round, which share the time of the surrogates. Small rounds learn more from each
+# test, which matters most while little is known.
 _BATCH, _FEW, _LITTLE = 8, 4, 64
-_POINTS = 20  # a sample that shows a heavy tail; more tell less than as many proposals
-_LEAST = 4  # tests that are known, below which no surrogate is made
+_POINTS = 20  # enough to show a heavy tail; more would tell less than as many proposals
+_LEAST = 4  # known tests, below which there is no surrogate
 
 
 class SurrogatePSI(PointAlgorithm):
-    """Few evaluations spent well: test points first, then designs that surrogates propose.
+    """Test points of a sequence first, then designs that surrogates propose.
 
-    It begins as :class:`PSI`. Then surrogates of all objectives and constraints are made from all
+    It begins as :class:`PSI`. Then it builds surrogates of all objectives and constraints from all
     tests, a search on them proposes a batch of designs, these are tested, and so on. Surrogates are
     Gaussian processes, searched everywhere and, in every third round, near the best tests. The
     outputs of a :class:`~pymoo_psi.ProgramProblem` that are expressions are computed from the
@@ -58,36 +59,37 @@ class SurrogatePSI(PointAlgorithm):
     set afterwards. The tests of the sequence come first; the output ``proposal_round`` of the table
     is 0 for them and the number of the round for proposals.
 
-    The run is determined by its arguments and the seed, which is 0 unless given, if it is not
-    asynchronous: with a study, one that was interrupted or killed makes the same tests when it is
-    called again, and a larger ``n_evaluations`` adds to them. Proposals are stored before they are
-    tested, in any case, and no stored test is made again.
+    Unless it is asynchronous, the run is determined by its arguments and the seed, 0 by default:
+    with a study, a run that was interrupted or killed makes the same tests when it is called again,
+    and a larger ``n_evaluations`` adds to them. In any case, proposals are stored before they are
+    tested, and no stored test is made again.
 
-    Where a model gives infinity, or one large number, for an objective of designs without meaning,
-    surrogates take the worst value of the others for it, if several tests of the sequence show it.
-    A constraint may be the amount of a violation, 0 where it is met; others are learned better.
+    If a model gives infinity, or one large number, as an objective of meaningless designs,
+    surrogates use the worst of the other values instead, provided that several tests of the
+    sequence show it. A constraint may be the amount of a violation, 0 where it is met; constraints
+    that also say by how much they are met are learned better.
 
     To learn from the tests of an earlier :class:`PSI`, run both on one
-    :class:`~pymoo_psi.Recorded` problem: the first ``n_points`` are then answered by its study.
+    :class:`~pymoo_psi.Recorded` problem: its study then answers the first ``n_points``.
 
-    It pays where a test takes seconds or more, and where many variables leave most of the space
+    Use it where a test takes seconds or more, and where many variables leave most of the space
     empty; from some hundred tests on, proposals take longer than cheap models. It tests designs
-    between and beyond the known ones, so the tests are no uniform sample any more: histograms and
-    correlations of the table describe where it has searched.
+    between and beyond the known ones, so that the tests are no longer a uniform sample: histograms
+    and correlations of the table describe where it has searched.
 
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.
         n_points: How many points of the sequence come first, 20 by default.
-        batch: How many designs are proposed at a time, a round; by default 4 while fewer than 64
-            tests are known, then 8. A smaller one learns more from each test.
-        asynchronous: Whether a :class:`~pymoo_psi.JoblibRunner`'s workers do not wait for the end
-            of a round: while one has nothing to do, the next round is proposed, as far as possible
-            from designs that are being tested. Then proposals depend on what was done first, and
-            the study has with each which tests before it were ``pending``. By default where there
-            are more workers than ``batch``, or 8.
+        batch: How many designs a round proposes; by default 4 while fewer than 64 tests are known,
+            then 8. A smaller batch learns more from each test.
+        asynchronous: Whether the workers of a :class:`~pymoo_psi.JoblibRunner` do not wait for the
+            end of a round. As soon as one has nothing to do, the next round is proposed, as far as
+            possible from designs that are being tested. Then proposals depend on the order in which
+            tests end, and the study keeps with each proposal which earlier tests were ``pending``.
+            By default it is on where there are more workers than ``batch``, or 8.
         **options: As for :class:`PSI`, without ``share`` and ``block_size``. Proposals keep the
-            ``limits``, as far as surrogates know; a ``retry`` does not change what was proposed
-            before; designs near failed ones are avoided in three rounds of four.
+            ``limits``, as far as surrogates can tell. ``retry`` does not change earlier proposals.
+            Designs near failed ones are avoided in three rounds of four.
 
     Raises:
         ArgumentValueError: As for :class:`PSI`.
@@ -114,9 +116,15 @@ class SurrogatePSI(PointAlgorithm):
     ) -> None:
         run, keywords = run_options("SurrogatePSI", options, SearchKeywords, Algorithm)
         integer("n_evaluations", n_evaluations, minimum=1)
-        self._batch = None if batch is None else integer("batch", batch, minimum=1)
-        self._asynchronous = None if asynchronous is None else boolean("asynchronous", asynchronous)
-        self._n_sequence = _POINTS if n_points is None else integer("n_points", n_points, minimum=1)
+        if batch is not None:
+            integer("batch", batch, minimum=1)
+        if asynchronous is not None:
+            boolean("asynchronous", asynchronous)
+        if n_points is None:
+            n_points = _POINTS
+        self._batch = batch
+        self._asynchronous = asynchronous
+        self._n_sequence = integer("n_points", n_points, minimum=1)
         super().__init__(n_evaluations, run, None, **keywords)
 
     def begin(self, options: RunOptions, whole: bool) -> Run:
@@ -124,25 +132,26 @@ class SurrogatePSI(PointAlgorithm):
         self.seed = self.seed or 0
         batches = self._batch or f"{_FEW}, from {_LITTLE} tests on {_BATCH}"
         # of the points all, also where a run ends among them, as it may go on
-        method = (
-            f", {self._n_sequence} points, then proposals in batches of {batches}, seed {self.seed}"
-        )
+        method = f", {self._n_sequence} points, then proposals in batches of {batches}"
         return run_of_sequence(
             self.problem,
             min(self._n_sequence, self.n_points),
             replace(options, seed=self.seed),
             whole=whole,
-            method=method,
+            method=f"{method}, seed {self.seed}",
             source_of=self._source,
         )
 
     def _source(
         self, points: Points, model: Model, store: Store, executor: Executor
     ) -> SurrogateSource:
-        overlap = self._asynchronous
-        if overlap is None:
-            overlap = executor.n_workers > (self._batch or _BATCH)
-        rounds = _Rounds(self.seed or 0, self._batch, executor.n_workers if overlap else 0)
+        n_workers = executor.n_workers
+        is_asynchronous = self._asynchronous
+        if is_asynchronous is None:
+            is_asynchronous = n_workers > (self._batch or _BATCH)
+        if not is_asynchronous:
+            n_workers = 0
+        rounds = _Rounds(self.seed or 0, self._batch, n_workers)
         n_proposed = max(0, self.n_points - self._n_sequence)
         return SurrogateSource(model, store, self.limits, points, n_proposed, rounds)
 
@@ -169,7 +178,9 @@ class _Rounds:
         if self.n_workers:
             # A quarter more than are free, so that these need not wait for the next proposals.
             return n_free + max(1, self.n_workers // 4)
-        return _FEW if n_points < _LITTLE else _BATCH
+        if n_points < _LITTLE:
+            return _FEW
+        return _BATCH
 
 
 class SurrogateSource(Source):
@@ -270,25 +281,30 @@ class SurrogateSource(Source):
         last = self._points.numbers[self._ends[0] - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
         tests = self._known_tests(table, n_uniform, further, pending)
-        # up to how many tests lengths are fitted: of increasing numbers the last one reached
+        fit = self._fit(tests, n_uniform, goal)
+        turn = len(self._ends) - 1
+        random = np.random.default_rng([self._rounds.seed, turn])
+        return propose(tests, fit, goal, size, turn, random)
+
+    def _fit(self, tests: KnownTests, n_uniform: int, goal: Goal) -> Fit | None:
+        """Return the fit of lengths to the first tests, or ``None`` if too few are known."""
+        n_tests = len(tests.points)
         n_fitted = n_uniform
         for end in self._ends:
-            if n_fitted * _GROWTH <= end <= len(table):
+            if n_fitted * _GROWTH <= end <= n_tests:
                 n_fitted = end
-        known = ~tests.unknown
-        if known[:n_fitted].sum() < _LEAST:
-            n_fitted = len(table)
+        is_known = ~tests.unknown
+        if is_known[:n_fitted].sum() < _LEAST:
+            n_fitted = n_tests
         if self._fitted[0] != n_fitted:
-            rows = np.flatnonzero(known[:n_fitted])
+            rows = np.flatnonzero(is_known[:n_fitted])
             fit = None
             if len(rows) >= _LEAST:
-                n_known_uniform = max(int(known[:n_uniform].sum()), _LEAST)
+                n_known_uniform = max(int(is_known[:n_uniform].sum()), _LEAST)
                 Z = goal.encode(tests.points[rows])
                 fit = Fit.of(Z, bounded(tests.Y[rows]), n_known_uniform, goal.n_obj)
             self._fitted = n_fitted, fit
-        turn = len(self._ends) - 1
-        random = np.random.default_rng([self._rounds.seed, turn])
-        return propose(tests, self._fitted[1], goal, size, turn, random)
+        return self._fitted[1]
 
     def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
         """Return what is searched for, and the further outputs that have limits."""
@@ -302,9 +318,10 @@ class SurrogateSource(Source):
         n_inequalities = n_obj + problem.n_ieq_constr
         n_outputs = n_inequalities + problem.n_eq_constr
         bounds = []
-        for j in range(n_obj, n_outputs):
-            least = -np.inf if j < n_inequalities else 0.0
-            bounds.append((j, least, 0.0))
+        for j in range(n_obj, n_inequalities):
+            bounds.append((j, -np.inf, 0.0))
+        for j in range(n_inequalities, n_outputs):
+            bounds.append((j, 0.0, 0.0))
         further: list[str] = []
         for name, (least, greatest) in table.under(limits=self._limits).limits.items():
             if name in layout.maximize:
@@ -355,14 +372,11 @@ class SurrogateSource(Source):
         F = without_penalties(table.F, uniform)
         G = np.where(unknown[:, None], np.nan, table.G[:, :n_ieq])
         G = below_zero(G, n_uniform)
-        return KnownTests(
-            self._model.space.points(table.X),
-            np.column_stack([F, G, table.H, *map(table.column, further)]),
-            table.under(limits=self._limits).eligible(),
-            failed,
-            unknown,
-            pending.units,
-        )
+        outputs = [table.column(name) for name in further]
+        Y = np.column_stack([F, G, table.H, *outputs])
+        points = self._model.space.points(table.X)
+        eligible = table.under(limits=self._limits).eligible()
+        return KnownTests(points, Y, eligible, failed, unknown, pending.units)
 
 
 def _computed(
@@ -379,8 +393,9 @@ def _computed(
     """
     columns = dict(zip(problem.variables, space.matrix(points).T, strict=True))
     for name, j in places.items():
-        sign = -1 if name in problem.maximize else 1
-        columns[name] = Y[:, j] * sign
+        columns[name] = Y[:, j]
+        if name in problem.maximize:
+            columns[name] = -Y[:, j]
     for j, values in problem.computed(columns).items():
         Y[:, j] = values
     return bounded(Y)
