@@ -18,6 +18,7 @@ from pymoo_psi.table import Kind, TestTable
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Content: TypeAlias = dict[str, Any]
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 
 # Names of columns that depend on the limits; ``rank --out`` writes the same.
@@ -36,7 +37,7 @@ def payload(
     prototype: TestTable | None,
     opens_with: Mapping[str, Any],
     cautions: Sequence[str],
-) -> dict[str, Any]:
+) -> Content:
     """Return the data that the script of the page reads, see ``decode`` in ``logic.js``.
 
     Args:
@@ -106,7 +107,7 @@ def _names_apart(names: Sequence[str], others: set[str]) -> list[str]:
     return apart
 
 
-def _csv_head(table: TestTable) -> dict[str, Any]:
+def _csv_head(table: TestTable) -> Content:
     """Return the description of columns in a CSV that the page exports."""
     layout = table.layout
     units = {}
@@ -137,7 +138,7 @@ def _roles(table: TestTable) -> list[tuple[str, str]]:
     return roles
 
 
-def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[dict[str, Any]]:
+def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Content]:
     """Return the columns of the page: those of the tables, then the geometric criteria.
 
     Args:
@@ -145,7 +146,7 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[dict[str, Any]]
         optimal: ``(n,)`` which of the designs are Pareto optimal without limits.
     """
     layout = tables[0].layout
-    columns: list[dict[str, Any]] = []
+    columns: list[Content] = []
     for j, (role, name) in enumerate(_roles(tables[0])):
         column = {
             "field": f"c{j}",  # free of the user's characters
@@ -165,7 +166,7 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[dict[str, Any]]
     return columns
 
 
-def _geometric(field: str, name: str) -> dict[str, Any]:
+def _geometric(field: str, name: str) -> Content:
     """Return a column whose values depend on the limits; the script computes them."""
     return {
         "field": field,
@@ -210,13 +211,13 @@ def _text(cell: Any) -> str:
     return str(cell)
 
 
-def _packed_texts(cells: NDArray[Any]) -> dict[str, Any]:
+def _packed_texts(cells: NDArray[Any]) -> Content:
     """Return ``(n,)`` texts as the payload has them: the different ones, and the place of each."""
     texts, places = np.unique(cells.astype(str), return_inverse=True)
     return {"texts": texts.tolist(), "values": _base64(places.astype(np.float64))}
 
 
-def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> dict[str, Any]:
+def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Content:
     """Return the numbers of a column as the payload has them, with their scale and digits.
 
     Args:

@@ -23,7 +23,7 @@ from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory, trajectory
 from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_functions
 from pymoo_psi.pareto import percent
 from pymoo_psi.plots._points import Column, Points, ranked_groups
-from pymoo_psi.plots._style import Drawing, curves, legend_of, new_figure, panels, view
+from pymoo_psi.plots._style import Drawing, Style, curves, legend_of, new_figure, panels, view
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -34,7 +34,7 @@ _UNITS = (
     "All quantities dimensionless: lengths over $L$, times over $(L/g)^{1/2}$, speeds over "
     "$(Lg)^{1/2}$, forces over $mg$."
 )
-_TRANSITION: dict[str, Any] = {"color": "0.35", "linestyle": ":", "linewidth": 1.0}
+_TRANSITION: Style = {"color": "0.35", "linestyle": ":", "linewidth": 1.0}
 
 # Symbol, as mathematical text, and meaning of each quantity.
 _LABELS = {
@@ -180,7 +180,7 @@ def _draw_criterion(
     # Rounded, so that the colours begin at 0.00 and not at 1e-7.
     least = np.floor(100 * values.min()) / 100
     norm = PowerNorm(0.6, least, values.max())
-    colours: dict[str, Any] = {"cmap": "viridis", "norm": norm}
+    colours: Style = {"cmap": "viridis", "norm": norm}
 
     n = len(u1)
     space.plot_surface(

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import counted, instance
 from pymoo_psi.pareto import EfficiencyRanking, number
-from pymoo_psi.plots._style import literal, view
+from pymoo_psi.plots._style import Style, literal, view
 from pymoo_psi.table import Kind, TestTable, value_ranks
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequenc
 _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
-_CHOSEN: dict[str, Any] = {
+_CHOSEN: Style = {
     "linestyle": "none",
     "marker": "o",
     "markersize": 9.0,
@@ -75,17 +75,17 @@ class Group:
     """Designs that are drawn alike.
 
     Attributes:
-        rows: ``(k,)`` the rows of the designs.
+        mask: ``(n,)`` which designs these are.
         marker: Their marker.
     """
 
-    rows: NDArray[np.intp]
+    mask: Mask
     marker: Marker
 
-    def style(self, name: str) -> dict[str, Any]:
+    def style(self, name: str) -> Style:
         """Return the arguments of ``plot``. The larger the group, the smaller its markers."""
         shape, colour, size, level = self.marker
-        n = len(self.rows)
+        n = int(self.mask.sum())
         shrink = float(np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0))
         edge = "black"
         if shape == "x":  # which is nothing but an edge
@@ -150,8 +150,8 @@ class Column:
 def _shade(axes: Axes, letter: str, limit: float, end: float, label: str) -> None:
     """Draw a line at a limit, and shade the axis from there to an end."""
     low, high = sorted((limit, end))
-    shade: dict[str, Any] = {"facecolor": "0.93", "linewidth": 0, "zorder": 0}
-    line: dict[str, Any] = {"color": "0.25", "linewidth": 1.0, "zorder": 4.5, "label": label}
+    shade: Style = {"facecolor": "0.93", "linewidth": 0, "zorder": 0}
+    line: Style = {"color": "0.25", "linewidth": 1.0, "zorder": 4.5, "label": label}
     if letter == "x":
         axes.axvspan(low, high, **shade)
         axes.axvline(limit, linestyle="-.", **line)
@@ -220,8 +220,8 @@ class Points:
         y = self.columns[second]
         visible = x.visible & y.visible
         for name, group in self.groups.items():
-            rows = group.rows[visible[group.rows]]
-            axes.plot(x.places[rows], y.places[rows], **group.style(name))
+            drawn = group.mask & visible
+            axes.plot(x.places[drawn], y.places[drawn], **group.style(name))
         if not np.isnan(x.mark):
             axes.plot(x.mark, y.mark, **_CHOSEN)
         x.set_axis(axes, "x")
@@ -267,12 +267,7 @@ def points_of_table(
         names: Names of the columns.
         chosen: A table of the chosen design; None if there is none.
     """
-    columns = {}
-    for name in names:
-        if name in table.layout.variables:
-            columns[name] = _variable(table, name)
-        else:
-            columns[name] = _dependent(table, name, chosen)
+    columns = {name: _column(table, name, chosen) for name in names}
     return Points(columns, _groups(table))
 
 
@@ -281,72 +276,69 @@ def _groups(table: TestTable) -> dict[str, Group]:
     feasible = table.feasible()
     pareto = table.pareto()
     meets_constraints = table.under(limits={}).feasible()
-    violates_some = ~meets_constraints & (table.status != "failed")
+    infeasible = ~meets_constraints & (table.status != "failed")
     beyond_limits = meets_constraints & ~feasible
-    groups = {
-        "infeasible": Group(np.flatnonzero(violates_some), _REST),
-        "beyond the limits": Group(np.flatnonzero(beyond_limits), _BEYOND),
-    }
-    groups = {name: group for name, group in groups.items() if len(group.rows)}
-    groups["feasible, dominated"] = Group(np.flatnonzero(feasible & ~pareto), _DOMINATED)
-    groups[PARETO] = Group(np.flatnonzero(pareto), _PARETO)
+    groups = {}
+    if infeasible.any():
+        groups["infeasible"] = Group(infeasible, _REST)
+    if beyond_limits.any():
+        groups["beyond the limits"] = Group(beyond_limits, _BEYOND)
+    groups["feasible, dominated"] = Group(feasible & ~pareto, _DOMINATED)
+    groups[PARETO] = Group(pareto, _PARETO)
     return groups
 
 
-def _variable(table: TestTable, name: str) -> Column:
-    """Return a variable; options and whole numbers have half a step on each side."""
+def _column(table: TestTable, name: str, chosen: TestTable | None) -> Column:
+    layout = table.layout
+    options: tuple[Any, ...] = ()
+    mark = np.nan
+    if name in layout.variables:
+        places, ends, options = _places_of_variable(table, name)
+    else:
+        places = table.column(name)
+        if chosen is not None:
+            mark = float(chosen.column(name)[0])
+        ends = _ends_of_dependent(places, table.feasible(), mark)
+    label = layout.label_of(name)
+    limits = table.limits.get(name, _OPEN)
+    return Column(places, ends, label, options, layout.is_log(name), limits, name, mark)
+
+
+def _places_of_variable(table: TestTable, name: str) -> tuple[Array, Ends, tuple[Any, ...]]:
+    """Return places, ends and options; options and whole numbers have half a step on each side."""
     layout = table.layout
     j = layout.variable(name)
     kind = table.kinds[j]
-    label = layout.label_of(name)
-    limits = table.limits.get(name, _OPEN)
     if not kind.real and kind is not Kind.INTEGER:
         options, places = value_ranks(table.X[:, j])
         aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
-        ends = (-0.5, len(options) - 0.5)
-        return Column(places + aside, ends, label, tuple(options), limits=limits, name=name)
+        return places + aside, (-0.5, len(options) - 0.5), tuple(options)
     x = table.X[:, j].astype(np.float64)
     bounds = np.array([layout.lower[j], layout.upper[j]])
     bounds = bounds[np.isfinite(bounds)]
-    ends = _ends_of_numbers(x, bounds, kind)
-    return Column(x, ends, label, log=layout.is_log(name), limits=limits, name=name)
-
-
-def _ends_of_numbers(x: Array, bounds: Array, kind: Kind) -> Ends:
-    """Return the ends of the axis of a variable.
-
-    Args:
-        x: ``(n,)`` its values.
-        bounds: Its finite bounds, two or fewer.
-        kind: Its kind, real or integer.
-    """
     values = np.append(x, bounds)
-    if kind is Kind.INTEGER and len(x) and np.ptp(values) <= 30:
-        return values.min() - 0.5, values.max() + 0.5
+    ends = view(x, *bounds)
     if kind is Kind.LOG:
         low, high = np.exp(view(np.log(x), *np.log(bounds))).tolist()
-        return low, high
-    return view(x, *bounds)
+        ends = (low, high)
+    elif kind is Kind.INTEGER and len(x) and np.ptp(values) <= 30:
+        ends = values.min() - 0.5, values.max() + 0.5
+    return x, ends, ()
 
 
-def _dependent(table: TestTable, name: str, chosen: TestTable | None) -> Column:
-    """Return an objective, constraint or output on an axis around the feasible designs."""
-    places = table.column(name)
-    mark = np.nan
-    if chosen is not None:
-        mark = float(chosen.column(name)[0])
-    inner = places[table.feasible()]
+def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
+    """Return the ends of an axis around the feasible designs.
+
+    An axis that shows every infeasible design would show nothing else: designs farther from the
+    feasible ones than their range are outside.
+    """
+    inner = values[feasible]
     if len(np.unique(inner)) <= 1:
-        inner = places
+        inner = values
     low, high = view(inner, mark)
-    # An axis that shows every infeasible design would show nothing else: designs farther from the
-    # feasible ones than their range are left out.
     reach = high - low
-    near = places[(places >= low - reach) & (places <= high + reach)]
-    ends = view(near, mark)
-    label = table.layout.label_of(name)
-    limits = table.limits.get(name, _OPEN)
-    return Column(places, ends, label, limits=limits, name=name, mark=mark)
+    near = values[(values >= low - reach) & (values <= high + reach)]
+    return view(near, mark)
 
 
 # Rankings
@@ -362,12 +354,12 @@ def ranked_groups(ranking: EfficiencyRanking) -> dict[str, Group]:
         name = f"rank {rank}"
         if rank == 0:
             name = "unranked"
-        rows = np.flatnonzero(others & (ranking.rank == rank))
-        if len(rows):
-            groups[name] = Group(rows, marker)
+        mask = others & (ranking.rank == rank)
+        if mask.any():
+            groups[name] = Group(mask, marker)
     name = "Salukvadze optimum"
     # None of several optima, equally near to U, needs to have rank 6.
     if (ranking.rank == 6).any():
         name += " (rank 6)"
-    groups[name] = Group(np.flatnonzero(optimum), OPTIMUM)
+    groups[name] = Group(optimum, OPTIMUM)
     return groups

@@ -14,7 +14,7 @@ from itertools import cycle
 from pathlib import Path
 from string import ascii_lowercase
 from textwrap import fill
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib import rc_context
@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi._output import whole_file
 
 Array = NDArray[np.float64]
+Style: TypeAlias = dict[str, Any]
 
 # The colours are those of Okabe and Ito, which colour-blind readers can tell apart. The lengths of
 # the three have no common factor, so that a style is repeated only after their product.
@@ -38,7 +39,7 @@ _SCREEN = 96  # dots per inch of browsers
 _REACH = 4.0  # outliers are farther from the middle half of the values, in units of its length
 _OUTLIERS = 0.05  # at most this share of the values may be outliers
 _FLAT = 1 / 5  # outliers are left out if the other values would take less of the axis than this
-_STYLE: Any = {
+_SETTINGS: Any = {
     "figure.facecolor": "white",
     "axes.facecolor": "white",
     "font.size": 8.0,
@@ -92,7 +93,7 @@ def new_figure(height: float) -> Iterator[Drawing]:
     On leaving, its axes get letters.
     """
     # Figure and not pyplot.figure, which would keep it in a list of open windows.
-    with rc_context(_STYLE):
+    with rc_context(_SETTINGS):
         figure = Drawing(figsize=(_WIDTH / 25.4, height / 25.4), layout="constrained")
         yield figure
         _add_letters(figure)
@@ -144,7 +145,7 @@ def row_height(n_columns: int) -> float:
     return heights.get(n_columns, 33.0)
 
 
-def curves() -> Iterator[dict[str, Any]]:
+def curves() -> Iterator[Style]:
     """Yield colour, line style and marker of the first curve on common axes, the second, …."""
     styles = zip(cycle(_COLOURS), cycle(_LINES), cycle(_MARKERS), strict=False)
     for colour, line, marker in styles:

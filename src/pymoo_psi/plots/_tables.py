@@ -31,7 +31,15 @@ from pymoo_psi.plots._points import (
     points_of_table,
     ranked_groups,
 )
-from pymoo_psi.plots._style import Drawing, legend_of, literal, new_figure, panels, row_height
+from pymoo_psi.plots._style import (
+    Drawing,
+    Style,
+    legend_of,
+    literal,
+    new_figure,
+    panels,
+    row_height,
+)
 from pymoo_psi.table import Histogram, Layout, TestTable, histogram
 
 Array = NDArray[np.float64]
@@ -47,7 +55,7 @@ class _Bars(NamedTuple):
 
     left: float
     right: float
-    style: dict[str, Any]
+    style: Style
 
 
 _BARS = {
@@ -110,7 +118,10 @@ def plot_table(
                 info.points.draw(ax, variable, objective)
                 ax.label_outer()
         legend_of(figure, axes)
-        figure.describe(title, *_sentences(info), info.points.counts(table), _outside(info))
+        sentences = ["Histograms: the share of each group in each interval."]
+        if info.objectives:
+            sentences.append("Below, objectives against variables.")
+        figure.describe(title, *sentences, info.points.counts(table), _outside(info))
     return figure
 
 
@@ -225,14 +236,6 @@ def _draw_bars(
         axes.set_xlim(edges[0], edges[-1])
 
 
-def _sentences(info: _TableInfo) -> list[str]:
-    """Return what the panels show, for the caption."""
-    sentences = ["Histograms: the share of each group in each interval."]
-    if info.objectives:
-        sentences.append("Below, objectives against variables.")
-    return sentences
-
-
 def _outside(info: _TableInfo) -> str:
     """Return a sentence on values outside the histograms; empty if there are none."""
     parts = []
@@ -341,7 +344,7 @@ def plot_ranking(
             ax.add_collection(_lines(info.shares, group))
             legend.append(Line2D([], [], **group.style(name)))
         if row is not None and row not in ranking.salukvadze:
-            style: dict[str, Any] = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
+            style: Style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
             ax.plot(np.arange(n), info.shares[row], "k--", label="chosen", zorder=7.0, **style)
         ax.set(xlim=(-0.4, n - 0.6), ylim=(-0.05, 1.05))
         ax.set_ylabel("share of the range (0 is best)")
@@ -394,7 +397,8 @@ def _ranking_info(ranking: EfficiencyRanking, units: Mapping[Any, str]) -> _Rank
 
 def _lines(shares: Array, group: Group) -> LineCollection:
     """Return a line for each design of a group, or for a part of very many."""
-    n = len(group.rows)
+    rows = np.flatnonzero(group.mask)
+    n = len(rows)
     step = -(-n // _MOST)  # rounded up
     width = 1.0
     alpha = 1.0
@@ -404,7 +408,7 @@ def _lines(shares: Array, group: Group) -> LineCollection:
     if group.marker is OPTIMUM:
         width = 2.0
     places = np.arange(shares.shape[1])
-    lines = [np.column_stack([places, line]) for line in shares[group.rows[::step]]]
+    lines = [np.column_stack([places, line]) for line in shares[rows[::step]]]
     return LineCollection(
         lines,
         colors=group.marker.colour,

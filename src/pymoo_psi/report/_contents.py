@@ -142,11 +142,10 @@ class Choice:
         }
         if formulation.ranges:  # which only the ranking itself knows
             return selectors
-        other_distances = SalukvadzeOptimum(normalize=not normalize)
+        name = "distances in units of the ranges"
         if normalize:
-            selectors["plain distances"] = other_distances
-        else:
-            selectors["distances in units of the ranges"] = other_distances
+            name = "plain distances"
+        selectors[name] = SalukvadzeOptimum(normalize=not normalize)
         return selectors
 
     def instead(self) -> str:
