@@ -1,13 +1,14 @@
-"""Every short figure beside its rival or limit, in one run: the table at the top of the README.
+"""All short benchmarks, each figure beside a rival or a limit: the table at the top of the README.
 
     OPENBLAS_NUM_THREADS=1 python -m benchmarks
 
-It takes five minutes. Times are those of the processor, which other work on the machine disturbs
-least, but for two cores and the page: those are of the clock, and need a machine that is idle.
+This takes five minutes. Times are processor times, which other work on the machine disturbs least.
+Those of two cores and of the page are wall times and need an idle machine.
 """
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import sqlite3
@@ -19,6 +20,7 @@ from contextlib import closing
 from importlib.util import find_spec
 from pathlib import Path
 from resource import RUSAGE_CHILDREN, getrusage
+from typing import NamedTuple
 
 import moocore
 import numpy as np
@@ -31,81 +33,112 @@ from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.table import read_table
 
 README = Path(__file__).with_name("README.md")
-BEGIN, END = "<!-- figures: written by python -m benchmarks -->", "<!-- end figures -->"
+BEGIN = "<!-- figures: written by python -m benchmarks -->"
+END = "<!-- end figures -->"
 TESTS = 10**6
 PARETO = 200_000
 
-Row = tuple[str, str, str, float, str]  # what, figure, rival or limit, ratio, command
+
+class Row(NamedTuple):
+    """A row of the table.
+
+    Attributes:
+        label: What is measured.
+        figure: The result.
+        limit: The result of a rival, or a limit.
+        ratio: The time or its inverse as a share of the limit; up to 1 is as good.
+        module: The benchmark with more detail, if there is one.
+    """
+
+    label: str
+    figure: str
+    limit: str
+    ratio: float
+    module: str = ""
 
 
 def motions() -> Iterator[Row]:
-    """Give the figures of the motion."""
-    mean = float(np.exp(np.mean([np.log(compare_speed(mu)) for mu in (0.2, 0.4, 0.6)])))
-    yield "motions in the time of one `solve_ivp`", f"{mean:.0f}", "2500", 2500 / mean, "motion"
-    X, p = designs(2000, 0.4), ChuteParameters(mu=0.4)
-    one = processor_seconds(lambda: [motion(*x, p) for x in X], 5) / len(X) * 1e6
-    yield "one motion at a time", f"{one:.0f} µs", "100 µs", one / 100, "motion"
+    """Yield the figures of the motion."""
+    ratios = [compare_speed(mu) for mu in (0.2, 0.4, 0.6)]
+    mean = float(np.exp(np.mean(np.log(ratios))))
+    yield Row(
+        "motions in the time of one `solve_ivp`", f"{mean:.0f}", "2500", 2500 / mean, "motion"
+    )
+    X = designs(2000, 0.4)
+    parameters = ChuteParameters(mu=0.4)
+    seconds = processor_seconds(lambda: [motion(*x, parameters) for x in X], 5)
+    one = seconds / len(X) * 1e6
+    yield Row("one motion at a time", f"{one:.0f} µs", "100 µs", one / 100, "motion")
 
 
 def fronts() -> Iterator[Row]:
-    """Give the figures of Pareto sets, beside moocore's filter of the same rows."""
+    """Yield the figures of Pareto sets, beside moocore's filter of the same rows."""
     problem = VectorizedSphereChute(0.4)
     whole = processor_seconds(lambda: investigate(problem, 2**20).under(normalize=False).ranking())
-    what = "2^20 points of the chute tested, filtered and ranked"
-    yield what, f"{whole:.1f} s", "5 s", whole / 5, ""
+    label = "2^20 points of the chute tested, filtered and ranked"
+    yield Row(label, f"{whole:.1f} s", "5 s", whole / 5)
+
     spread = np.random.default_rng(0).exponential(size=(10**6, 4))
     simplex = spread / spread.sum(axis=1, keepdims=True)
     plain = processor_seconds(lambda: moocore.is_nondominated(simplex, keep_weakly=True), 2)
     ranked = processor_seconds(lambda: rank_of_efficiency(simplex), 2)
-    what, rival = "10^6 optimal designs of 4 objectives ranked", f"moocore's filter {plain:.1f} s"
-    yield what, f"{ranked:.1f} s", rival, ranked / plain, ""
+    label = "10^6 optimal designs of 4 objectives ranked"
+    yield Row(label, f"{ranked:.1f} s", f"moocore's filter {plain:.1f} s", ranked / plain)
+
     X = designs(PARETO, 0.4)
     F = criteria(motion(*X.T, problem.parameters))
     plain = processor_seconds(lambda: moocore.is_nondominated(F, keep_weakly=True), 2)
     plain += processor_seconds(lambda: motion(*X.T, problem.parameters), 2)
-    found = processor_seconds(lambda: investigate(problem, PARETO, keep="pareto"), 2)
-    what, rival = f"Pareto set of {PARETO} points", f"motion and filter {plain:.2f} s"
-    yield what, f"{found:.2f} s", rival, found / plain, ""
+    ours = processor_seconds(lambda: investigate(problem, PARETO, keep="pareto"), 2)
+    label = f"Pareto set of {PARETO} points"
+    yield Row(label, f"{ours:.2f} s", f"motion and filter {plain:.2f} s", ours / plain)
 
 
 def cores() -> Iterator[Row]:
-    """Give how much faster two cores are than one, for what a run may keep."""
+    """Yield how much faster two cores are than one, for what a run may keep."""
     for kept, n, one, two in compare_cores(22):
-        what, ratio = f"two cores, 2^{n.bit_length() - 1} points: {kept}", one[0] / two[0]
-        yield what, f"{ratio:.2f} times one", "1.7", 1.7 / ratio, "cores"
+        label = f"two cores, 2^{n.bit_length() - 1} points: {kept}"
+        ratio = one.seconds / two.seconds
+        yield Row(label, f"{ratio:.2f} times one", "1.7", 1.7 / ratio, "cores")
 
 
 def starts(folder: str) -> Iterator[Row]:
-    """Give the figures of the start, all with compiled files."""
-    path = os.path.join(folder, "designs.csv")
-    rows = np.random.default_rng(0).random((20, 3)).tolist()
-    Path(path).write_text("a,b,c\n" + "".join(f"{a},{b},{c}\n" for a, b, c in rows))
-    environment = {**os.environ, "PYTHONPYCACHEPREFIX": os.path.join(folder, "compiled")}
+    """Yield the figures of the start, with compiled files."""
+    path = Path(folder, "designs.csv")
+    lines = ["a,b,c"]
+    for a, b, c in np.random.default_rng(0).random((20, 3)).tolist():
+        lines.append(f"{a},{b},{c}")
+    path.write_text("\n".join(lines) + "\n")
+    compiled = os.path.join(folder, "compiled")
+
+    pandas = _seconds_of_python(compiled, "-c", "import pandas")
+    ranked = _seconds_of_python(compiled, "-m", "pymoo_psi", "rank", str(path))
+    limit = f"1.25 times `import pandas`, {pandas:.2f} s"
+    yield Row("`pymoo-psi rank`, 20 designs", f"{ranked:.2f} s", limit, ranked / pandas / 1.25)
+    helped = _seconds_of_python(compiled, "-m", "pymoo_psi", "--help")
+    yield Row("`pymoo-psi --help`", f"{helped:.2f} s", "0.15 s", helped / 0.15)
+    bare = _seconds_of_python(compiled, "-c", "import pymoo_psi")
+    yield Row("`import pymoo_psi`", f"{bare:.3f} s", "0.03 s", bare / 0.03)
+
+
+def _seconds_of_python(compiled: str, *arguments: str) -> float:
+    """Return the shortest processor time of a new Python, with a folder for compiled files."""
+    environment = {**os.environ, "PYTHONPYCACHEPREFIX": compiled}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
-
-    def run(*words: str) -> float:
-        """Return the least time of the processor of a new Python."""
-        times = []
-        for _ in range(6):  # the first one compiles
-            before = getrusage(RUSAGE_CHILDREN)
-            command = [sys.executable, *words]
-            subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
-            after = getrusage(RUSAGE_CHILDREN)
-            times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-        return min(times)
-
-    pandas, ranked = run("-c", "import pandas"), run("-m", "pymoo_psi", "rank", path)
-    rival = f"1.25 times `import pandas`, {pandas:.2f} s"
-    yield "`pymoo-psi rank`, 20 designs", f"{ranked:.2f} s", rival, ranked / pandas / 1.25, ""
-    asked = run("-m", "pymoo_psi", "--help")
-    yield "`pymoo-psi --help`", f"{asked:.2f} s", "0.15 s", asked / 0.15, ""
-    bare = run("-c", "import pymoo_psi")
-    yield "`import pymoo_psi`", f"{bare:.3f} s", "0.03 s", bare / 0.03, ""
+    command = [sys.executable, *arguments]
+    times = []
+    for _ in range(6):  # the first one compiles
+        before = getrusage(RUSAGE_CHILDREN)
+        subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
+        after = getrusage(RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return min(times)
 
 
 def stores(folder: str) -> Iterator[Row]:
-    """Give the figures of a study, and what SQLite takes for the same rows."""
-    problem, path = VectorizedSphereChute(0.4), os.path.join(folder, "study.db")
+    """Yield the figures of a study, beside SQLite's own for the same rows."""
+    problem = VectorizedSphereChute(0.4)
+    path = os.path.join(folder, "study.db")
     bare = processor_seconds(lambda: investigate(problem, TESTS))
     stored = processor_seconds(lambda: investigate(problem, TESTS, study=path)) - bare
     read = processor_seconds(lambda: read_table(path))
@@ -116,44 +149,48 @@ def stores(folder: str) -> Iterator[Row]:
     with closing(sqlite3.connect(os.path.join(folder, "plain.db"))) as db:
         db.execute(table)
         insert = f"INSERT INTO tests VALUES ({', '.join('?' * len(rows[0]))})"
-        plain = processor_seconds(lambda: (db.executemany(insert, rows), db.commit()))
-    for what, took, aim, rival, same in (
-        ("stored", stored, 150_000, "executemany", plain),
-        ("read", read, 300_000, "fetchall", fetched),
-    ):
-        limit = f"{aim} a second ({rival} {TESTS / same:.0f})"
-        yield f"tests {what}", f"{TESTS / took:.0f} a second", limit, aim * took / TESTS, "storage"
+        inserted = processor_seconds(lambda: (db.executemany(insert, rows), db.commit()))
+    yield _rate("tests stored", stored, 150_000, f"executemany {TESTS / inserted:.0f}")
+    yield _rate("tests read", read, 300_000, f"fetchall {TESTS / fetched:.0f}")
+
+
+def _rate(label: str, seconds: float, aim: int, rival: str) -> Row:
+    """Return the row of a number of tests a second."""
+    limit = f"{aim} a second ({rival})"
+    return Row(label, f"{TESTS / seconds:.0f} a second", limit, aim * seconds / TESTS, "storage")
 
 
 def pages() -> Iterator[Row]:
-    """Give how long a step of a slider takes on the decision page, where a browser is installed."""
+    """Yield the time of a slider's step on the decision page, if a browser is installed."""
+    if find_spec("playwright") is None:
+        return
     for n, limit in (20_000, 33), (100_000, 100):
-        if find_spec("playwright"):
-            command = [sys.executable, "-m", "benchmarks.page", str(n)]
-            text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-            worst = max(int(took) for took in re.findall(r" [fx]1 +(\d+) +\d+ +\d+$", text, re.M))
-            what = f"page of {n} designs: a slider's step, median of the slowest kind"
-            yield what, f"{worst} ms", f"{limit} ms", worst / limit, "page"
+        command = [sys.executable, "-m", "benchmarks.page", str(n)]
+        output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        times = re.findall(r" [fx]1 +(\d+) +\d+ +\d+$", output, re.MULTILINE)
+        slowest = max(map(int, times))
+        label = f"page of {n} designs: a slider's step, median of the slowest kind"
+        yield Row(label, f"{slowest} ms", f"{limit} ms", slowest / limit, "page")
 
 
 def main() -> None:
-    """Print each row when it is measured, and put the table into the README."""
-    rows = ["| what | figure | rival or limit | ratio | in detail |", "|---|---|---|---|---|"]
+    """Print each row when it is measured, and write the table into the README."""
+    lines = ["| what | figure | rival or limit | ratio | in detail |", "|---|---|---|---|---|"]
     with tempfile.TemporaryDirectory() as folder:
-        for part in (motions(), fronts(), cores(), starts(folder), stores(folder), pages()):
-            for what, figure, limit, ratio, module in part:
-                command = f"`python -m benchmarks.{module}`" if module else ""
-                rows.append(f"| {what} | {figure} | {limit} | {ratio:.2f} | {command} |")
-                print(rows[-1], flush=True)
-    commit = subprocess.run(
-        ["git", "describe", "--always", "--dirty"],
-        cwd=README.parent,
-        capture_output=True,
-        text=True,
-    ).stdout.strip()
-    table = "\n".join([f"{describe_machine()}; commit {commit}", "", *rows])
+        parts = (motions(), fronts(), cores(), starts(folder), stores(folder), pages())
+        for row in itertools.chain.from_iterable(parts):
+            command = ""
+            if row.module:
+                command = f"`python -m benchmarks.{row.module}`"
+            line = f"| {row.label} | {row.figure} | {row.limit} | {row.ratio:.2f} | {command} |"
+            lines.append(line)
+            print(line, flush=True)
+    git = ["git", "describe", "--always", "--dirty"]
+    done = subprocess.run(git, cwd=README.parent, capture_output=True, text=True)
+    table = "\n".join([f"{describe_machine()}; commit {done.stdout.strip()}", "", *lines])
     before, rest = README.read_text("utf-8").split(BEGIN)
-    README.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{rest.split(END)[1]}", "utf-8")
+    _, after = rest.split(END)
+    README.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{after}", "utf-8")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""PSI against NSGA-III on sixteen problems: the benchmark in ``benchmarks/README.md``.
+"""PSI compared with NSGA-III on sixteen problems: the benchmark in ``benchmarks/README.md``.
 
-All of it, some thirty minutes on two cores; it continues after an interruption:
+All of it takes some thirty minutes on two cores; it continues after an interruption:
 
     python -m benchmarks.comparison
 
-Some rows of it again, measured against the references kept from the whole benchmark, so that PSI's
-numbers are the same to the last digit and the others' come from the same seeds:
+To repeat some rows, measured against the stored references of the whole benchmark (PSI's numbers
+are then the same to the last digit, and the others use the same seeds):
 
     python -m benchmarks.comparison zdt1 --algorithms psi,nsga3 --evaluations 256,1024
 """
@@ -13,10 +13,8 @@ numbers are the same to the last digit and the others' come from the same seeds:
 from __future__ import annotations
 
 import argparse
-import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,85 +31,99 @@ README = HERE / "README.md"
 BUDGETS = (256, 1024, 4096, 16384)
 ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3", "psi-scrambled+nsga3")
 SEEDS = 11
+BEGIN = "<!-- comparison: written by python -m benchmarks.comparison -->"
+END = "<!-- end -->"
 
 
 def whole_benchmark(folder: Path, jobs: int) -> None:
-    """Run everything; write references, pictures, CSV files and the table of the README."""
+    """Run everything; write references, pictures, the CSV file and the table of the README."""
     comparisons: dict[str, Comparison] = {}
     for name, make in PROBLEMS.items():
         problem = make()
-        comparisons[name] = compare(
-            problem, n_evaluations=BUDGETS, seeds=SEEDS, algorithms=ALGORITHMS,
-            reference_front=known_front(name, problem), folder=folder / name, n_jobs=jobs,
-        )  # fmt: skip
-        keep_reference(name, comparisons[name].reference)
-        print(f"{name}: {len(comparisons[name].runs)} runs measured", flush=True)
-    every = _joined(comparisons, lambda c: c.summary())
-    every.to_csv(HERE / "comparison.csv", index=False)
+        comparison = compare(
+            problem,
+            n_evaluations=BUDGETS,
+            seeds=SEEDS,
+            algorithms=ALGORITHMS,
+            reference_front=known_front(name, problem),
+            folder=folder / name,
+            n_jobs=jobs,
+        )
+        comparisons[name] = comparison
+        keep_reference(name, comparison.reference)
+        print(f"{name}: {len(comparison.runs)} runs measured", flush=True)
+    summaries(comparisons).to_csv(HERE / "comparison.csv", index=False)
     pictures(comparisons)
-    text = "\n".join(wins(comparisons))
-    marks = "<!-- comparison: written by python -m benchmarks.comparison -->", "<!-- end -->"
-    block = f"{marks[0]}\n\nOn {describe_machine()}.\n\n{text}\n\n{marks[1]}"
-    pattern = f"{re.escape(marks[0])}.*?{re.escape(marks[1])}"
-    README.write_text(
-        re.sub(pattern, lambda _: block, README.read_text("utf-8"), flags=re.DOTALL), "utf-8"
-    )
+    table = "\n".join(wins(comparisons))
+    before, rest = README.read_text("utf-8").split(BEGIN)
+    _, after = rest.split(END, 1)
+    block = f"{BEGIN}\n\nOn {describe_machine()}.\n\n{table}\n\n{END}"
+    README.write_text(before + block + after, "utf-8")
 
 
 def some_rows(names: list[str], algorithms: list[str], budgets: list[int], jobs: int) -> None:
-    """Run rows of the benchmark again and print their measures."""
+    """Repeat rows of the benchmark and print their measures."""
+    columns = ["evaluations", "algorithm", "runs"]
+    for indicator in INDICATORS:
+        columns += [indicator, f"{indicator}_q1", f"{indicator}_q3"]
     for name in names:
-        found = compare(
+        comparison = compare(
             PROBLEMS[name](), n_evaluations=budgets, seeds=SEEDS, algorithms=algorithms, n_jobs=jobs
         )
-        reference, measures = kept_reference(name), found.to_frame()
-        for k, run in enumerate(found.runs):
+        reference = kept_reference(name)
+        measures = comparison.to_frame()
+        for k, run in enumerate(comparison.runs):
             for indicator, value in reference.measure(run.F).items():
                 measures.loc[k, indicator] = value
-        result = replace(found, reference=reference, measures=measures)
-        columns = ["evaluations", "algorithm", "runs"]
-        for indicator in INDICATORS:
-            columns += [indicator, f"{indicator}_q1", f"{indicator}_q3"]
-        print(f"{name}\n{result.summary()[columns].to_string(index=False)}\n", flush=True)
+        comparison = replace(comparison, reference=reference, measures=measures)
+        print(f"{name}\n{comparison.summary()[columns].to_string(index=False)}\n", flush=True)
 
 
-def _joined(comparisons: dict[str, Comparison], frame_of: Any) -> pd.DataFrame:
-    frames = [frame_of(c).assign(problem=name) for name, c in comparisons.items()]
-    joined = pd.concat(frames, ignore_index=True)
-    return joined[["problem", *joined.columns.drop("problem")]]
+def summaries(comparisons: dict[str, Comparison]) -> pd.DataFrame:
+    """Return the summaries of all problems as one frame."""
+    frames = []
+    for name, comparison in comparisons.items():
+        frame = comparison.summary()
+        frame.insert(0, "problem", name)
+        frames.append(frame)
+    return pd.concat(frames, ignore_index=True)
 
 
 def wins(comparisons: dict[str, Comparison]) -> list[str]:
-    """Return how often one algorithm is surely better or worse than NSGA-III."""
+    """Return a table: how often an algorithm is significantly better or worse than NSGA-III."""
     groups: dict[str, list[str]] = {"chute": [], "2 to 4 variables": [], "6 to 30 variables": []}
     for name, make in PROBLEMS.items():
-        few = "2 to 4 variables" if make().n_var <= 4 else "6 to 30 variables"
-        groups["chute" if name.startswith("chute") else few].append(name)
+        if name.startswith("chute"):
+            groups["chute"].append(name)
+        elif make().n_var <= 4:
+            groups["2 to 4 variables"].append(name)
+        else:
+            groups["6 to 30 variables"].append(name)
+    heads = " | ".join(f"{budget} evaluations" for budget in BUDGETS)
     lines = [
-        "| against nsga3 | indicator | problems | "
-        + " | ".join(f"{b} evaluations" for b in BUDGETS)
-        + " |",
+        f"| against nsga3 | indicator | problems | {heads} |",
         f"|---|---|---|{'---|' * len(BUDGETS)}",
     ]
     for algorithm in ("psi", "psi-scrambled", "psi-scrambled+nsga3"):
         for indicator in ("hypervolume", "igd_plus", "optimum_distance"):
             for group, names in groups.items():
                 tests = [comparisons[name].tests(indicator) for name in names]
-                cells = [_score(tests, algorithm, budget) for budget in BUDGETS]
-                label = f"{group} ({len(names)})"
-                lines.append(f"| {algorithm} | {indicator} | {label} | {' | '.join(cells)} |")
+                scores = " | ".join(_score(tests, algorithm, budget) for budget in BUDGETS)
+                lines.append(f"| {algorithm} | {indicator} | {group} ({len(names)}) | {scores} |")
     return lines
 
 
 def _score(tests: list[pd.DataFrame], algorithm: str, budget: int) -> str:
     """Return how many tests at a budget an algorithm wins and loses against NSGA-III."""
     pair = {algorithm, "nsga3"}
-    won = lost = 0
+    won = 0
+    lost = 0
     for frame in tests:
-        at = frame[(frame["evaluations"] == budget) & (frame["p_holm"] < SIGNIFICANCE)]
-        row = at[at["better"].isin(pair) & at["worse"].isin(pair)]
-        won += int((row["better"] == algorithm).sum())
-        lost += int((row["better"] == "nsga3").sum())
+        significant = (frame["evaluations"] == budget) & (frame["p_holm"] < SIGNIFICANCE)
+        of_pair = frame["better"].isin(pair) & frame["worse"].isin(pair)
+        better = frame.loc[significant & of_pair, "better"]
+        won += int((better == algorithm).sum())
+        lost += int((better == "nsga3").sum())
     return f"{won} : {lost}"
 
 
@@ -128,19 +140,20 @@ def pictures(comparisons: dict[str, Comparison]) -> None:
 
 
 def main() -> None:
-    """Run the whole benchmark, or rows of it."""
+    """Run the whole benchmark, or some rows of it."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("problems", nargs="*", choices=[[], *PROBLEMS], metavar="PROBLEM")
     parser.add_argument("--algorithms", default=",".join(ALGORITHMS))
     parser.add_argument("--evaluations", default=",".join(map(str, BUDGETS)))
     parser.add_argument("--jobs", type=int, default=-1)
     parser.add_argument("--folder", type=Path, default=HERE / "runs", help="keeps finished runs")
-    given = parser.parse_args()
-    if given.problems:
-        budgets = [int(word) for word in given.evaluations.split(",")]
-        some_rows(given.problems, given.algorithms.split(","), budgets, given.jobs)
-    else:
-        whole_benchmark(given.folder, given.jobs)
+    arguments = parser.parse_args()
+    if not arguments.problems:
+        whole_benchmark(arguments.folder, arguments.jobs)
+        return
+    algorithms = arguments.algorithms.split(",")
+    budgets = [int(word) for word in arguments.evaluations.split(",")]
+    some_rows(arguments.problems, algorithms, budgets, arguments.jobs)
 
 
 if __name__ == "__main__":

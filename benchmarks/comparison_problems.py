@@ -1,6 +1,6 @@
-"""The problems of the benchmark :mod:`benchmarks.comparison`, by name, and those of others.
+"""The problems of the benchmark :mod:`benchmarks.comparison` by name, and those of other packages.
 
-Those need ``pip install botorch``, and ``pip install cmo`` (GPL).
+The latter require ``pip install botorch``, and ``pip install cmo`` (GPL).
 """
 
 from __future__ import annotations
@@ -23,46 +23,42 @@ from pymoo_psi.pareto import UtopianFrame
 
 REFERENCES = Path(__file__).parent / "references"
 
-PROBLEMS: dict[str, Callable[[], Any]] = {
-    **{
-        f"chute-{model}-{mu}": partial(VectorizedSphereChute, mu, model=model)
-        for model in ("full", "rolling")
-        for mu in (0.2, 0.4, 0.6)
-    },
-    "bnh": partial(get_problem, "bnh"),
-    "osy": partial(get_problem, "osy"),
-    "welded_beam": partial(get_problem, "welded_beam"),
-    "truss2d": partial(get_problem, "truss2d"),
-    "mw7": partial(get_problem, "mw7"),
-    "zdt1": partial(get_problem, "zdt1"),
-    "zdt2": partial(get_problem, "zdt2"),
-    "zdt3": partial(get_problem, "zdt3"),
-    "dtlz2": partial(get_problem, "dtlz2", n_var=13, n_obj=4),
-    "dtlz7": partial(get_problem, "dtlz7", n_var=23, n_obj=4),
-}
+PROBLEMS: dict[str, Callable[[], Any]] = {}
+for model in ("full", "rolling"):
+    for mu in (0.2, 0.4, 0.6):
+        PROBLEMS[f"chute-{model}-{mu}"] = partial(VectorizedSphereChute, mu, model=model)
+for name in ("bnh", "osy", "welded_beam", "truss2d", "mw7", "zdt1", "zdt2", "zdt3"):
+    PROBLEMS[name] = partial(get_problem, name)
+PROBLEMS["dtlz2"] = partial(get_problem, "dtlz2", n_var=13, n_obj=4)
+PROBLEMS["dtlz7"] = partial(get_problem, "dtlz7", n_var=23, n_obj=4)
 
 
 def known_front(name: str, problem: Any) -> Any:
-    """Return points of the true Pareto front where there is a formula for them, else nothing."""
+    """Return points of the true Pareto front, ``None`` if there is no formula for them."""
     if name == "dtlz2":
         return problem.pareto_front(reference_directions(problem.n_obj, 1000))
-    return problem.pareto_front() if name in ("bnh", "zdt1", "zdt2", "zdt3") else None
+    if name in ("bnh", "zdt1", "zdt2", "zdt3"):
+        return problem.pareto_front()
+    return None
 
 
 def keep_reference(name: str, reference: Reference) -> None:
-    """Write what the runs on a problem are measured against."""
-    frame = reference.frame
+    """Write the reference of a problem, against which runs are measured."""
     np.savez_compressed(
-        REFERENCES / f"{name}.npz", ideal=frame.ideal, nadir=frame.nadir, points=reference.points,
-        n_union=reference.n_union, optimum=reference.optimum,
-    )  # fmt: skip
+        REFERENCES / f"{name}.npz",
+        ideal=reference.frame.ideal,
+        nadir=reference.frame.nadir,
+        points=reference.points,
+        n_union=reference.n_union,
+        optimum=reference.optimum,
+    )
 
 
 def kept_reference(name: str) -> Reference:
-    """Read what runs were measured against; its optimum was polished by a local search."""
-    with np.load(REFERENCES / f"{name}.npz") as kept:
-        frame = UtopianFrame(kept["ideal"], kept["nadir"], normalize=True)
-        return Reference(frame, kept["points"], int(kept["n_union"]), kept["optimum"])
+    """Read the reference of a problem; a local search has improved its optimum."""
+    with np.load(REFERENCES / f"{name}.npz") as arrays:
+        frame = UtopianFrame(arrays["ideal"], arrays["nadir"], normalize=True)
+        return Reference(frame, arrays["points"], int(arrays["n_union"]), arrays["optimum"])
 
 
 @dataclass(frozen=True)
@@ -70,12 +66,13 @@ class Published:
     """A problem of BoTorch, all objectives minimised.
 
     Attributes:
-        name: BoTorch's class.
-        n_var: How many variables.
+        name: Name of BoTorch's class.
+        n_var: Number of variables.
         reference: The reference point of the hypervolume in BoTorch.
-        maximum: The hypervolume of BoTorch, or of three runs of NSGA-III with 20 000 evaluations.
-        options: Of the class.
-        published: Whether BoTorch has a maximum.
+        maximum: The largest hypervolume by BoTorch, or by three runs of NSGA-III with 20 000
+            evaluations.
+        options: Arguments of the class.
+        published: Whether the maximum is BoTorch's.
     """
 
     name: str
@@ -89,14 +86,16 @@ class Published:
         """Return it as a problem of pymoo."""
         from botorch.test_functions import multi_objective
 
-        return OfBoTorch(getattr(multi_objective, self.name)(**self.options), self.reference)
+        problem = getattr(multi_objective, self.name)(**self.options)
+        return OfBoTorch(problem, self.reference)
 
 
 class OfBoTorch(Problem):
     """A problem of BoTorch for pymoo, with the reference point ``ref_point``."""
 
     def __init__(self, problem: Any, ref_point: tuple[float, ...]) -> None:
-        self.problem, self.ref_point = problem, np.array(ref_point)
+        self.problem = problem
+        self.ref_point = np.array(ref_point)
         xl, xu = problem.bounds.double().numpy()
         n_ieq = getattr(problem, "num_constraints", 0)
         super().__init__(n_var=problem.dim, n_obj=len(ref_point), n_ieq_constr=n_ieq, xl=xl, xu=xu)
@@ -106,27 +105,45 @@ class OfBoTorch(Problem):
     ) -> None:
         import torch
 
-        given = torch.tensor(X, dtype=torch.double)
-        out["F"] = self.problem(given, noise=False).numpy()
+        tensor = torch.tensor(X, dtype=torch.double)
+        out["F"] = self.problem(tensor, noise=False).numpy()
         if self.n_ieq_constr:
-            out["G"] = -self.problem.evaluate_slack(given, noise=False).numpy()
+            out["G"] = -self.problem.evaluate_slack(tensor, noise=False).numpy()
 
 
+BRANIN_CURRIN = Published("BraninCurrin", 2, (18.0, 6.0), 59.36011874867746)
+VEHICLE_SAFETY = Published(
+    "VehicleSafety",
+    n_var=5,
+    reference=(1864.72022, 11.81993945, 0.2903999384),
+    maximum=246.81607081187002,
+)
+CAR_SIDE_IMPACT = Published(
+    "CarSideImpact",
+    n_var=7,
+    reference=(45.4872, 4.5114, 13.3394, 10.3942),
+    maximum=484.72654347642793,
+)
+PENICILLIN = Published("Penicillin", 7, (25.935, 57.612, 935.5), 2183455.909507436)
+C2DTLZ2 = Published(
+    "C2DTLZ2",
+    n_var=4,
+    reference=(1.1, 1.1),
+    maximum=0.3996406303723544,
+    options={"dim": 4, "num_objectives": 2},
+)
+DISC_BRAKE = Published("DiscBrake", 4, (5.7771, 3.9651), 11.2053, published=False)
+WELDED_BEAM = Published("WeldedBeam", 4, (40.0, 0.015), 0.0701921, published=False)
+OSY = Published("OSY", 6, (-75.0, 75.0), 9889.32, published=False)
 PUBLISHED = {
-    "branin_currin": Published("BraninCurrin", 2, (18.0, 6.0), 59.36011874867746),
-    "vehicle_safety": Published(
-        "VehicleSafety", 5, (1864.72022, 11.81993945, 0.2903999384), 246.81607081187002
-    ),
-    "car_side_impact": Published(
-        "CarSideImpact", 7, (45.4872, 4.5114, 13.3394, 10.3942), 484.72654347642793
-    ),
-    "penicillin": Published("Penicillin", 7, (25.935, 57.612, 935.5), 2183455.909507436),
-    "c2dtlz2": Published(
-        "C2DTLZ2", 4, (1.1, 1.1), 0.3996406303723544, {"dim": 4, "num_objectives": 2}
-    ),
-    "disc_brake": Published("DiscBrake", 4, (5.7771, 3.9651), 11.2053, published=False),
-    "botorch-welded_beam": Published("WeldedBeam", 4, (40.0, 0.015), 0.0701921, published=False),
-    "botorch-osy": Published("OSY", 6, (-75.0, 75.0), 9889.32, published=False),
+    "branin_currin": BRANIN_CURRIN,
+    "vehicle_safety": VEHICLE_SAFETY,
+    "car_side_impact": CAR_SIDE_IMPACT,
+    "penicillin": PENICILLIN,
+    "c2dtlz2": C2DTLZ2,
+    "disc_brake": DISC_BRAKE,
+    "botorch-welded_beam": WELDED_BEAM,
+    "botorch-osy": OSY,
 }
 
 
@@ -135,27 +152,28 @@ class Cmo:
     """A problem of ``cmo``: CRE (Tanabe and Ishibuchi 2020), RCM (Kumar et al. 2021).
 
     Attributes:
-        name: Of the class, in small letters.
-        n_var: How many variables.
+        name: Name of the class, in lower case.
+        n_var: Number of variables.
     """
 
     name: str
     n_var: int
 
     def __call__(self) -> Problem:
-        """Return it."""
+        """Return the problem."""
         from cmo.problems import cre, rcm
 
-        return getattr(cre if self.name.startswith("cre") else rcm, self.name.upper())()
+        module = rcm
+        if self.name.startswith("cre"):
+            module = cre
+        return getattr(module, self.name.upper())()
 
 
-CMO = {
-    name: Cmo(name, n_var)
-    for name, n_var in {
-        "cre21": 3, "cre22": 4, "cre23": 4, "cre24": 7, "cre25": 4, "cre31": 7, "cre32": 6,
-        "cre51": 3, "rcm1": 4, "rcm2": 5, "rcm10": 2, "rcm12": 4, "rcm13": 7, "rcm14": 5,
-        "rcm15": 3, "rcm16": 2, "rcm18": 3, "rcm19": 10, "rcm20": 4, "rcm21": 6, "rcm25": 2,
-        "rcm27": 3, "rcm29": 7,
-    }.items()
-}  # fmt: skip
-"""CRE's constraints are 0 where they are met. The RCM left out are CRE's with other constraints."""
+# The constraints of CRE are 0 where they are met. Those RCM are omitted that are CRE's problems
+# with other constraints.
+_CRE = {"cre21": 3, "cre22": 4, "cre23": 4, "cre24": 7, "cre25": 4, "cre31": 7, "cre32": 6}
+_CRE["cre51"] = 3
+_RCM = {1: 4, 2: 5, 10: 2, 12: 4, 13: 7, 14: 5, 15: 3, 16: 2, 18: 3, 19: 10, 20: 4, 21: 6}
+_RCM |= {25: 2, 27: 3, 29: 7}
+_N_VAR = _CRE | {f"rcm{number}": n_var for number, n_var in _RCM.items()}
+CMO = {name: Cmo(name, n_var) for name, n_var in _N_VAR.items()}

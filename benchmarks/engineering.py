@@ -1,7 +1,7 @@
 """Two problems of structural engineering with ten variables each, for the benchmarks.
 
-Both are old test cases of weight minimisation with one criterion; the limit on the deflection is
-the second criterion here.
+Both are old test cases of weight minimisation with a single objective. The deflection, which had a
+limit there, is the second objective here.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 class TenBarTruss(Problem):
     """The ten-bar cantilever truss (Haug and Arora, Applied Optimal Design, 1979), in inches, kips.
 
-    Variables: cross sections, 0.1 to 35. Criteria: weight in lb and the largest displacement of a
+    Variables: cross sections, 0.1 to 35. Objectives: weight in lb and the largest displacement of a
     node. Constraints: the stress of each member, at most 25 ksi.
     """
 
@@ -26,20 +26,23 @@ class TenBarTruss(Problem):
     MEMBERS = np.array(
         [(4, 2), (2, 0), (5, 3), (3, 1), (2, 3), (0, 1), (4, 3), (5, 2), (2, 1), (3, 0)]
     )
-    MODULUS, DENSITY, LOAD, STRESS = 1e4, 0.1, 100.0, 25.0
+    MODULUS = 1e4
+    DENSITY = 0.1
+    LOAD = 100.0
+    STRESS = 25.0
 
     def __init__(self) -> None:
         super().__init__(n_var=10, n_obj=2, n_ieq_constr=10, xl=0.1, xu=35.0)
         ends = self.NODES[self.MEMBERS]
         along = ends[:, 1] - ends[:, 0]
         self.lengths = np.linalg.norm(along, axis=1)
-        # (10, 8): elongation of a member for displacements of the four free nodes
-        self.elongation = np.zeros((10, 12))
+        elongation = np.zeros((10, 12))
         for member, (a, b) in enumerate(self.MEMBERS):
             unit = along[member] / self.lengths[member]
-            self.elongation[member, 2 * a : 2 * a + 2] = -unit
-            self.elongation[member, 2 * b : 2 * b + 2] = unit
-        self.elongation = self.elongation[:, :8]
+            elongation[member, 2 * a : 2 * a + 2] = -unit
+            elongation[member, 2 * b : 2 * b + 2] = unit
+        # (10, 8): elongation of each member by displacements of the four free nodes
+        self.elongation = elongation[:, :8]
 
     def _evaluate(self, X: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         stiffness = self.MODULUS * X / self.lengths
@@ -47,32 +50,41 @@ class TenBarTruss(Problem):
         K = np.einsum("mi,nm,mj->nij", B, stiffness, B)
         load = np.zeros(8)
         load[[3, 7]] = -self.LOAD
-        moved = np.linalg.solve(K, np.broadcast_to(load[:, None], (len(X), 8, 1)))[..., 0]
-        stress = self.MODULUS * (moved @ B.T) / self.lengths
-        out["F"] = np.column_stack([self.DENSITY * X @ self.lengths, np.abs(moved).max(axis=1)])
+        loads = np.broadcast_to(load[:, None], (len(X), 8, 1))
+        displacement = np.linalg.solve(K, loads)[..., 0]
+        stress = self.MODULUS * (displacement @ B.T) / self.lengths
+        weight = self.DENSITY * X @ self.lengths
+        out["F"] = np.column_stack([weight, np.abs(displacement).max(axis=1)])
         out["G"] = np.abs(stress) / self.STRESS - 1
 
 
 class SteppedCantilever(Problem):
     """The cantilever of five rectangular steps (Thanedar and Vanderplaats 1995), in cm and N.
 
-    Variables: five widths, 1 to 5, and five heights, 30 to 65, from the wall on. Criteria: volume
-    and deflection of the tip. Constraints: the bending stress in each step, at most 14 000, and
-    heights of at most twenty widths.
+    Variables: five widths, 1 to 5, and five heights, 30 to 65, beginning at the wall. Objectives:
+    volume and deflection of the tip. Constraints: the bending stress in each step, at most 14 000,
+    and heights of at most twenty widths.
     """
 
-    STEP, LOAD, MODULUS, STRESS = 100.0, 50_000.0, 2e7, 14_000.0
+    STEP = 100.0
+    LOAD = 50_000.0
+    MODULUS = 2e7
+    STRESS = 14_000.0
 
     def __init__(self) -> None:
-        lower, upper = np.repeat([1.0, 30.0], 5), np.repeat([5.0, 65.0], 5)
+        lower = np.repeat([1.0, 30.0], 5)
+        upper = np.repeat([5.0, 65.0], 5)
         super().__init__(n_var=10, n_obj=2, n_ieq_constr=10, xl=lower, xu=upper)
 
     def _evaluate(self, X: Array, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        width, height = X[:, :5], X[:, 5:]
+        width = X[:, :5]
+        height = X[:, 5:]
         arms = self.STEP * np.arange(5, 0, -1)  # from the tip to the wall's end of each step
         stress = 6 * self.LOAD * arms / (width * height**2)
-        # Castigliano: the integral of M^2 / (E I) over a step, by the load
+        # Castigliano: the derivative by the load of the integral of M^2 / (E I) over a step
         cubes = (arms**3 - (arms - self.STEP) ** 3) / 3
-        deflection = (self.LOAD * cubes / (self.MODULUS * width * height**3 / 12)).sum(axis=1)
-        out["F"] = np.column_stack([self.STEP * (width * height).sum(axis=1), deflection])
+        stiffness = self.MODULUS * width * height**3 / 12
+        deflection = (self.LOAD * cubes / stiffness).sum(axis=1)
+        volume = self.STEP * (width * height).sum(axis=1)
+        out["F"] = np.column_stack([volume, deflection])
         out["G"] = np.hstack([stress / self.STRESS - 1, height / (20 * width) - 1])

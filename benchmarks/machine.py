@@ -1,4 +1,4 @@
-"""What every benchmark says about where it ran, and how it times."""
+"""The machine on which a benchmark runs, and how times are measured."""
 
 from __future__ import annotations
 
@@ -9,31 +9,36 @@ import sys
 import time
 from collections.abc import Callable
 from importlib.metadata import version
+from pathlib import Path
 
 
 def describe_machine() -> str:
-    """Return processor, cores, Python and the releases that matter, in one line."""
-    model = platform.processor() or platform.machine()
+    """Return processor, cores, Python and the releases of packages that matter, in one line."""
+    packages = ", ".join(f"{name} {version(name)}" for name in ("pymoo", "numpy", "scipy"))
+    python = f"Python {platform.python_version()}"
+    return f"{_processor()}, {os.cpu_count()} cores, {python}, {packages}"
+
+
+def _processor() -> str:
     try:
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            names = [
-                line.split(":", 1)[1].strip() for line in file if line.startswith("model name")
-            ]
-        model = names[0] if names else model
+        for line in Path("/proc/cpuinfo").read_text("utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
     except OSError:
         pass
-    packages = ", ".join(f"{name} {version(name)}" for name in ("pymoo", "numpy", "scipy"))
-    return f"{model}, {os.cpu_count()} cores, Python {platform.python_version()}, {packages}"
+    return platform.processor() or platform.machine()
 
 
 def peak_megabytes() -> float:
-    """Return the largest memory the process has had."""
-    unit = 1 if sys.platform == "darwin" else 1024
+    """Return the largest memory of the process so far."""
+    unit = 1024
+    if sys.platform == "darwin":
+        unit = 1
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 
 def processor_seconds(function: Callable[[], object], repeat: int = 1) -> float:
-    """Return the shortest time of the processor, of all threads, of several calls."""
+    """Return the shortest processor time of several calls, summed over all threads."""
     times = []
     for _ in range(repeat):
         start = time.process_time()

@@ -1,12 +1,12 @@
-"""The exact motion against ``solve_ivp``: first the answers, then the speed, in one run.
+"""The exact motion compared with ``solve_ivp``: first the answers, then the speed, in one run.
 
     python -m benchmarks.motion
 
 The rival integrates the slip phase of every design in time with DOP853 at rtol 1e-10 and two
-terminal events, the exit and the end of slip, and then rolls by the closed form: what one would
-write with SciPy. Both take designs of the default box for μ = 0.2, 0.4 and 0.6; rival and solver
-are timed in turn, on one core, in seconds of the processor, so that a change of the machine's
-speed meets both.
+terminal events, the exit and the end of slip; rolling then follows from the closed form. This is
+what one would write with SciPy. Both solve designs within the default bounds for μ = 0.2, 0.4 and
+0.6. They are timed alternately, on one core, in processor time, so that a change of the machine's
+speed affects both.
 """
 
 from __future__ import annotations
@@ -30,12 +30,14 @@ C = 0.3193
 def rival(u1: float, v_p: float, mu: float) -> tuple[float, float]:
     """Return f1 and f2 of one design by SciPy."""
     length = math.hypot(1, u1)
-    a, b = u1 / length, mu / length
+    a = u1 / length
+    b = mu / length
 
     def field(t, y):
         _, v, v_x, v_y, _ = y
         rho = math.hypot(v_x, v_y)
-        cosine, sine = v_x / rho, v_y / rho
+        cosine = v_x / rho
+        sine = v_y / rho
         return v, a - b * cosine, a - 3.5 * b * cosine, -2.5 * b * sine, b * rho
 
     def exit_reached(t, y):
@@ -44,7 +46,8 @@ def rival(u1: float, v_p: float, mu: float) -> tuple[float, float]:
     def slip_ended(t, y):
         return math.hypot(y[2], y[3]) - 1e-9
 
-    exit_reached.terminal = slip_ended.terminal = True
+    exit_reached.terminal = True
+    slip_ended.terminal = True
     solution = solve_ivp(
         field,
         (0, 50),
@@ -56,21 +59,24 @@ def rival(u1: float, v_p: float, mu: float) -> tuple[float, float]:
     )
     x, v, _, v_y, lost = solution.y[:, -1]
     t = solution.t[-1]
-    if len(solution.t_events[1]):
+    if len(solution.t_events[1]) > 0:  # it rolls for the rest of the way
         end = math.sqrt(v * v + 2 * a / 1.4 * (length - x))
-        t, v_y = t + 2 * (length - x) / (end + v), 0.0
+        t = t + 2 * (length - x) / (end + v)
+        v_y = 0.0
     return t, abs(0.4 * v_p * (v_y + v_p) - lost)
 
 
 def designs(n: int, mu: float) -> np.ndarray:
-    """Return the first LPτ points of the default box."""
+    """Return the first LPτ points within the default bounds."""
     return np.array([0, 0.1]) + lp_tau(n, 2) * [3.5 * mu, 5.9]
 
 
 def compare_speed(mu: float) -> float:
-    """Print one μ and return how many times faster a design is."""
-    p, X, sample = ChuteParameters(mu=mu), designs(BATCH, mu), designs(SAMPLE + 1, mu)[1:]
-    ours = criteria(motion(*sample.T, p))
+    """Print the figures for one μ and return how many times faster the exact motion is."""
+    parameters = ChuteParameters(mu=mu)
+    X = designs(BATCH, mu)
+    sample = designs(SAMPLE + 1, mu)[1:]
+    ours = criteria(motion(*sample.T, parameters))
     theirs = np.array([rival(*x, mu) for x in sample.tolist()])
     worst_f1 = np.abs(ours[:, 0] / theirs[:, 0] - 1).max()
     worst_f2 = np.abs(ours[:, 1] - theirs[:, 1]).max()
@@ -78,42 +84,53 @@ def compare_speed(mu: float) -> float:
     ratios = []
     for _ in range(3):
         slow = processor_seconds(lambda: [rival(*x, mu) for x in sample.tolist()]) / SAMPLE
-        fast = processor_seconds(lambda: motion(*X.T, p)) / BATCH
+        fast = processor_seconds(lambda: motion(*X.T, parameters)) / BATCH
         ratios.append(slow / fast)
+    ratio = float(np.median(ratios))
     print(
         f"mu = {mu}: answers agree to {worst_f1:.0e} (f1, relative) and {worst_f2:.0e} (f2); "
         f"solve_ivp {slow * 1e3:.2f} ms, motion {fast * 1e6:.2f} µs a design; "
-        f"ratio {np.median(ratios):.0f}"
+        f"ratio {ratio:.0f}"
     )
-    return float(np.median(ratios))
+    return ratio
 
 
-def main() -> None:
-    """Print every figure."""
-    print(describe_machine())
-    ratios = [compare_speed(mu) for mu in (0.2, 0.4, 0.6)]
-    print(f"geometric mean of the ratios: {np.exp(np.mean(np.log(ratios))):.0f}")
+def time_problems() -> None:
+    """Print the times of the problems of pymoo, vectorised and one design at a time."""
     vectorized = VectorizedSphereChute(0.4)
     for n, repeat in ((4096, 20), (1_000_000, 1)):
-        took = processor_seconds(partial(vectorized.evaluate, designs(n, 0.4)), repeat)
-        print(f"VectorizedSphereChute, {n} designs: {took * 1e3:.1f} ms")
-    single, X = SphereChute(0.4), designs(2000, 0.4)
-    each = processor_seconds(lambda: [single.evaluate(x) for x in X], 3) / len(X)
-    bare = processor_seconds(lambda: [motion(*x, single.parameters) for x in X], 3) / len(X)
+        seconds = processor_seconds(partial(vectorized.evaluate, designs(n, 0.4)), repeat)
+        print(f"VectorizedSphereChute, {n} designs: {seconds * 1e3:.1f} ms")
+    problem = SphereChute(0.4)
+    X = designs(2000, 0.4)
+    evaluated = processor_seconds(lambda: [problem.evaluate(x) for x in X], 3) / len(X)
+    bare = processor_seconds(lambda: [motion(*x, problem.parameters) for x in X], 3) / len(X)
     print(
-        f"SphereChute, one design at a time: {each * 1e6:.0f} µs a design, "
+        f"SphereChute, one design at a time: {evaluated * 1e6:.0f} µs a design, "
         f"motion() alone {bare * 1e6:.0f} µs"
     )
-    X = designs(1_000_000, 0.4)
-    u1, v_p = np.ascontiguousarray(X.T)
-    p = ChuteParameters(mu=0.4)
+
+
+def measure_memory() -> None:
+    """Print the memory of a million designs."""
+    u1, v_p = np.ascontiguousarray(designs(1_000_000, 0.4).T)
+    parameters = ChuteParameters(mu=0.4)
     tracemalloc.start()
-    solved = motion(u1, v_p, p)
+    solved = motion(u1, v_p, parameters)
     kept, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert np.isfinite(solved.time).all()
     beyond = (peak - kept) / 1e6
     print(f"10^6 designs: {kept / 1e6:.0f} MB of results, peak {beyond:.0f} MB beyond them")
+
+
+def main() -> None:
+    """Print all figures."""
+    print(describe_machine())
+    ratios = [compare_speed(mu) for mu in (0.2, 0.4, 0.6)]
+    print(f"geometric mean of the ratios: {np.exp(np.mean(np.log(ratios))):.0f}")
+    time_problems()
+    measure_memory()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Thirty-digit reference of the sphere's motion, by Taylor series in log time.
 
-Independent of the NumPy kernel: no closed form, no first integral, no linear invariant, no
-quadrature. The equations of motion (2.17) are integrated as they stand, in the log time s with
+It is independent of the NumPy kernel: there is no closed form, first integral, linear invariant or
+quadrature. The equations of motion (2.17) are integrated directly, in the log time s with
 dt = (rho / b) ds, in which every right-hand side is a polynomial of the unknowns:
 
     c'   = (1 - c^2)(tau - c)              c = cos(theta), direction of the slip
@@ -10,12 +10,12 @@ dt = (rho / b) ds, in which every right-hand side is a polynomial of the unknown
     v'   = rho (tau - c)                   speed of the centre, from dv_C/dt = a - b cos(theta)
     t'   = rho / b,   x' = v rho / b,   D' = rho^2
 
-so that the Taylor coefficients follow from Cauchy products. 40 digits are carried and steps are
-taken with 40 terms such that the first term left out is below 1e-36 of its unknown. Slip is over
-when rho < 1e-36. Rolling and straight sliding are the constant accelerations of Eq. (2.20).
+So the Taylor coefficients follow from Cauchy products. The computation has 42 digits; steps have
+40 terms and such a length that the first omitted term is below 1e-36 of its unknown. Slip ends at
+rho < 1e-36. Rolling and straight sliding are the constant accelerations of Eq. (2.20).
 
-Write the data of ``tests/chute/reference`` again by ``python -m benchmarks.motion_30_digits``, in a
-checkout; it takes some minutes.
+To write the data of ``tests/chute/reference``, run ``python -m benchmarks.motion_30_digits`` in a
+checkout; this takes a few minutes.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from __future__ import annotations
 import json
 import math
 import sys
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -32,34 +34,50 @@ mp.dps = 42
 ORDER = 40
 TINY = mpf(10) ** -36
 NAMES = ("c", "rho", "y", "v", "t", "x", "D")
+# Inputs of the paper: c, r and the spin, after u1, v_p and mu.
+STANDARD = (0.3193, 0.1, 0.0, 0.0, 0.0)
+OUTPUT = "tests/chute/reference/motion_30_digits.json"
+ABOUT = (
+    "30-digit motion; made by benchmarks/motion_30_digits.py; inputs are "
+    "float.hex() of u1, v_p, mu, c, r, wx0, wy0, wz0"
+)
+
+
+def _cauchy(p: list, q: list, n: int):
+    """Return the coefficient n of the product of two series."""
+    return mp.fdot((p[i], q[n - i]) for i in range(n + 1))
 
 
 def _taylor(state: dict, tau, b) -> dict:
-    """Taylor coefficients in s of every unknown, from their values at s = 0."""
+    """Return the Taylor coefficients in s of every unknown, from the values at s = 0."""
     k = {name: [mpf(state[name])] for name in NAMES}
-    cc, ccc, g, vr, rc, rr = [], [], [], [], [], []
-
-    def conv(p, q, n):
-        return mp.fdot((p[i], q[n - i]) for i in range(n + 1))
-
+    c = k["c"]
+    rho = k["rho"]
+    v = k["v"]
+    c_c = []  # the coefficients of the products
+    c_c_c = []
+    bracket = []  # tau c - 2.5 - c^2
+    v_rho = []
+    rho_c = []
+    rho_rho = []
     for n in range(ORDER):
-        c, rho, v = k["c"], k["rho"], k["v"]
-        cc.append(conv(c, c, n))
-        ccc.append(conv(cc, c, n))
-        one = mpf(1 if n == 0 else 0)
-        g.append(tau * c[n] - one * mpf("2.5") - cc[n])
-        vr.append(conv(v, rho, n))
-        rc.append(conv(rho, c, n))
-        rr.append(conv(rho, rho, n))
-        dc = tau * one - c[n] - tau * cc[n] + ccc[n]
+        one = mpf(0)
+        if n == 0:
+            one = mpf(1)
+        c_c.append(_cauchy(c, c, n))
+        c_c_c.append(_cauchy(c_c, c, n))
+        bracket.append(tau * c[n] - one * mpf("2.5") - c_c[n])
+        v_rho.append(_cauchy(v, rho, n))
+        rho_c.append(_cauchy(rho, c, n))
+        rho_rho.append(_cauchy(rho, rho, n))
         rates = {
-            "c": dc,
-            "rho": conv(rho, g, n),
+            "c": tau * one - c[n] - tau * c_c[n] + c_c_c[n],
+            "rho": _cauchy(rho, bracket, n),
             "y": -mpf("2.5") * k["y"][n],
-            "v": tau * rho[n] - rc[n],
+            "v": tau * rho[n] - rho_c[n],
             "t": rho[n] / b,
-            "x": vr[n] / b,
-            "D": rr[n],
+            "x": v_rho[n] / b,
+            "D": rho_rho[n],
         }
         for name in NAMES:
             k[name].append(rates[name] / (n + 1))
@@ -67,18 +85,20 @@ def _taylor(state: dict, tau, b) -> dict:
 
 
 def _at(coefficients, s):
+    """Return the value of a series, by Horner's method."""
     value = mpf(0)
-    for coefficient in reversed(coefficients):  # Horner
+    for coefficient in reversed(coefficients):
         value = value * s + coefficient
     return value
 
 
 def _root(coefficients, target, high):
-    """The s in [0, high] where the series, monotone there, equals target."""
-    low, f_low = mpf(0), coefficients[0] - target
+    """Return the s in [0, high] where the series, which is monotone there, equals target."""
+    low = mpf(0)
+    is_above = coefficients[0] - target > 0
     for _ in range(40):
         mid = (low + high) / 2
-        if (_at(coefficients, mid) - target > 0) == (f_low > 0):
+        if (_at(coefficients, mid) - target > 0) == is_above:
             low = mid
         else:
             high = mid
@@ -92,65 +112,109 @@ def _root(coefficients, target, high):
     return s
 
 
-def reference(u1, v_p, mu, c, r, wx0, wy0, wz0) -> dict:
-    """All result fields of one design as mpf numbers; the inputs are taken as exact doubles."""
-    u1, v_p, mu, c, r, wx0, wy0, wz0 = (mpf(q) for q in (u1, v_p, mu, c, r, wx0, wy0, wz0))
-    X = mp.sqrt(1 + u1 * u1)
-    a, b, tau = u1 / X, mu / X, u1 / mu
-    vx, vy = c - r * wy0, r * wx0 - v_p
-    sign = -1 if vy < 0 else 1
-    rho = mp.sqrt(vx * vx + vy * vy)
-    s = {"c": vx / rho if rho else mpf(1), "rho": rho, "y": abs(vy), "v": c}
-    s.update(t=mpf(0), x=mpf(0), D=mpf(0))
-    can_roll = u1 * 2 <= 7 * mu
-    ended = ""
-    while not ended and s["rho"] >= TINY:
-        k = _taylor(s, tau, b)
-        size = max(abs(k[n][-1]) / (abs(k[n][0]) + (1 if n in "ct" else 0) + TINY) for n in NAMES)
-        step = min(mpf(2), (mpf(10) ** -38 / (size + mpf(10) ** -60)) ** (mpf(1) / ORDER))
-        v_new, x_new = _at(k["v"], step), _at(k["x"], step)
+def _step(k: dict):
+    """Return the length of a step, from the last coefficients."""
+    size = mpf(0)
+    for name in NAMES:
+        scale = abs(k[name][0])
+        if name in "ct":
+            scale += 1
+        size = max(size, abs(k[name][-1]) / (scale + TINY))
+    return min(mpf(2), (mpf(10) ** -38 / (size + mpf(10) ** -60)) ** (mpf(1) / ORDER))
+
+
+def _slip(state: dict, tau, b, length) -> tuple[dict, str]:
+    """Return the state at the end of slip, and ``"exit"`` or ``"stall"`` if the motion ends there.
+
+    Args:
+        state: The unknowns at the start.
+        tau: The slope divided by the friction.
+        b: The deceleration by friction.
+        length: The length of the way.
+    """
+    while state["rho"] >= TINY:
+        ended = ""
+        k = _taylor(state, tau, b)
+        step = _step(k)
+        x = _at(k["x"], step)
         # v is monotone while the sphere slips: x turns only where v = 0
-        if v_new <= 0:
-            at = _root(k["v"], mpf(0), step)
-            ended, step = "stall", at
-            x_new = _at(k["x"], at)
-        if x_new >= X:
-            ended, step = "exit", _root(k["x"], X, step)
-        s = {n: _at(k[n], step) for n in NAMES}
-    slip_end = slip_time = None
-    vx, vy = s["rho"] * s["c"], sign * s["y"]
-    if not ended:
-        vx = vy = mpf(0)
-        acceleration = a / mpf("1.4") if can_roll else a - b
-        if can_roll:
-            slip_end, slip_time = s["x"] / X, s["t"]
-        v1, rest = s["v"], X - s["x"]
-        v2 = mp.sqrt(v1 * v1 + 2 * acceleration * rest)
-        if v2 == 0:
+        if _at(k["v"], step) <= 0:
             ended = "stall"
-        else:
-            ended, dt = "exit", 2 * rest / (v1 + v2)
-            if not can_roll:  # straight slide from rho = 0: theta = 0
+            step = _root(k["v"], mpf(0), step)
+            x = _at(k["x"], step)
+        if x >= length:
+            ended = "exit"
+            step = _root(k["x"], length, step)
+        state = {name: _at(k[name], step) for name in NAMES}
+        if ended:
+            return state, ended
+    return state, ""
+
+
+def reference(u1, v_p, mu, c, r, wx0, wy0, wz0) -> dict:
+    """Return all result fields of one design as mpf numbers; the inputs are exact doubles."""
+    u1, v_p, mu, c, r, wx0, wy0, wz0 = (mpf(q) for q in (u1, v_p, mu, c, r, wx0, wy0, wz0))
+    length = mp.sqrt(1 + u1 * u1)
+    a = u1 / length
+    b = mu / length
+    tau = u1 / mu
+    vx = c - r * wy0
+    vy = r * wx0 - v_p
+    sign = 1
+    if vy < 0:
+        sign = -1
+    rho = mp.sqrt(vx * vx + vy * vy)
+    cosine = mpf(1)
+    if rho:
+        cosine = vx / rho
+    start = {"c": cosine, "rho": rho, "y": abs(vy), "v": c, "t": mpf(0), "x": mpf(0), "D": mpf(0)}
+    s, ended = _slip(start, tau, b, length)
+    slip_end = None
+    slip_time = None
+    vx = s["rho"] * s["c"]
+    vy = sign * s["y"]
+    if not ended:
+        vx = mpf(0)
+        vy = mpf(0)
+        rolls = u1 * 2 <= 7 * mu
+        acceleration = a - b
+        if rolls:
+            acceleration = a / mpf("1.4")
+            slip_end = s["x"] / length
+            slip_time = s["t"]
+        v1 = s["v"]
+        rest = length - s["x"]
+        v2 = mp.sqrt(v1 * v1 + 2 * acceleration * rest)
+        ended = "stall"
+        if v2 != 0:
+            ended = "exit"
+            dt = 2 * rest / (v1 + v2)
+            if not rolls:  # a straight slide from rho = 0: theta = 0
                 vx = (a - mpf("3.5") * b) * dt
                 s["D"] += b * vx * dt / 2
             s["t"] += dt
-            s["v"], s["x"] = v2, X
+            s["v"] = v2
+            s["x"] = length
+    time = s["t"]
+    reached = mpf(1)
     if ended == "stall":
         s["v"] = mpf(0)
+        time = mp.inf
+        reached = s["x"] / length
     return {
-        "time": s["t"] if ended == "exit" else mp.inf,
+        "time": time,
         "exit_speed": s["v"],
         "slip_end": slip_end,
         "slip_time": slip_time,
         "exit_spin": [(vy + v_p) / r, (s["v"] - vx) / r, wz0],
         "plane_work": mpf("0.4") * v_p * (vy + v_p - r * wx0),
         "dissipation": s["D"],
-        "reached": mpf(1) if ended == "exit" else s["x"] / X,
+        "reached": reached,
     }
 
 
 def _bisect_u(f, low, high):
-    """The double where f changes sign, to the last bit (neighbours differ in sign)."""
+    """Return the neighbouring doubles between which f changes sign."""
     positive = f(low) > 0
     while True:
         mid = 0.5 * (low + high)
@@ -162,38 +226,78 @@ def _bisect_u(f, low, high):
             high = mid
 
 
-def designs() -> list[tuple[str, tuple[float, ...]]]:
-    """Every case of the data file: its set's name and its eight inputs (exact doubles)."""
-    box: list[tuple[str, tuple[float, ...]]] = []
+Case = tuple[str, tuple[float, ...]]  # the name of its set, and its eight inputs
+
+
+def designs() -> list[Case]:
+    """Return all cases of the data file; the inputs are exact doubles."""
     rng = np.random.default_rng(20120632)
-    std = (0.3193, 0.1, 0.0, 0.0, 0.0)
+    cases = [
+        *_within_bounds(rng),
+        *_special_slopes(),
+        *_slip_end_at_exit(),
+        *_along_one_line(),
+        *_backspin(),
+        *_nearly_straight(),
+        *_wide(rng),
+    ]
+    return [(name, tuple(float(q) for q in inputs)) for name, inputs in cases]
+
+
+def _within_bounds(rng: np.random.Generator) -> Iterator[Case]:
+    """Yield designs within the default bounds, and at their corners."""
     for mu in (0.2, 0.4, 0.6):
         for _ in range(8):
-            box.append(("box", (rng.uniform(0, 3.5 * mu), rng.uniform(0.1, 6.0), mu, *std)))
+            yield "box", (rng.uniform(0, 3.5 * mu), rng.uniform(0.1, 6.0), mu, *STANDARD)
         for u1 in (0.0, 3.5 * mu):
             for v_p in (0.1, 6.0):
-                box.append(("bounds", (u1, v_p, mu, *std)))
-    for tau in (1.0, 3.5, *(1 + s * e for e in (1e-6, 1e-9, 1e-13) for s in (1, -1))):
+                yield "bounds", (u1, v_p, mu, *STANDARD)
+
+
+def _special_slopes() -> Iterator[Case]:
+    """Yield slopes near tau = 1 and 3.5, those of a steady slip, and steep ones."""
+    slopes = [1.0, 3.5]
+    for epsilon in (1e-6, 1e-9, 1e-13):
+        slopes += [1 + epsilon, 1 - epsilon]
+    for tau in slopes:
         for v_p in (0.3, 3.0):
-            box.append(("tau", (0.4 * tau, v_p, 0.4, *std)))
+            yield "tau", (0.4 * tau, v_p, 0.4, *STANDARD)
     for v_p in (0.2, 2.0):  # the slip direction is steady: tau = cos(theta0)
         cosine = 0.3193 / math.hypot(0.3193, v_p)
         for factor in (1.0, 1 + 1e-11, 1 - 1e-11):
-            box.append(("steady", (0.4 * cosine * factor, v_p, 0.4, *std)))
+            yield "steady", (0.4 * cosine * factor, v_p, 0.4, *STANDARD)
     for tau in (3.5 - 1e-9, 3.5 + 1e-9, 3.6, 5.0, 9.0, 40.0):
-        box.append(("steep", (0.4 * tau, 1.0, 0.4, *std)))
-        box.append(("steep", (0.1 * tau, 0.02, 0.1, 0.02, 0.05, 0.1, -0.3, 2.0)))
-    for u1, mu in ((0.3, 0.4), (0.1, 0.3)):  # slip ends at the exit: v_p to the last bit
-        d = lambda v: _exit_excess(u1, v, mu)  # noqa: B023, E731 - used at once
-        low, high = _bisect_u(d, 0.1, 6.0)
-        for k in (low, high, low * (1 - 1e-13), high * (1 + 1e-13), high * (1 + 1e-9)):
-            box.append(("slip end at exit", (u1, k, mu, *std)))
-    for wy in (-20.0, 20.0, -3.0, 3.0):  # one-dimensional slip, both directions, v_y = 0 exactly
+        yield "steep", (0.4 * tau, 1.0, 0.4, *STANDARD)
+        yield "steep", (0.1 * tau, 0.02, 0.1, 0.02, 0.05, 0.1, -0.3, 2.0)
+
+
+def _slip_end_at_exit() -> Iterator[Case]:
+    """Yield designs whose slip ends at the exit, with v_p to the last bit."""
+    for u1, mu in ((0.3, 0.4), (0.1, 0.3)):
+        low, high = _bisect_u(partial(_exit_excess, u1, mu), 0.1, 6.0)
+        for v_p in (low, high, low * (1 - 1e-13), high * (1 + 1e-13), high * (1 + 1e-9)):
+            yield "slip end at exit", (u1, v_p, mu, *STANDARD)
+
+
+def _exit_excess(u1, mu, v_p) -> float:
+    """Return a negative number if slip ends before the exit, else a positive one."""
+    if reference(u1, v_p, mu, 0.3193, 0.1, 0, 0, 0)["slip_end"] is None:
+        return 1.0
+    return -1.0
+
+
+def _along_one_line() -> Iterator[Case]:
+    """Yield one-dimensional slip in both directions, with v_y = 0 exactly, and no slip."""
+    for wy in (-20.0, 20.0, -3.0, 3.0):
         for u1 in (0.0, 0.2, 0.9, 2.0):
-            box.append(("one-dimensional", (u1, 0.5, 0.4, 0.6, 0.125, 4.0, wy, 1.0)))
-    for u1 in (0.3, 1.4, 3.0):  # no slip at the start
-        box.append(("no slip", (u1, 0.5, 0.4, 0.5, 0.125, 4.0, 4.0, -1.0)))
-    for u1, v_p, wx, wy in (  # strong backspin: stall, and v_C falling without reaching zero
+            yield "one-dimensional", (u1, 0.5, 0.4, 0.6, 0.125, 4.0, wy, 1.0)
+    for u1 in (0.3, 1.4, 3.0):
+        yield "no slip", (u1, 0.5, 0.4, 0.5, 0.125, 4.0, 4.0, -1.0)
+
+
+def _backspin() -> Iterator[Case]:
+    """Yield strong backspin: the sphere stalls, or slows down without stopping."""
+    for u1, v_p, wx, wy in (
         (0.0, 0.1, 0.0, -20.0),
         (0.02, 1.0, 5.0, -15.0),
         (0.1, 3.0, -8.0, -20.0),
@@ -202,35 +306,30 @@ def designs() -> list[tuple[str, tuple[float, ...]]]:
         (0.1, 0.3, 0.0, -6.0),
         (0.0, 0.5, 4.0, -12.0),
     ):
-        box.append(("backspin", (u1, v_p, 0.4, 0.3, 0.125, wx, wy, 0.5)))
-    for y in (1e-3, 1e-9, 1e-14):  # almost straight: theta near pi, and near 0
+        yield "backspin", (u1, v_p, 0.4, 0.3, 0.125, wx, wy, 0.5)
+
+
+def _nearly_straight() -> Iterator[Case]:
+    """Yield slip that is almost straight: theta near pi, and near 0."""
+    for y in (1e-3, 1e-9, 1e-14):
         for wy in (12.0, -12.0):
             for u1 in (0.1, 0.9, 1.8):
-                box.append(("nearly straight", (u1, 0.5 + y, 0.4, 0.6, 0.125, 4.0, wy, 0.0)))
+                yield "nearly straight", (u1, 0.5 + y, 0.4, 0.6, 0.125, 4.0, wy, 0.0)
+
+
+def _wide(rng: np.random.Generator) -> Iterator[Case]:
+    """Yield random designs in wide ranges."""
     for _ in range(30):
         mu = math.exp(rng.uniform(math.log(0.05), math.log(2.0)))
-        box.append(
-            (
-                "wide",
-                (
-                    rng.uniform(0, 4.5 * mu),
-                    rng.uniform(-6, 6),
-                    mu,
-                    rng.uniform(0.02, 3.0),
-                    rng.uniform(0.01, 0.5),
-                    *rng.uniform(-20, 20, 3),
-                ),
-            )
-        )
-    return [(name, tuple(float(q) for q in row)) for name, row in box]
-
-
-def _exit_excess(u1, v_p, mu) -> float:
-    """Negative where slip ends before the exit."""
-    return -1.0 if reference(u1, v_p, mu, 0.3193, 0.1, 0, 0, 0)["slip_end"] is not None else 1.0
+        u1 = rng.uniform(0, 4.5 * mu)
+        v_p = rng.uniform(-6, 6)
+        c = rng.uniform(0.02, 3.0)
+        r = rng.uniform(0.01, 0.5)
+        yield "wide", (u1, v_p, mu, c, r, *rng.uniform(-20, 20, 3))
 
 
 def as_text(value):
+    """Return a result with 30 digits, ``"nan"`` for None."""
     if value is None:
         return "nan"
     if isinstance(value, list):
@@ -238,24 +337,18 @@ def as_text(value):
     return mp.nstr(value, 30)
 
 
-def main(path: str = "tests/chute/reference/motion_30_digits.json") -> int:
+def main(path: str = OUTPUT) -> None:
+    """Write the data file."""
     cases = []
-    for name, row in designs():
-        values = {key: as_text(value) for key, value in reference(*row).items()}
-        cases.append({"set": name, "inputs": [q.hex() for q in row], **values})
-        print(name, row, values["time"], values["slip_end"], file=sys.stderr, flush=True)
-    Path(path).write_text(
-        json.dumps(
-            {
-                "about": "30-digit motion; made by benchmarks/motion_30_digits.py; inputs are "
-                "float.hex() of u1, v_p, mu, c, r, wx0, wy0, wz0",
-                "cases": cases,
-            },
-            indent=1,
-        )
-    )
-    return 0
+    for name, inputs in designs():
+        case = {"set": name, "inputs": [q.hex() for q in inputs]}
+        for key, value in reference(*inputs).items():
+            case[key] = as_text(value)
+        cases.append(case)
+        print(name, inputs, case["time"], case["slip_end"], file=sys.stderr, flush=True)
+    text = json.dumps({"about": ABOUT, "cases": cases}, indent=1)
+    Path(path).write_text(text)
 
 
 if __name__ == "__main__":
-    raise SystemExit(main(*sys.argv[1:]))
+    main(*sys.argv[1:])

@@ -1,13 +1,11 @@
-"""What the algorithms themselves cost: wall time outside the evaluations.
+"""The cost of the algorithms themselves: wall time outside the evaluations.
 
     python -m benchmarks.overhead
 
-4096 evaluations of ``VectorizedSphereChute``, counted and timed by the problem, in one process.
+4096 evaluations of ``VectorizedSphereChute`` in one process; the problem counts and times them.
 """
 
 from __future__ import annotations
-
-from statistics import median
 
 import numpy as np
 from pymoo.optimize import minimize
@@ -21,38 +19,43 @@ BUDGET = 4096
 ROUNDS = 7
 
 
-def main() -> None:
-    """Print the medians, and the ratios to both ways of PSI.
+ALGORITHMS = {
+    "investigate": SEARCHES["psi"],
+    "minimize(PSI)": lambda problem, n, seed: minimize(problem, PSI(n)).F,
+    "nsga3": SEARCHES["nsga3"],
+    "nsga2": SEARCHES["nsga2"],
+}
 
-    A ratio is the median of those of the rounds, in which all have the same load of the machine.
+
+def main() -> None:
+    """Print the median times, and the ratios to those of both ways to run PSI.
+
+    A ratio is the median of the ratios of the rounds; in a round, the machine has the same load for
+    all algorithms.
     """
     print(describe_machine())
     problem = VectorizedSphereChute(0.4)
-    one, other = investigate(problem, BUDGET), minimize(problem, PSI(BUDGET)).algorithm.table
-    assert one.equals(other), "the two ways of PSI do not give the same table"
-    algorithms = {
-        "investigate": SEARCHES["psi"],
-        "minimize(PSI)": lambda p, n, s: minimize(p, PSI(n)).F,
-        "nsga3": SEARCHES["nsga3"],
-        "nsga2": SEARCHES["nsga2"],
-    }
-    spent: dict[str, list[tuple[float, float]]] = {name: [] for name in algorithms}
-    for seed in range(ROUNDS):
-        for name, search in algorithms.items():
-            run = perform(problem, search, Task(name, BUDGET, seed), None)
+    table = minimize(problem, PSI(BUDGET)).algorithm.table
+    assert investigate(problem, BUDGET).equals(table), "the two ways of PSI give different tables"
+    outside = {name: np.zeros(ROUNDS) for name in ALGORITHMS}
+    inside = {name: np.zeros(ROUNDS) for name in ALGORITHMS}
+    for k in range(ROUNDS):
+        for name, search in ALGORITHMS.items():
+            run = perform(problem, search, Task(name, BUDGET, seed=k), None)
             assert run.n_evaluated == BUDGET, name
-            spent[name].append((run.seconds - run.evaluation_seconds, run.evaluation_seconds))
-    outside = {name: np.array(times)[:, 0] for name, times in spent.items()}
-    for name, times in spent.items():
-        ratios = ", ".join(
-            f"{median(outside[name] / outside[base]):5.2f} times {base}"
-            for base in ("minimize(PSI)", "investigate")
-        )
+            outside[name][k] = run.seconds - run.evaluation_seconds
+            inside[name][k] = run.evaluation_seconds
+    for name, seconds in outside.items():
+        ms = seconds * 1e3
         print(
-            f"{name:14} outside the evaluations {median(outside[name]) * 1e3:7.1f} ms "
-            f"({outside[name].min() * 1e3:.1f} to {outside[name].max() * 1e3:.1f}), "
-            f"in them {median(np.array(times)[:, 1]) * 1e3:6.1f} ms; {ratios}"
+            f"{name:14} outside the evaluations {np.median(ms):7.1f} ms "
+            f"({ms.min():.1f} to {ms.max():.1f}), "
+            f"in them {np.median(inside[name]) * 1e3:6.1f} ms",
+            end="; ",
         )
+        for base in ("minimize(PSI)", "investigate"):
+            print(f"{np.median(seconds / outside[base]):5.2f} times {base}", end=" ")
+        print()
 
 
 if __name__ == "__main__":

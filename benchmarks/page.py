@@ -1,18 +1,18 @@
-"""The decision page in headless Chromium: how long it loads, and how long a slider's step takes.
+"""The decision page in headless Chromium: the time to load it and the time of a slider's step.
 
     python -m benchmarks.page [300 20000 100000]
 
-Designs of four objectives and four variables, all Pareto optimal or a half of them dominated: a
-limit on a variable frees dominated designs. At the largest size also two and eight objectives, best
-where x1 is least: every step of a lower limit on it rejects the front and frees another one.
-The limit is dragged, all charts and the table in view. After each drag the page's ranks are
-compared with Python's.
+The designs have four objectives and four variables and are all Pareto optimal, or partly dominated:
+then a limit on a variable rejects optimal designs, and dominated ones become optimal. At the
+largest size there are also two and eight objectives, best where x1 is least: every step of a lower
+limit on x1 rejects the front and reveals another one. The limit is dragged while all charts and the
+table are visible. After each drag, the ranks of the page are compared with Python's.
 
-A line of the table is a drag of 20 steps. Two times are given in milliseconds, as medians: from the
-event to the painted frame by the clock, half a frame of waiting included, and of the processor for
-the page's main thread, which other work on the machine lengthens less; its greatest is the first
-step's, which looks for what dominates each design. Aims: painted within 33 ms at 20 000 designs,
-within 100 ms at 100 000.
+A line of the table is a drag of 20 steps, with times in milliseconds. "painted" is the median wall
+time from the event to the painted frame, including half a frame of waiting. "processor" is the
+median processor time of the page's main thread, which other work on the machine affects less; its
+maximum is the first step's, which determines what dominates each design. The aims: painted within
+33 ms at 20 000 designs and within 100 ms at 100 000.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from __future__ import annotations
 import shutil
 import statistics
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -35,6 +36,9 @@ from pymoo_psi.page import decision_page
 
 VARIABLES = ["x1", "x2", "x3", "x4"]
 STEPS = 20
+ALL_OPTIMAL = "all optimal"
+SOME_DOMINATED = "some dominated"
+BEST_AT_LEAST_X1 = "best at the least x1"
 
 
 def designs(n: int, kind: str, m: int = 4) -> pd.DataFrame:
@@ -43,11 +47,12 @@ def designs(n: int, kind: str, m: int = 4) -> pd.DataFrame:
     F = np.abs(rng.normal(size=(n, m)))
     F = (1.2 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5
     X = rng.random((n, len(VARIABLES)))
-    if kind == "some dominated":
+    if kind == SOME_DOMINATED:
         F += 0.1 * rng.random((n, 1)) ** 4
-    elif kind == "best at the least x1":
+    elif kind == BEST_AT_LEAST_X1:
         F += 0.1 * X[:, :1] ** 4
-    return pd.DataFrame(np.hstack([F, X]), columns=[*(f"f{j + 1}" for j in range(m)), *VARIABLES])
+    objectives = [f"f{j + 1}" for j in range(m)]
+    return pd.DataFrame(np.hstack([F, X]), columns=[*objectives, *VARIABLES])
 
 
 def objectives_of(frame: pd.DataFrame) -> list[str]:
@@ -55,11 +60,13 @@ def objectives_of(frame: pd.DataFrame) -> list[str]:
     return [name for name in frame if name.startswith("f")]
 
 
-def busy(page: Page, session: Any) -> float:
-    """Return the processor time of the main thread so far, in milliseconds."""
+def processor_milliseconds(page: Page, session: Any) -> float:
+    """Return the processor time of the main thread so far."""
     page.evaluate("new Promise((f) => requestAnimationFrame(() => requestAnimationFrame(f)))")
-    found = session.send("Performance.getMetrics")["metrics"]
-    return 1000 * next(m["value"] for m in found if m["name"] == "TaskDuration")
+    for metric in session.send("Performance.getMetrics")["metrics"]:
+        if metric["name"] == "TaskDuration":
+            return 1000 * metric["value"]
+    raise LookupError("the browser reports no TaskDuration")
 
 
 # A step of a slider, from the event, anywhere between two frames, to the frame after the one that
@@ -77,44 +84,83 @@ WIDTHS = [8, 11, 21, 9, 8, 10, 13]
 
 
 def print_line(cells: Sequence[object]) -> None:
-    """Print cells of the table below their heads, times without decimals."""
-    texts = [f"{cell:.0f}" if isinstance(cell, float) else str(cell) for cell in cells]
-    print(
-        "".join(f"{text:>{width}}" for text, width in zip(texts, WIDTHS, strict=True)), flush=True
+    """Print the cells of a line of the table, times without decimals."""
+    line = ""
+    for cell, width in zip(cells, WIDTHS, strict=True):
+        text = str(cell)
+        if isinstance(cell, float):
+            text = f"{cell:.0f}"
+        line += f"{text:>{width}}"
+    print(line, flush=True)
+
+
+@dataclass(frozen=True)
+class Drag:
+    """A slider that is dragged: a lower limit upwards or an upper limit downwards."""
+
+    name: str
+    is_lower: bool
+
+    @property
+    def label(self) -> str:
+        """The label of the slider."""
+        end = "upper"
+        if self.is_lower:
+            end = "lower"
+        return f"{self.name}, {end} limit"
+
+    def value(self, step: int) -> int:
+        """Return the slider's value, 0 to 1000, at a step."""
+        if self.is_lower:
+            return 25 * step
+        return 1000 - 25 * step
+
+    def kept(self, frame: pd.DataFrame, low: float, high: float) -> pd.DataFrame:
+        """Return the designs that keep the limit."""
+        if self.is_lower:
+            return frame[frame[self.name] >= low]
+        return frame[frame[self.name] <= high]
+
+
+def measure_drag(page: Page, session: Any, frame: pd.DataFrame, drag: Drag) -> list[float]:
+    """Drag a slider, compare the ranks with Python's, and return the times of the steps."""
+    thumb = page.get_by_label(drag.label).element_handle()  # once, not at every step
+    assert thumb is not None
+    thumb.evaluate("(thumb) => { thumb.closest('details').open = true }")
+    clock = []
+    processor = []
+    for k in range(1, STEPS + 1):
+        before = processor_milliseconds(page, session)
+        clock.append(thumb.evaluate(STEP, drag.value(k)))
+        processor.append(processor_milliseconds(page, session) - before)
+    low, high = page.evaluate("(name) => decisionPage.state().limits[name]", drag.name)
+    kept = drag.kept(frame, low, high)
+    ranking = rank_of_efficiency(kept[objectives_of(frame)])
+    best, n_optimal = page.evaluate(
+        "(({ranking}) => [ranking.best, ranking.front.length])(decisionPage)"
     )
+    assert best == kept.index[ranking.salukvadze].tolist()
+    assert n_optimal == ranking.pareto.sum()
+    page.evaluate("decisionPage.set({})")
+    times = [statistics.median(clock), statistics.median(processor), max(processor)]
+    return [float(milliseconds) for milliseconds in times]
 
 
-def measured(
-    page: Page, frame: pd.DataFrame, path: Path, names: Sequence[str], kind: str, rising: bool
-) -> str:
-    """Print the times of one page's steps; return those of its loading."""
+def measure_page(page: Page, frame: pd.DataFrame, path: Path, kind: str) -> str:
+    """Print the times of the steps on a page; return those of its loading."""
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
     page.goto(path.as_uri())
     page.wait_for_selector("body[data-ready]", timeout=120_000)
-    ready, loaded = page.evaluate("decisionPage.ready"), busy(page, session)
+    ready = page.evaluate("decisionPage.ready")
+    loaded = processor_milliseconds(page, session)
+    drags = [Drag("f1", is_lower=False), Drag("x1", is_lower=False)]
+    if kind == BEST_AT_LEAST_X1:
+        drags = [Drag("x1", is_lower=True)]
     m = len(objectives_of(frame))
-    for name in names:
-        label = f"{name}, {'lower' if rising else 'upper'} limit"
-        thumb = page.get_by_label(label).element_handle()  # not looked for anew at every step
-        assert thumb is not None
-        thumb.evaluate("(thumb) => { thumb.closest('details').open = true }")
-        clock, processor = [], []
-        for k in range(1, STEPS + 1):
-            before = busy(page, session)
-            clock.append(thumb.evaluate(STEP, 25 * k if rising else 1000 - 25 * k))
-            processor.append(busy(page, session) - before)
-        low, high = page.evaluate("(name) => decisionPage.state().limits[name]", name)
-        left = frame[frame[name] >= low if rising else frame[name] <= high]
-        ranking = rank_of_efficiency(left[objectives_of(frame)])
-        best, optimal = page.evaluate(
-            "(({ranking}) => [ranking.best, ranking.front.length])(decisionPage)"
-        )
-        assert best == left.index[ranking.salukvadze].tolist()
-        assert optimal == ranking.pareto.sum()
-        times = statistics.median(clock), statistics.median(processor), max(processor)
-        print_line([len(frame), m, kind, name, *map(float, times)])
-        page.evaluate("decisionPage.set({})")
+    for drag in drags:
+        times = measure_drag(page, session, frame, drag)
+        print_line([len(frame), m, kind, drag.name, *times])
     size = path.stat().st_size / 1e6
     return (
         f"{len(frame)} designs of {m} objectives: {size:.1f} MB, ready after {ready:.0f} ms, "
@@ -122,31 +168,34 @@ def measured(
     )
 
 
+def cases(sizes: Sequence[int]) -> Iterator[tuple[int, str, int]]:
+    """Yield the number of designs, their kind and the number of objectives of each page."""
+    for n in sizes:
+        yield n, ALL_OPTIMAL, 4
+        yield n, SOME_DOMINATED, 4
+        yield n, ALL_OPTIMAL, 8
+        if n == max(sizes):
+            yield n, BEST_AT_LEAST_X1, 2
+            yield n, BEST_AT_LEAST_X1, 8
+
+
 def main() -> None:
-    """Measure pages of the sizes that are given."""
+    """Measure pages of the given sizes."""
     print(describe_machine())
     sizes = [int(word) for word in sys.argv[1:]] or [300, 20_000, 100_000]
     print_line(HEADS)
     loading = []
     program = shutil.which("chromium") or shutil.which("google-chrome")
+    switches = ["--no-sandbox", "--disable-gpu"]
     with sync_playwright() as playwright, TemporaryDirectory() as folder:
-        browser = playwright.chromium.launch(
-            executable_path=program, args=["--no-sandbox", "--disable-gpu"]
-        )
-        for n in sizes:
-            sets = [("all optimal", 4), ("some dominated", 4)]
-            sets += [("all optimal", 8)]
-            if n == max(sizes):
-                sets += [("best at the least x1", m) for m in (2, 8)]
-            for kind, m in sets:
-                frame = designs(n, kind, m)
-                path = Path(folder, "page.html")
-                decision_page(frame, objectives_of(frame), variables=VARIABLES).save(path)
-                page = browser.new_page(viewport={"width": 1400, "height": 2000})
-                rising = kind == "best at the least x1"
-                limited = ("x1",) if rising else ("f1", "x1")
-                loading.append(measured(page, frame, path, limited, kind, rising))
-                page.close()
+        browser = playwright.chromium.launch(executable_path=program, args=switches)
+        path = Path(folder, "page.html")
+        for n, kind, m in cases(sizes):
+            frame = designs(n, kind, m)
+            decision_page(frame, objectives_of(frame), variables=VARIABLES).save(path)
+            page = browser.new_page(viewport={"width": 1400, "height": 2000})
+            loading.append(measure_page(page, frame, path, kind))
+            page.close()
         browser.close()
     print(*loading, sep="\n")
 

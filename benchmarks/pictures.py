@@ -1,6 +1,6 @@
-"""The picture of the decision page that the README shows: ``python -m benchmarks.pictures``.
+"""The picture of the decision page in the README: ``python -m benchmarks.pictures``.
 
-It needs Chromium on the PATH and playwright (extra ``test``).
+This requires Chromium on the PATH and playwright (extra ``test``).
 """
 
 from __future__ import annotations
@@ -27,23 +27,25 @@ NAMES = {
 
 
 def main() -> None:
-    """Make the page for the chute under the full model, and photograph it."""
+    """Write the page for the chute under the full model, and take a picture of it."""
     table = investigate(VectorizedSphereChute(0.4), 4096)
-    frame = table.to_frame().rename(columns=NAMES)[[*NAMES.values()]]
+    frame = table.to_frame().rename(columns=NAMES)
+    frame = frame[list(NAMES.values())]
     frame.index = pd.Index(table.names, name="design")
     program = shutil.which("chromium") or shutil.which("google-chrome")
     switches = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        page_file = Path(folder, "page.html")
-        decision_page(
+        path = Path(folder, "page.html")
+        document = decision_page(
             frame,
             ["time", "energy balance", "height", "speed"],
             variables=["slope", "floor speed"],
             title="Sphere in the chute, μ = 0.4, full model, 4096 LPτ points",
-        ).save(page_file)
+        )
+        document.save(path)
         browser = playwright.chromium.launch(executable_path=program, args=switches)
         page = browser.new_page(viewport={"width": 1366, "height": 768})
-        page.goto(page_file.as_uri())
+        page.goto(path.as_uri())
         page.wait_for_selector("body[data-ready]")
         page.wait_for_timeout(500)
         PICTURE.parent.mkdir(exist_ok=True)

@@ -1,28 +1,29 @@
-"""JoblibRunner beside the plain loop and pymoo's joblib runner: ``python -m benchmarks.running``.
+"""JoblibRunner, the plain loop and pymoo's joblib runner: ``python -m benchmarks.running``.
 
-All evaluate the same designs by the same model, generation after generation; first their values
+All evaluate the same designs with the same model, generation after generation. First their values
 are compared, then their times. The rounds alternate between the runners, so that another load of
-the machine meets all of them, and the printed ratio is the median of the ratios of the rounds. The
-first evaluation, in which workers start, is reported apart.
+the machine affects all of them; the printed ratio is the median of the ratios of the rounds. The
+first evaluation, in which workers start, is reported separately.
 
-Then efficiency, the sum of run times divided by workers and wall time: 16 workers, 320 designs
-whose run times are exponential with mean 0.2 s, asleep, so that two cores will do. PSI and
-``investigate`` with a study, beside a plain loop that gives a free worker of ``concurrent.futures``
-the next design and stores nothing. All workers have started and loaded
-the model before; what that takes is told apart. The last designs end one after the other, so that
-no way of running reaches 1: ``bound`` is what these run times allow without any overhead. Then the
-same where short and long designs come in runs, so that the last ones say nothing of the next.
+Then the efficiency is measured, the sum of run times divided by workers and wall time: 16 workers
+and 320 designs whose run times are exponential with mean 0.2 s. The models sleep, so that two cores
+are enough. PSI and ``investigate`` with a study are compared with a plain loop without a study,
+which gives a free worker of ``concurrent.futures`` the next design. All workers have started and
+loaded the model before; the time for this is printed, too. As the last designs end one after
+another, no method can reach 1: ``bound`` is the efficiency for these run times without overhead.
+The same is repeated with short and long designs in sequences, so that the last run times do not
+predict the next one.
 
     python -m benchmarks.running efficiency     these parts alone
 
-At last ``SurrogatePSI`` with a study, whose rounds wait for their slowest design or, asynchronous,
-do not: 8 workers and run times of 1 s in the mean, 16 and 2 s, 256 evaluations. The workers have
-started before; the last designs end within the time that is measured.
+At last ``SurrogatePSI`` with a study is measured in rounds, which wait for their slowest design,
+and asynchronously: 8 workers with a mean run time of 1 s, 16 workers with 2 s, 256 evaluations. The
+workers have started before; the end of the last designs is included in the time.
 
     python -m benchmarks.running proposals      this part alone
 
-Models: ``cheap`` is ZDT1, one design at a time; ``busy`` also computes as many steps as took 10 ms
-at the start; ``waiting`` sleeps for 10 ms, like a model that waits for another machine.
+Models: ``cheap`` is ZDT1, one design at a time; ``busy`` also computes for 10 ms; ``waiting``
+sleeps for 10 ms, like a model that waits for another machine.
 """
 
 from __future__ import annotations
@@ -30,8 +31,6 @@ from __future__ import annotations
 import heapq
 import itertools
 import os
-import platform
-import statistics
 import sys
 import time
 from collections.abc import Callable
@@ -42,11 +41,11 @@ from typing import Any
 
 import joblib
 import numpy as np
-import pymoo
 from pymoo.core.problem import ElementwiseProblem, LoopedElementwiseEvaluation
 from pymoo.optimize import minimize
 from pymoo.parallelization.joblib import JoblibParallelization
 
+from benchmarks.machine import describe_machine
 from pymoo_psi import PSI, JoblibRunner, SurrogatePSI, investigate, lp_tau
 
 N_JOBS = 2
@@ -55,6 +54,7 @@ TEN_MS = 0.01
 
 
 def work(steps: int) -> float:
+    """Compute for some time."""
     total = 0.0
     for step in range(steps):
         total += step * 0.5
@@ -62,7 +62,9 @@ def work(steps: int) -> float:
 
 
 def steps_in_ten_ms() -> int:
-    steps, fastest = 100_000, 9.0
+    """Return the steps of :func:`work` that take 10 ms."""
+    steps = 100_000
+    fastest = np.inf
     for _ in range(20):
         start = time.perf_counter()
         work(steps)
@@ -71,7 +73,7 @@ def steps_in_ten_ms() -> int:
 
 
 class Model(ElementwiseProblem):
-    """ZDT1 one design at a time, with 10 ms of work or of waiting if wanted."""
+    """ZDT1 one design at a time; ``kind`` may add 10 ms of work or of waiting."""
 
     def __init__(self, kind: str, steps: int, **kwargs: Any) -> None:
         super().__init__(n_var=30, n_obj=2, xl=0.0, xu=1.0, **kwargs)
@@ -88,6 +90,7 @@ class Model(ElementwiseProblem):
 
 
 def runners() -> dict[str, Any]:
+    """Return the runners that are compared."""
     return {
         "plain loop": LoopedElementwiseEvaluation(),
         "JoblibRunner": JoblibRunner(N_JOBS),
@@ -97,40 +100,42 @@ def runners() -> dict[str, Any]:
 
 
 def compare(kind: str, designs: int, generations: int) -> None:
+    """Compare the values and the times of all runners."""
     steps = steps_in_ten_ms()
     X = np.random.default_rng(1).random((designs, 30))
     problems = {name: Model(kind, steps, elementwise_runner=r) for name, r in runners().items()}
-
-    def seconds(name: str) -> float:
-        start = time.perf_counter()
-        for _ in range(generations):
-            problems[name].evaluate(X)
-        return time.perf_counter() - start
-
-    plain, first = problems["plain loop"].evaluate(X), {}
+    expected = problems["plain loop"].evaluate(X)
+    first = {}
     for name, problem in problems.items():
-        start = time.perf_counter()
+        began = time.perf_counter()
         values = problem.evaluate(X)
-        first[name] = time.perf_counter() - start
-        if not np.array_equal(plain, values):
+        first[name] = time.perf_counter() - began
+        if not np.array_equal(expected, values):
             sys.exit(f"{name} gives other values than the plain loop")
-    rounds = [{name: seconds(name) for name in problems} for _ in range(ROUNDS)]
+    seconds = {name: np.zeros(ROUNDS) for name in problems}
+    for k in range(ROUNDS):
+        for name, problem in problems.items():
+            began = time.perf_counter()
+            for _ in range(generations):
+                problem.evaluate(X)
+            seconds[name][k] = time.perf_counter() - began
     print(f"\n{kind}: {generations} generations of {designs} designs; the same values")
     print(f"  {'':16}{'first':>10}{'median':>12}   times as fast as the plain loop")
-    for name in problems:
-        times = [one[name] for one in rounds]
-        ratios = sorted(one["plain loop"] / one[name] for one in rounds)
+    for name, times in seconds.items():
+        ratios = seconds["plain loop"] / times
         print(
-            f"  {name:16}{first[name]:10.3f} s{statistics.median(times):8.3f} s"
-            f"   {statistics.median(ratios):.2f}  ({ratios[0]:.2f} to {ratios[-1]:.2f})"
+            f"  {name:16}{first[name]:10.3f} s{np.median(times):8.3f} s"
+            f"   {np.median(ratios):.2f}  ({ratios.min():.2f} to {ratios.max():.2f})"
         )
 
 
-WORKERS, DESIGNS, MEAN = 16, 320, 0.2
+WORKERS = 16
+DESIGNS = 320
+MEAN = 0.2
 
 
 class Uneven(ElementwiseProblem):
-    """Two objectives after a sleep, exponential with mean ``MEAN``, the same for a design."""
+    """Two objectives after a sleep whose length is a function of the design."""
 
     def __init__(self, seconds: Callable[[Any], float], n_var: int = 2, **kwargs: Any) -> None:
         super().__init__(n_var=n_var, n_obj=2, xl=0.0, xu=1.0, **kwargs)
@@ -142,129 +147,160 @@ class Uneven(ElementwiseProblem):
 
 
 def in_any_order(x: Any, mean: float = MEAN) -> float:
+    """Return an exponential run time that is random but the same for a design."""
     seed = [int(value * 2**52) for value in x]
     return float(np.random.default_rng(seed).exponential(mean))
 
 
-def in_runs(x: Any) -> float:
-    return float(-MEAN * np.log1p(-((x[0] * 977 + x[1] * 31) % 1)))
+def in_sequences(x: Any) -> float:
+    """Return an exponential run time; consecutive designs have similar ones."""
+    u = (x[0] * 977 + x[1] * 31) % 1
+    return float(-MEAN * np.log1p(-u))
 
 
 def values_of(x: Any, seconds: Callable[[Any], float]) -> list[float]:
+    """Return the objectives of a design."""
     out: dict[str, Any] = {}
     Uneven(seconds)._evaluate(x, out)
     return list(out["F"])
 
 
 def as_completed_loop(executor: Executor, X: Any, seconds: Callable[[Any], float]) -> Any:
-    """Give a worker that is free the next design; nothing is stored."""
-    F, rows = np.zeros((len(X), 2)), iter(range(len(X)))
-    under_way = {
-        executor.submit(values_of, X[i], seconds): i for i in itertools.islice(rows, WORKERS)
-    }
-    while under_way:
+    """Give each free worker the next design; nothing is stored."""
+    F = np.zeros((len(X), 2))
+    rows = iter(range(len(X)))
+    under_way: dict[Any, int] = {}
+    n_free = WORKERS
+    while True:
+        for row in itertools.islice(rows, n_free):
+            under_way[executor.submit(values_of, X[row], seconds)] = row
+        if not under_way:
+            return F
         done, _ = wait(under_way, return_when=FIRST_COMPLETED)
         for future in done:
             F[under_way.pop(future)] = future.result()
-        for i in itertools.islice(rows, len(done)):
-            under_way[executor.submit(values_of, X[i], seconds)] = i
-    return F
+        n_free = len(done)
 
 
 def bound(times: list[float]) -> float:
-    """Return the efficiency of workers that take the next design at once."""
-    free = [0.0] * WORKERS
-    for one in times:
-        heapq.heappush(free, heapq.heappop(free) + one)
-    return sum(times) / WORKERS / max(free)
+    """Return the efficiency of workers that start the next design immediately."""
+    ends = [0.0] * WORKERS
+    for seconds in times:
+        heapq.heappush(ends, heapq.heappop(ends) + seconds)
+    return sum(times) / WORKERS / max(ends)
 
 
-def efficiency(seconds: Callable[[Any], float]) -> None:
-    X = lp_tau(DESIGNS, 2)
-    expected = np.column_stack([X[:, 0] + X[:, 1] ** 2, 1 - X[:, 0] * X[:, 1]])
-    times = [seconds(x) for x in X]
-    print(f"\n{WORKERS} workers, {DESIGNS} designs {seconds.__name__.replace('_', ' ')}, of")
-    print(f"{sum(times) / DESIGNS:.3f} s in the mean,")
-    print(f"the longest {max(times):.2f} s; all give the values of the plain loop")
-    print(f"  bound of these run times: {bound(times):.3f}")
+class Efficiency:
+    """The efficiency of several ways to run the same designs.
 
-    def measure(name: str, start: Callable[[], Any], run: Callable[[], Any]) -> None:
+    Args:
+        seconds: The run time of each design.
+    """
+
+    def __init__(self, seconds: Callable[[Any], float]) -> None:
+        self.seconds = seconds
+        self.X = lp_tau(DESIGNS, 2)
+        x1, x2 = self.X.T
+        self.F = np.column_stack([x1 + x2**2, 1 - x1 * x2])
+        self.times = [seconds(x) for x in self.X]
+        name = seconds.__name__.replace("_", " ")
+        print(f"\n{WORKERS} workers, {DESIGNS} designs {name}:")
+        print(
+            f"{sum(self.times) / DESIGNS:.3f} s in the mean, the longest {max(self.times):.2f} s;"
+        )
+        print("all ways give the values of the plain loop")
+        print(f"  bound of these run times: {bound(self.times):.3f}")
+
+    def measure(self, name: str, start: Callable[[], Any], run: Callable[[], Any]) -> None:
+        """Print the efficiency of two runs, after a start of the workers."""
         began = time.perf_counter()
         start()
         started = time.perf_counter() - began
-        walls = []
+        shares = []
         for _ in range(2):
             began = time.perf_counter()
             F = run()
-            walls.append(time.perf_counter() - began)
-            if not np.array_equal(F, expected):
+            wall = time.perf_counter() - began
+            shares.append(f"{sum(self.times) / WORKERS / wall:.3f}")
+            if not np.array_equal(F, self.F):
                 sys.exit(f"{name} gives other values than the plain loop")
-        shares = ", ".join(f"{sum(times) / WORKERS / wall:.3f}" for wall in walls)
-        print(f"  {name:38} {shares}   (first use {started:.1f} s)", flush=True)
+        print(f"  {name:38} {', '.join(shares)}   (first use {started:.1f} s)", flush=True)
 
-    def ours(name: str, **options: Any) -> None:
-        problem = Uneven(seconds, elementwise_runner=JoblibRunner(WORKERS, **options))
+    def measure_loop(self) -> None:
+        """Measure the plain loop."""
+        with ProcessPoolExecutor(WORKERS) as executor:
+            self.measure(
+                "plain as-completed loop, no study",
+                lambda: as_completed_loop(executor, self.X[:WORKERS], self.seconds),
+                lambda: as_completed_loop(executor, self.X, self.seconds),
+            )
+
+    def measure_runner(self, name: str, runner: JoblibRunner) -> None:
+        """Measure both ways to run PSI with a runner."""
+        problem = Uneven(self.seconds, elementwise_runner=runner)
         with TemporaryDirectory() as folder:
             studies = (f"{folder}/{k}.db" for k in itertools.count())
-            measure(
+            self.measure(
                 f"{name}, investigate with a study",
                 lambda: investigate(problem, 3 * WORKERS, first=1000),
                 lambda: investigate(problem, DESIGNS, study=next(studies)).F,
             )
-            measure(
+            self.measure(
                 f"{name}, minimize(PSI) with a study",
                 lambda: None,
                 lambda: minimize(problem, PSI(DESIGNS, study=next(studies))).algorithm.table.F,
             )
 
-    with ProcessPoolExecutor(WORKERS) as executor:
-        measure(
-            "plain as-completed loop, no study",
-            lambda: as_completed_loop(executor, X[:WORKERS], seconds),
-            lambda: as_completed_loop(executor, X, seconds),
-        )
-    ours("our workers", in_process=False)
-    ours("our workers, timeout", timeout=60.0)
+
+def efficiency(seconds: Callable[[Any], float]) -> None:
+    """Print the efficiency of all ways to run designs."""
+    ways = Efficiency(seconds)
+    ways.measure_loop()
+    ways.measure_runner("our workers", JoblibRunner(WORKERS, in_process=False))
+    ways.measure_runner("our workers, timeout", JoblibRunner(WORKERS, timeout=60.0))
 
 
 def proposals(workers: int, mean: float, evaluations: int = 256) -> None:
+    """Print how much of the workers' time runs with surrogates use."""
     print(f"\n{workers} workers, SurrogatePSI({evaluations}), designs of {mean:g} s in the mean:")
     seconds = partial(in_any_order, mean=mean)
-    for asynchronous in (False, True):
+    for name, asynchronous in (("in rounds", False), ("asynchronous", True)):
         runner = JoblibRunner(workers, in_process=False)
         problem = Uneven(seconds, n_var=6, elementwise_runner=runner)
         investigate(problem, 2 * workers, first=1000)
         with TemporaryDirectory() as folder:
             psi = SurrogatePSI(evaluations, asynchronous=asynchronous, study=f"{folder}/run.db")
-            cpu, began = time.process_time(), time.perf_counter()
+            wall_began = time.perf_counter()
+            processor_began = time.process_time()
             X = minimize(problem, psi).algorithm.table.X
-            wall, cpu = time.perf_counter() - began, time.process_time() - cpu
-        use = sum(map(seconds, X)) / workers / wall
-        what = "asynchronous" if asynchronous else "in rounds"
-        print(f"  {what:16}{wall:8.1f} s, {use:.2f} of the workers' time used", end="")
-        print(f"; {cpu / evaluations:.3f} s of this process a design", flush=True)
+            wall = time.perf_counter() - wall_began
+            processor = time.process_time() - processor_began
+        share = sum(map(seconds, X)) / workers / wall
+        print(
+            f"  {name:16}{wall:8.1f} s, {share:.2f} of the workers' time used; "
+            f"{processor / evaluations:.3f} s of this process a design",
+            flush=True,
+        )
 
 
-def main() -> int:
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, ", end="")
+def main() -> None:
+    """Run all parts, or those that are named."""
+    print(f"{describe_machine()}, joblib {joblib.__version__}; {N_JOBS} workers", end="")
     if hasattr(os, "getloadavg"):
-        print(f"load {os.getloadavg()[0]:.1f}, ", end="")
-    print(f"{platform.system()}, Python {platform.python_version()}, ", end="")
-    print(f"pymoo {pymoo.__version__}, joblib {joblib.__version__}; {N_JOBS} workers")
-    if sys.argv[1:] == ["proposals"]:
-        proposals(8, 1.0)
-        proposals(16, 2.0)
-        return 0
-    if sys.argv[1:] != ["efficiency"]:
+        print(f"; load {os.getloadavg()[0]:.1f}", end="")
+    print()
+    parts = sys.argv[1:] or ["compare", "efficiency", "proposals"]
+    if "compare" in parts:
         compare("cheap", designs=100, generations=100)
         compare("waiting", designs=100, generations=2)
         compare("busy", designs=100, generations=2)
-    for seconds in (in_any_order, in_runs):
-        efficiency(seconds)
-    proposals(8, 1.0)
-    proposals(16, 2.0)
-    return 0
+    if "efficiency" in parts:
+        efficiency(in_any_order)
+        efficiency(in_sequences)
+    if "proposals" in parts:
+        proposals(8, 1.0)
+        proposals(16, 2.0)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

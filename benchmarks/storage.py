@@ -1,15 +1,15 @@
-"""What a study costs: 10^6 tests of a vectorised model stored, read and found again.
+"""The cost of a study: 10^6 tests of a vectorised model are stored, read and recalled.
 
     python -m benchmarks.storage [TESTS]
     python -m benchmarks.storage --kills 30
 
-Beside it what SQLite itself takes for the same cells: ``executemany`` into the same table, in one
+They are compared with SQLite itself for the same cells: ``executemany`` into the same table, in one
 transaction, without blocks or locks.
 
-With ``--kills`` nothing is timed: eight processes test the shares of a run into one folder and are
-killed and started again, at random moments, until the kills are used up; then they come to an end.
-The model writes down every call. No stored test may be lost or evaluated again, and the folder must
-be, bit for bit, the table of one run that nobody disturbed.
+With ``--kills`` nothing is timed. Eight processes test the shares of a run into one folder; they
+are killed and restarted at random moments, until there have been so many kills, and then finish.
+The model writes every call to a file. No stored test may be lost or evaluated again, and the table
+of the folder must be bit-identical to that of one undisturbed run.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ T = TypeVar("T")
 
 
 def timed(label: str, tests: int, function: Callable[[], T]) -> T:
-    """Call a function and print how many tests a second it deals with."""
+    """Call a function and print how many tests a second it processes."""
     began = time.perf_counter()
     result = function()
-    took = time.perf_counter() - began
-    print(f"{label}: {took:.1f} s, {tests / took:.0f} tests a second", flush=True)
+    seconds = time.perf_counter() - began
+    print(f"{label}: {seconds:.1f} s, {tests / seconds:.0f} tests a second", flush=True)
     return result
 
 
 def plain_copy(study: str, path: str) -> None:
-    """Print what ``executemany`` takes for the rows of a study."""
+    """Print the time of ``executemany`` for the rows of a study."""
     with closing(sqlite3.connect(study)) as db:
         (statement,) = db.execute("SELECT sql FROM sqlite_master WHERE name = 'tests'").fetchone()
         rows = db.execute("SELECT * FROM tests").fetchall()
@@ -68,14 +68,14 @@ POINTS = 8000
 
 
 class Noted(ElementwiseProblem):
-    """A model of some milliseconds that writes every design to a file before it evaluates it."""
+    """A model of a few milliseconds that writes every design to a file before evaluating it."""
 
     def __init__(self, log: str = "") -> None:
         super().__init__(n_var=2, n_obj=2, n_ieq_constr=1, xl=0.0, xu=1.0)
         self.log = log
 
     def fingerprint(self) -> dict[str, Any]:
-        """Return nothing: the log changes no value."""
+        """Return nothing, as the log changes no value."""
         return {}
 
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
@@ -93,54 +93,92 @@ def test_share(folder: str, k: int, log: str) -> None:
     minimize(Noted(log), PSI(POINTS, study=folder, share=(k, SHARES), block_size=20))
 
 
-def kill(kills: int) -> None:
-    """Kill and start again the processes of a run, and look what is stored in the end."""
-    chance, fork = random.Random(1), multiprocessing.get_context("fork")
-    with tempfile.TemporaryDirectory(dir=os.getcwd()) as parent:
-        folder = os.path.join(parent, "runs")
-        runs: list[tuple[str, set[bytes]]] = []  # the log of each, and what was stored before
+class Shares:
+    """The processes that test the shares of a run.
 
-        def started(k: int) -> Any:
-            path = os.path.join(folder, f"share-{k}-of-{SHARES}.db")
-            stored = read_table(path).X if os.path.exists(path) else ()
-            runs.append((os.path.join(parent, f"{len(runs)}.log"), {x.tobytes() for x in stored}))
-            process = fork.Process(target=test_share, args=(folder, k, runs[-1][0]))
-            process.start()
-            return process
+    Args:
+        parent: A folder for the study and the logs.
 
-        processes = {k: started(k) for k in range(1, SHARES + 1)}
-        killed = 0
-        while killed < kills:
-            time.sleep(chance.uniform(0, 0.4))
-            # A share that nobody has killed for long may be finished.
-            left = [k for k, process in processes.items() if process.is_alive()]
-            assert left, f"all shares were finished after {killed} kills"
-            k = chance.choice(left)
-            processes[k].kill()
-            processes[k].join()
-            killed += processes[k].exitcode == -signal.SIGKILL
-            processes[k] = started(k)
-        for process in processes.values():
+    Attributes:
+        folder: The folder of the study.
+        processes: The running process of each share.
+        runs: For each process, its log and the designs stored before it.
+    """
+
+    def __init__(self, parent: str) -> None:
+        self.folder = os.path.join(parent, "runs")
+        self.processes: dict[int, Any] = {}
+        self.runs: list[tuple[str, set[bytes]]] = []
+        self._parent = parent
+        for k in range(1, SHARES + 1):
+            self.start(k)
+
+    def start(self, k: int) -> None:
+        """Start a process for a share."""
+        path = os.path.join(self.folder, f"share-{k}-of-{SHARES}.db")
+        stored = set()
+        if os.path.exists(path):
+            stored = {x.tobytes() for x in read_table(path).X}
+        log = os.path.join(self._parent, f"{len(self.runs)}.log")
+        self.runs.append((log, stored))
+        fork = multiprocessing.get_context("fork")
+        self.processes[k] = fork.Process(target=test_share, args=(self.folder, k, log))
+        self.processes[k].start()
+
+    def kill_one(self, chance: random.Random) -> bool:
+        """Kill a process and start it again; return whether the kill came before its end."""
+        alive = [k for k, process in self.processes.items() if process.is_alive()]
+        assert alive, "all shares were finished before the last kill"
+        k = chance.choice(alive)
+        process = self.processes[k]
+        process.kill()
+        process.join()
+        self.start(k)
+        return process.exitcode == -signal.SIGKILL
+
+    def finish(self) -> None:
+        """Wait for all processes."""
+        for process in self.processes.values():
             process.join()
             assert process.exitcode == 0
+
+    def n_calls(self) -> int:
+        """Return the number of calls of the model, none of them for a stored test."""
         calls = 0
-        for log, stored in runs:
-            content = Path(log).read_bytes() if os.path.exists(log) else b""
+        for log, stored in self.runs:
+            if not os.path.exists(log):
+                continue
+            content = Path(log).read_bytes()
             designs = [content[i : i + 16] for i in range(0, len(content), 16)]
             assert not stored.intersection(designs), "a stored test was evaluated again"
             calls += len(designs)
-        table = read_table(folder)
+        return calls
+
+
+def kill(kills: int) -> None:
+    """Kill and restart the processes of a run, and check what is stored in the end."""
+    chance = random.Random(1)
+    with tempfile.TemporaryDirectory(dir=os.getcwd()) as parent:
+        shares = Shares(parent)
+        n_killed = 0
+        while n_killed < kills:
+            time.sleep(chance.uniform(0, 0.4))
+            if shares.kill_one(chance):
+                n_killed += 1
+        shares.finish()
+        calls = shares.n_calls()
+        table = read_table(shares.folder)
     whole = minimize(Noted(), PSI(POINTS)).algorithm.table
-    assert table.equals(whole), "the folder is not the run that nobody disturbed"
+    assert table.equals(whole), "the folder is not the undisturbed run"
     print(
-        f"{killed} kills over {SHARES} shares of {POINTS} points: {calls} calls of the model, "
-        f"{calls - POINTS} of them for tests that were under way or not yet stored; no stored test "
-        "evaluated again or lost; the table is that of one run, bit for bit"
+        f"{n_killed} kills over {SHARES} shares of {POINTS} points: {calls} calls of the model, "
+        f"{calls - POINTS} of them repeated, as they were interrupted or not yet stored; no stored "
+        "test was evaluated again or lost; the table is bit-identical to that of one run"
     )
 
 
 def main(tests: int) -> None:
-    """Print every figure."""
+    """Print all figures."""
     print(describe_machine())
     problem = VectorizedSphereChute(0.4)
     with tempfile.TemporaryDirectory(dir=os.getcwd()) as folder:
@@ -149,7 +187,7 @@ def main(tests: int) -> None:
         timed("investigate with a study", tests, lambda: investigate(problem, tests, study=study))
         print(f"{os.path.getsize(study) / tests:.0f} bytes a test")
         stored = timed("read_table", tests, lambda: read_table(study))
-        assert stored.equals(table), "the study does not give back what was tested"
+        assert stored.equals(table), "the study does not return what was tested"
         timed("the finished run again", tests, lambda: investigate(problem, tests, study=study))
         plain_copy(study, os.path.join(folder, "plain.db"))
         small = os.path.join(folder, "small.db")
@@ -160,7 +198,10 @@ def main(tests: int) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--kills"]:
-        kill(int(sys.argv[2]))
+    arguments = sys.argv[1:]
+    if not arguments:
+        main(10**6)
+    elif arguments[0] == "--kills":
+        kill(int(arguments[1]))
     else:
-        main(int(sys.argv[1]) if len(sys.argv) > 1 else 10**6)
+        main(int(arguments[0]))
