@@ -248,6 +248,14 @@ def test_no_feasible_design_reports_what_stands_in_the_way():
     assert rows[1].endswith("| kept by some")
 
 
+def test_a_limit_on_an_integer_among_variables_of_several_kinds_is_reported():
+    X = np.array([[0.5, 2], [0.25, 3]], dtype=object)
+    layout = Layout.of(2, 1, kinds=["real", "integer"])
+    table = TestTable.of([1, 2], X, [[2.0], [1.0]], layout=layout).under(limits={"x2": 1})
+    rows = lines(decision_report(table), "What limits cost")
+    assert rows[1].endswith("| 2")
+
+
 @pytest.mark.parametrize(
     ("X", "F"),
     [

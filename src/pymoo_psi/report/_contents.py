@@ -338,8 +338,9 @@ class Tests:
     def _nearest(self, cost: pd.Series[Any]) -> str:
         """Return the value that comes nearest to keeping a constraint or limit."""
         name = str(cost["column"])
-        values = self.table.column(name)
-        values = values[np.isfinite(values)].astype(np.float64)
+        # Variables of several kinds are a matrix of objects.
+        values = self.table.column(name).astype(np.float64)
+        values = values[np.isfinite(values)]
         if len(values) == 0:
             return "—"
         excess = np.maximum(cost["lower"] - values, values - cost["upper"])
