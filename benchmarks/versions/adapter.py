@@ -83,6 +83,20 @@ def feasible_ranking(question):
     return ask(psi.TestTable.ranked, question)
 
 
+def explain(designs, row, **options):
+    """The explanation of a row of an array or a frame."""
+    if CARRIES_FORMULATION:
+        return psi.explain(designs, row=row, **options)
+    return psi.explain(designs, row, **options)
+
+
+def compare_designs(designs, rows, **options):
+    """The comparison of rows of an array or a frame."""
+    if CARRIES_FORMULATION:
+        return psi.compare_designs(designs, rows=rows, **options)
+    return psi.compare_designs(designs, rows, **options)
+
+
 def decision_page(tests, formulation):
     """The page of tests under a formulation, whose limits it opens with."""
     if CARRIES_FORMULATION:

@@ -290,21 +290,22 @@ def rankings(rng, folder):
 def explanations(rng, folder):
     F = random_objectives(rng)
     names = [f"c{k}" for k in range(F.shape[1])]
-    frame = pd.DataFrame(F, columns=names)
+    labels = [f"design {k}" for k in range(len(F))] if rng.random() < 0.5 else None
+    frame = pd.DataFrame(F, columns=names, index=labels)
     options = {"normalize": bool(rng.random() < 0.7)}
     options["maximize"] = [name for name in names if rng.random() < 0.3]
     i, found = int(rng.integers(len(F))), {}
     rows = [int(k) for k in rng.permutation(len(F))[:3]]
 
     def explained():
-        why = psi.explain(frame, i, **options)
+        why = adapter.explain(frame, i, **options)
         return fields(why, "row behind shares neighbours dominated_by") | {
             "weakest": list(why.weakest), "gains": why.steps.gains, "steps": why.steps.rows,
             "step shares": why.steps.shares, "numbers": numbers_in(why.sentences),
         }  # fmt: skip
 
     def compared():
-        return fields(psi.compare_designs(frame, rows, **options), "rows gains shares")
+        return fields(adapter.compare_designs(frame, rows, **options), "rows gains shares")
 
     def cautioned():
         said = psi.cautions(psi.rank_of_efficiency(frame, **options))
