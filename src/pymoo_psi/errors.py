@@ -43,10 +43,10 @@ class ArgumentTypeError(PsiError, TypeError):
 
 
 class StudyError(PsiError):
-    """A study file cannot be used as asked; what is stored in it is as it was.
+    """A study file cannot be used; its content is unchanged.
 
     Example:
-        Whatever is wrong with a study, a damaged file or another problem's, it is caught so:
+        It catches every problem with a study, be it damaged or of another problem:
 
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> try:
@@ -128,13 +128,13 @@ class StudyAccessError(StudyError, OSError):
 
 
 class EvaluationError(PsiError, RuntimeError):
-    """A design cannot be evaluated: the model raises, or its evaluation is lost on the way.
+    """A design cannot be evaluated: the model raises, or the process that evaluates it ends.
 
     Attributes:
         design: The design.
-        reason: Why, as one line.
-        original: What the model raised, if it did; where that was in another process, with its
-            traceback there as its cause, and a RuntimeError instead if it cannot be pickled.
+        reason: The reason, in one line.
+        original: The exception that the model raised, if any. One from another process has its
+            traceback there as its cause; if it cannot be pickled, a RuntimeError stands for it.
 
     Example:
         >>> from pymoo_psi import JoblibRunner
@@ -164,6 +164,40 @@ class EvaluationError(PsiError, RuntimeError):
         return type(self), (self.design, self.reason, self.original)
 
 
+class RunError(PsiError, RuntimeError):
+    """A run of a comparison ended in an error of the algorithm or of the problem."""
+
+    def __init__(self, run: str, reason: str) -> None:
+        super().__init__(
+            f"the run of {run} ended in {reason}; use FailureTolerant(problem) if designs fail, "
+            "and leave out of algorithms what does not suit the problem"
+        )
+        self.run = run
+        self.reason = reason
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arguments of the constructor, not by the message."""
+        return type(self), (self.run, self.reason)
+
+
+class WorkerError(PsiError, RuntimeError):
+    """Worker processes cannot be used: they do not start, or the problem cannot be sent to them.
+
+    Example:
+        >>> import threading
+        >>> from pymoo_psi import JoblibRunner
+        >>> lock = threading.Lock()
+        >>> def model(x):
+        ...     with lock:
+        ...         return {"F": [0.0]}
+        >>> try:
+        ...     JoblibRunner(timeout=60)(model, [[0.5]])
+        ... except WorkerError as error:
+        ...     print(error)
+        the problem cannot be sent to worker processes: ...keep open files, locks and connections...
+    """
+
+
 def _in_a_line(design: Any) -> str:
     """Return a design as one line, cut: many variables would bury the reason of an error."""
     values = _plain(design)
@@ -180,37 +214,3 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
     return value
-
-
-class RunError(PsiError, RuntimeError):
-    """A run of a comparison ended in an error of the algorithm or of the problem."""
-
-    def __init__(self, run: str, reason: str) -> None:
-        super().__init__(
-            f"the run of {run} ended in {reason}; FailureTolerant(problem) goes on where designs "
-            "fail, and an algorithm that does not suit the problem is left out of algorithms"
-        )
-        self.run = run
-        self.reason = reason
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the arguments of the constructor, not by the message."""
-        return type(self), (self.run, self.reason)
-
-
-class WorkerError(PsiError, RuntimeError):
-    """Worker processes cannot be used: the problem does not travel, or they do not start.
-
-    Example:
-        >>> import threading
-        >>> from pymoo_psi import JoblibRunner
-        >>> lock = threading.Lock()
-        >>> def model(x):
-        ...     with lock:
-        ...         return {"F": [0.0]}
-        >>> try:
-        ...     JoblibRunner(timeout=60)(model, [[0.5]])
-        ... except WorkerError as error:
-        ...     print(error)
-        the problem cannot be sent to worker processes: ...keep open files, locks and connections...
-    """

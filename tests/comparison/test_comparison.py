@@ -318,7 +318,7 @@ def test_an_algorithm_that_does_not_suit_the_problem_is_found_out_in_its_first_r
     """NSGA-III with two directions of two objectives, MOEA/D, which takes no constraints."""
     moead, nsga3 = MOEAD(np.eye(2)), NSGA3(np.eye(2))
     algorithms = {"psi-scrambled": "psi-scrambled", "unfit": nsga3 if problem.n_obj > 2 else moead}
-    with pytest.raises(RunError, match=r"unfit, 32 .*, seed 1 .*; .* is left out of algorithms"):
+    with pytest.raises(RunError, match=r"unfit, 32 .*, seed 1 .*; .* leave out of algorithms"):
         compare(problem, n_evaluations=[16, 32], algorithms=algorithms, folder=tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["psi-scrambled_32_seed1.db"]
 

@@ -282,13 +282,11 @@ def _notations(decimal: str | None, thousands: str | None) -> list[_Notation]:
         raise invalid("decimal", "'.' or ','", decimal)
     if thousands not in (None, ".", ",", " ", "'") or thousands == (decimal or ""):
         raise invalid("thousands", "'.', ',', ' ' or \"'\", and not the decimal mark", thousands)
+    if decimal is None and thousands in _OTHER:
+        decimal = _OTHER[thousands]
     if decimal is not None:
-        marks = [decimal]
-    elif thousands in _OTHER:
-        marks = [_OTHER[thousands]]
-    else:
-        marks = [".", ","]
-    return [_notation(mark, thousands) for mark in marks]
+        return [_notation(decimal, thousands)]
+    return [_notation(".", thousands), _notation(",", thousands)]
 
 
 def _notation(decimal: str, thousands: str | None) -> _Notation:
@@ -308,7 +306,7 @@ def _notation(decimal: str, thousands: str | None) -> _Notation:
 
 def _readings(cells: list[Any], notations: list[_Notation]) -> _Readings:
     """Return the numbers in a column under each notation."""
-    plain = [_plain(cell) for cell in cells]
+    plain = list(map(_plain, cells))
     readings = {}
     for decimal, pattern, translation in notations:
         readings[decimal] = [_number(cell, pattern, translation) for cell in plain]
@@ -351,11 +349,11 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: Collection[st
     if not certain and cells.separator == ",":
         settled = all(map(_is_printed, column))
     if len(used) > 1 or not settled:
-        values = [readings[mark][ambiguous[0]] for mark in (_OTHER[decimal], decimal)]
-        either = " or ".join(f"{value:.15g}" for value in values)
+        i = ambiguous[0]
+        numbers = f"{readings[_OTHER[decimal]][i]:.15g} or {readings[decimal][i]:.15g}"
         remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
-        where = _where(cells, name, ambiguous[0])
-        return Column(name, column, problem=f"{where}, either {either}; {remedy}")
+        problem = f"{_where(cells, name, i)}, either {numbers}; {remedy}"
+        return Column(name, column, problem=problem)
     return Column(name, column, np.array(readings[decimal]))
 
 
@@ -428,7 +426,7 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     groups = np.split(others, np.searchsorted(others, named))
     for k, i in enumerate(named):
         if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
-            skipped = ",".join(str(cells.line(j)) for j in named)
+            skipped = ",".join(map(str, map(cells.line, named)))
             problem = f"{cells.where(i)} is called {names[i]!r:.40} and summarises other rows"
             raise UnfitError(f"{problem}; leave it out by --skip-rows {skipped}, or rename it")
 
@@ -459,7 +457,8 @@ def _summarises(row: Array, F: Array) -> bool:
 
     with np.errstate(all="ignore"):
         sums = close(np.nansum(F, axis=0))
-        matches = [close(function(F, axis=0)) for function in (np.nanmean, np.nanmedian, np.nanstd)]
+        matches = [close(np.nanmean(F, axis=0)), close(np.nanmedian(F, axis=0))]
+        matches.append(close(np.nanstd(F, axis=0)))
     matches.append((row == least) | (row == greatest))
     if varied.any() and any(match[varied].all() for match in matches):
         return True

@@ -89,7 +89,7 @@ def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
         filled = [blocks[0]]
     if any(block.dtype != filled[0].dtype for block in filled):
         # Before they are joined: NumPy would make floats of integers, integers of booleans.
-        filled = [block.astype(object) for block in filled]
+        return np.concatenate([block.astype(object) for block in filled])
     return np.concatenate(filled)
 
 

@@ -84,16 +84,14 @@ def head_of(table: Any) -> Head:
     for name, value in optional.items():
         if value:
             values[name] = value
-    head = {}
     for name, value in values.items():
         if isinstance(value, tuple):
-            value = list(value)
-        head[name] = value
-    return head
+            values[name] = list(value)
+    return values
 
 
 def formulation_head(formulation: Formulation) -> Head:
-    """Return what a head says of a formulation: what no column shows."""
+    """Return the entries of a head for a formulation: what no column shows."""
     head: Head = {}
     if formulation.limits:
         head["limits"] = formulation.limits
@@ -107,8 +105,9 @@ def formulation_head(formulation: Formulation) -> Head:
 
 
 def formulation_of_head(head: Mapping[str, Any]) -> Formulation:
-    """Return the formulation of which a head tells."""
-    chosen, reason = None, ""
+    """Return the formulation in a head."""
+    chosen = None
+    reason = ""
     entries = head.get("chosen", ())
     if entries:
         if len(entries) != 2:
@@ -220,9 +219,9 @@ def table_of(
         layout = _layout_of(head)
         extra = head.get("extra", ())
         required = kinds_of_columns(layout, extra)
-        missing = [repr(name) for name in required if name not in columns]
+        missing = [name for name in required if name not in columns]
         if missing:
-            raise ValueError(f"the columns {', '.join(missing)} are missing")
+            raise ValueError(f"the columns {', '.join(map(repr, missing))} are missing")
         numbers = np.asarray(columns["test_point"], dtype=np.int64)
         status = np.array(list(columns["status"]), dtype=str)
         # A reason is kept for what has failed only; "" stands for none in a column of texts.
@@ -290,8 +289,11 @@ def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kin
 
 
 def _layout_of(head: Mapping[str, Any]) -> Layout:
-    names = [field.name for field in fields(Layout)]
-    return Layout(**{name: head[name] for name in names if name in head})
+    arguments = {}
+    for field in fields(Layout):
+        if field.name in head:
+            arguments[field.name] = head[field.name]
+    return Layout(**arguments)
 
 
 def _known_units(layout: Layout) -> dict[str, str]:
@@ -326,7 +328,7 @@ def tests_of_rows(
     if len(tests) != n:
         problem = f"it holds {len(tests)} of {n} tests, so it was cut or edited"
         raise ValueError(f'{problem}; if that is meant, set "tests" in its head to {len(tests)}')
-    if any(len(row) != len(names) for row in tests):
+    if not set(map(len, tests)) <= {len(names)}:
         raise ValueError("its rows differ in length, so that one was cut or edited")
     # By name, not by place: people rearrange columns and add their own, which are not read.
     cells_by_name: dict[str, Sequence[Any]] = dict.fromkeys(map(text, names), ())
@@ -377,8 +379,14 @@ def _reader(kind: Kind, text: Callable[[str], str]) -> Callable[[Any], Any]:
     if kind is Kind.BINARY:
         return _boolean
     if kind is Kind.CHOICE:
-        return lambda cell: "" if cell is None else text(str(cell))
+        return lambda cell: text(_text(cell))
     return _real
+
+
+def _text(cell: Any) -> str:
+    if cell is None:
+        return ""
+    return str(cell)
 
 
 def _integer(cell: Any) -> int:

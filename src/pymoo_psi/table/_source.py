@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,13 +44,14 @@ from pymoo_psi.table._limits import limits_of
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
 
-# Columns that name designs, and those that number the rows of a file, which names of its designs
-# say better. Not "no", which is also an exhaust gas.
+# Columns that name designs, and after them columns that number the rows of a file, which names of
+# designs say better. Not "no", which is also an exhaust gas.
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
-_DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from the others
-# As programs write integers, so not 007, a label. 18 digits are below 2^63.
-_WHOLE = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
+_DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from other columns
+# Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
+_INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
+_N_LISTED = 6  # rows that a remark names
 
 
 def read_table(
@@ -67,37 +68,37 @@ def read_table(
 ) -> TestTable:
     r"""Return the table in a source of any kind, which is read once, so that it may be a pipe.
 
-    A table of tests keeps its layout. Other designs are feasible, without bounds, and their numbers
-    are the rows of the source from 1. Their objectives are those that the formulation names, or
-    that the source tells, as our rankings and the page's exports do; or f1, f2, … beside x1, x2, …;
-    or all columns of numbers but labels. Other columns of numbers become outputs, the rest
-    ``extra``. What a reader must know about rows, such as missing shares, is in ``remarks``.
+    A table of tests keeps its layout. Other designs are feasible and have no bounds; their numbers
+    are the rows of the source, from 1. Their objectives are those that the formulation names, or
+    those that the source tells, as our rankings and exports of the page do; else f1, f2, … beside
+    x1, x2, …; else all columns of numbers except labels. Other columns of numbers become outputs,
+    all others ``extra``. ``remarks`` says what a reader must know about the rows, such as missing
+    shares.
 
-    A number in a text that can be read in two ways, such as ``1.250`` where nothing tells whether
-    points divide thousands, is refused with the option that settles it, and so is a column that
-    looks like numbers but holds others. With the objectives named, only the columns that the
-    formulation names must be readable.
+    A number that can be read in two ways, such as ``1.250`` where nothing tells whether points
+    divide thousands, is refused; the message names the option that settles it. A column that looks
+    like numbers but holds others is refused, too. If the formulation names the objectives, only the
+    columns that it names must be readable.
 
     Args:
-        source: A path: a study or a folder of studies; text with commas, semicolons, tabs, bars or
-            spaces between its cells; a workbook (.xlsx); a test table as either; a ranking that
-            ``pymoo-psi rank --out`` wrote; an export of the page. Or a data
-            frame, an ``(n, m)`` array of objectives, all minimised, or a :class:`TestTable`.
+        source: A path, a data frame, an ``(n, m)`` array of objectives, all minimised, or a
+            :class:`TestTable`. A path leads to a study or a folder of studies; a text with commas,
+            semicolons, tabs, bars or spaces between its cells; a workbook (.xlsx); a list of
+            designs in JSON; or a file of a format that was added to ``FORMATS``.
         formulation: What is asked; see :meth:`TestTable.under`.
         variables: Names of the columns with design variables; as the source tells unless given.
         drop_incomplete: Let designs without a finite objective fail, instead of refusing them.
         decimal: The decimal mark of texts, ``"."`` or ``","``.
         thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``.
-        encoding: Of a text; by its byte-order mark, or UTF-8, unless given.
+        encoding: The encoding of a text; by its byte-order mark, or UTF-8, unless given.
         skip_rows: Numbers of lines to leave out, from 1, such as titles and lines of units.
         sheet: Name of the sheet of a workbook; the only one unless given.
 
     Raises:
         OSError: The file cannot be opened.
-        ArgumentValueError: It is no table of named columns with one design or more; a row of it
-            summarises others; a column that is needed cannot be read; or the formulation does not
-            fit.
-        StudyError: It is a database but no study, or a damaged one.
+        ArgumentValueError: The source is no table of named columns with one design or more, a row
+            summarises others, a required column cannot be read, or the formulation does not fit.
+        StudyError: The file is a database but no study, or a damaged one.
         PsiError: A package that reads such files is not installed.
 
     Example:
@@ -109,22 +110,18 @@ def read_table(
         >>> table.column("mass"), table.layout.maximize, table.names
         (array([1250.,  980.]), ('mass',), ['A', 'B'])
     """
-    skipped = frozenset(skip_rows)
-    path = Path(source) if isinstance(source, (str, PathLike)) else None
+    path = None
+    if isinstance(source, (str, PathLike)):
+        path = Path(source)
+    content: TestTable | StoredTests | Cells
     try:
-        content: TestTable | StoredTests | Cells
         if path is not None:
-            content = _read(path, encoding, skipped, sheet)
+            content = _content(path, encoding, frozenset(skip_rows), sheet)
         elif isinstance(source, TestTable):
             content = source
         else:
             content = _cells_of(source)
-        if skipped and not (isinstance(content, Cells) and content.lines):
-            rule = "left out, as the source is neither a text of designs nor a workbook"
-            raise invalid("skip_rows", rule, skip_rows)
-        if variables and not isinstance(content, Cells):
-            rule = "left out for a table of tests, which has its own"
-            raise invalid("variables", rule, variables)
+        _require_used(content, skip_rows, variables)
         if isinstance(content, TestTable):
             table = content
         elif isinstance(content, StoredTests):
@@ -132,14 +129,32 @@ def read_table(
         else:
             asked = formulation or Formulation()
             _require_directions(content, asked)
-            cells, columns, remarks = _designs(content, decimal, thousands)
-            table = _table(cells, columns, asked, variables, remarks, drop_incomplete)
+            designs = _designs(content, decimal, thousands)
+            table = _table(designs, asked, variables, drop_incomplete)
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
+    if formulation is None:
+        return table
     try:
-        return table if formulation is None else _under(table, formulation)
+        return _under(table, formulation)
     except ArgumentValueError as error:
-        raise ArgumentValueError(f"{path}: {error}" if path else str(error)) from None
+        if path is None:
+            raise
+        raise ArgumentValueError(f"{path}: {error}") from None
+
+
+def _require_used(
+    content: TestTable | StoredTests | Cells,
+    skip_rows: Collection[int],
+    variables: Sequence[str] | None,
+) -> None:
+    """Refuse options that have no effect on a source."""
+    if skip_rows and not (isinstance(content, Cells) and content.lines):
+        rule = "left out, as the source is neither a text of designs nor a workbook"
+        raise invalid("skip_rows", rule, skip_rows)
+    if variables and not isinstance(content, Cells):
+        rule = "left out for a table of tests, which has its own"
+        raise invalid("variables", rule, variables)
 
 
 def _under(table: TestTable, formulation: Formulation) -> TestTable:
@@ -149,12 +164,20 @@ def _under(table: TestTable, formulation: Formulation) -> TestTable:
     return table.under(replace(formulation, limits=limits, normalize=normalize))
 
 
-def designs_head(designs: TestTable, columns: Sequence[str], numbers: Collection[str]) -> Head:
-    """Return what a file of designs says of its columns; empty if needless.
+def _require_directions(cells: Cells, formulation: Formulation) -> None:
+    """Refuse the frame of a test table: without directions all objectives would be minimized."""
+    is_frame_of_tests = cells.columns.keys() >= {*RESERVED[1:]} and not cells.head
+    if is_frame_of_tests and not formulation.objectives:
+        rule = "a whole test table, or its frame with the objectives named"
+        remedy = "give the table itself, or Formulation(objectives=..., maximize=...)"
+        raise invalid("source", rule, Received("a part of one"), remedy)
 
-    It is needed where the names of the columns do not tell the objectives, where one is to be
-    maximized, a column has a unit, or a design is chosen: so that :func:`read_table` reads what
-    was written.
+
+def designs_head(designs: TestTable, columns: Sequence[str], numbers: Collection[str]) -> Head:
+    """Return the head of a file of designs, with which :func:`read_table` reads what was written.
+
+    It is empty if the names of the columns tell the objectives, all are minimized, no column has a
+    unit, and the formulation has no ranges and no chosen design.
 
     Args:
         designs: The designs of the file, as a table.
@@ -162,36 +185,32 @@ def designs_head(designs: TestTable, columns: Sequence[str], numbers: Collection
         numbers: Those that hold numbers.
     """
     layout = designs.layout
-    guessed = _guess(columns, numbers.__contains__)[0]
-    units = {name: unit for name, unit in layout.units.items() if name in columns}
-    asked = formulation_head(designs.formulation)
+    units = _of(columns, layout.units)
+    head = formulation_head(designs.formulation)
     for name in ("limits", "normalize"):  # the designs keep the limits
-        asked.pop(name, None)
-    if guessed == layout.objectives and not (layout.maximize or units or asked):
+        head.pop(name, None)
+    objectives, _ = _numbered(columns)
+    if not objectives:
+        objectives = tuple(name for name in _free(columns) if name in numbers)
+    if objectives == layout.objectives and not (layout.maximize or units or head):
         return {}
-    names = {"objectives": layout.objectives, "maximized": layout.maximize}
-    names["variables"] = layout.variables
-    return {DESIGNS_MARK: 1, **names, "units": units, **asked}
-
-
-def _require_directions(cells: Cells, asked: Formulation) -> None:
-    """Refuse the frame of a test table: without directions all objectives would be minimized."""
-    if {*RESERVED[1:]} <= {*cells.columns} and not (cells.head or asked.objectives):
-        rule = "a whole test table, or its frame with the objectives named"
-        remedy = "give the table itself, or Formulation(objectives=..., maximize=...)"
-        raise invalid("source", rule, Received("a part of one"), remedy)
+    return {
+        DESIGNS_MARK: 1,
+        "objectives": layout.objectives,
+        "maximized": layout.maximize,
+        "variables": layout.variables,
+        "units": units,
+        **head,
+    }
 
 
 # From sources to cells
 
 
-def _read(
-    path: Path,
-    encoding: str | None,
-    skip_rows: Collection[int],
-    sheet: str | None,
+def _content(
+    path: Path, encoding: str | None, skip_rows: Collection[int], sheet: str | None
 ) -> StoredTests | Cells:
-    """Return what a file or a folder of studies holds; its content tells the format."""
+    """Return what a file or a folder of studies holds."""
     if path.is_dir():
         return tests_of_folder(path)
     with path.open("rb") as stream:
@@ -221,209 +240,317 @@ def _cells_of(source: Any) -> Cells:
     return Cells(columns, head={"objectives": names})
 
 
-# From cells to tables
+# From cells to designs
 
 
-def _designs(
-    cells: Cells, decimal: str | None, thousands: str | None
-) -> tuple[Cells, dict[str, Column], list[str]]:
-    """Return the rows that are feasible designs, with their label and numbers, and remarks."""
-    columns = {name: column for name, column in cells.columns.items() if name not in _DERIVED}
-    n = len(next(iter(cells.columns.values()), ()))
-    # A column status of somebody else's, with other words in it, selects nothing.
-    status = [*map(str, cells.columns.get("status", ["ok"] * n))]
-    foreign = not {*status} <= {*STATUSES}
-    counts = np.array([word == "ok" or foreign for word in status])
-    if {"mark", *RANKING_COLUMNS[:-1]} <= {*cells.columns}:  # as the page exports
-        counts &= np.array([mark != "prototype" for mark in columns.pop("mark")])
-    taken = np.flatnonzero(counts).tolist()
+class _Designs(NamedTuple):
+    """The feasible designs of a source that is no table of tests.
+
+    Attributes:
+        cells: Their cells, without columns that follow from others.
+        columns: The columns with their numbers.
+        labels: The columns that name or number designs.
+        remarks: What a reader must know about the rows, in sentences.
+    """
+
+    cells: Cells
+    columns: dict[str, Column]
+    labels: set[str]
+    remarks: list[str]
+
+
+def _designs(cells: Cells, decimal: str | None, thousands: str | None) -> _Designs:
+    """Return the designs in cells.
+
+    Raises:
+        ArgumentValueError: No design is feasible, or a row summarises others.
+    """
+    n_rows = len(next(iter(cells.columns.values()), ()))
+    taken = _feasible_rows(cells, n_rows)
     if not taken:
-        raise UnfitError(f"none of its {counted(n, 'design')} is feasible")
-    # Every row of a ranking is a design, whatever it is called: a summary has no place in the set.
-    pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ())}
-    ranked = {*RANKING_COLUMNS} <= {*cells.columns} and pareto <= {"true", "false"}
+        raise UnfitError(f"none of its {counted(n_rows, 'design')} is feasible")
+    remarks = []
+    if len(taken) < n_rows:
+        left_out = counted(n_rows - len(taken), "design")
+        remarks.append(f"{left_out} left out as not feasible.")
     # A failed design may hold anything, so it is left out before numbers are read.
-    columns = {name: [column[i] for i in taken] for name, column in columns.items()}
+    columns_of_results = {*_DERIVED}
+    if _is_export(cells):
+        columns_of_results.add("mark")
+    kept = {}
+    for name, column in cells.columns.items():
+        if name not in columns_of_results:
+            kept[name] = [column[i] for i in taken]
     lines = [cells.lines[i] for i in taken if cells.lines]
-    cells = replace(cells, columns=columns, rows=[i + 1 for i in taken], lines=lines)
-    read = read_columns(cells, decimal, thousands, [*filter(_is_label, columns)])
-    cells = replace(cells, label=cells.label or _label(read))
-    if not ranked:
-        labels = _labels(cells)
-        own = [c for c in read.values() if c.numbers is None or c.name not in labels]
-        require_designs(cells, own)
-    lost = n - len(taken)
-    return cells, read, [f"{counted(lost, 'design')} left out as not feasible."] if lost else []
+    designs = replace(cells, columns=kept, rows=[i + 1 for i in taken], lines=lines)
+    labels = set(filter(_is_label, kept))
+    columns = read_columns(designs, decimal, thousands, labels)
+    if designs.label is None:
+        designs = replace(designs, label=_label(columns))
+    if designs.label is not None:
+        labels.add(designs.label)
+    # Every row of a ranking is a design, whatever it is called.
+    if not _is_ranking(cells):
+        others = [c for c in columns.values() if c.numbers is None or c.name not in labels]
+        require_designs(designs, others)
+    return _Designs(designs, columns, labels, remarks)
+
+
+def _feasible_rows(cells: Cells, n_rows: int) -> list[int]:
+    """Return the rows with feasible designs that are no prototypes of the page."""
+    status = [*map(str, cells.columns.get("status", ()))]
+    marks = cells.columns.get("mark", ())
+    # A column "status" with other words in it is another program's, and selects nothing.
+    by_status = bool(status) and {*status} <= {*STATUSES}
+    by_mark = _is_export(cells)
+    rows = []
+    for i in range(n_rows):
+        if by_status and status[i] != "ok":
+            continue
+        if by_mark and marks[i] == "prototype":
+            continue
+        rows.append(i)
+    return rows
+
+
+def _is_export(cells: Cells) -> bool:
+    """Say whether the page exported the cells."""
+    return cells.columns.keys() >= {"mark", *RANKING_COLUMNS[:-1]}
+
+
+def _is_ranking(cells: Cells) -> bool:
+    """Say whether all rows are those of a ranking; a summary has no place in the Pareto set."""
+    if not cells.columns.keys() >= {*RANKING_COLUMNS}:
+        return False
+    return {str(cell).lower() for cell in cells.columns["pareto"]} <= {"true", "false"}
+
+
+def _is_label(name: str) -> bool:
+    return _folded(name) in _LABELS
+
+
+def _folded(name: str) -> str:
+    return name.strip().lower()
+
+
+def _label(columns: Mapping[str, Column]) -> str | None:
+    """Return the column that names the designs.
+
+    If no name tells it, or only one of a column that numbers rows, it is the first other column, if
+    that holds texts of which nine in ten differ: people write lists so, under "Variante" as under
+    "Model".
+    """
+    labels = sorted(filter(_is_label, columns), key=lambda name: _LABELS.index(_folded(name)))
+    if labels and _folded(labels[0]) in _NAMING:
+        return labels[0]
+    for name, column in columns.items():
+        if name not in labels:
+            if _has_distinct_texts(column):
+                return name
+            break
+    if labels:
+        return labels[0]
+    return None
+
+
+def _has_distinct_texts(column: Column) -> bool:
+    if column.numbers is not None or column.problem:
+        return False
+    for cell in column.cells:
+        if not isinstance(cell, str) or is_blank(cell):
+            return False
+    return 10 * len({*column.cells}) >= 9 * len(column.cells)
+
+
+# From designs to a table
+
+
+def _table(
+    designs: _Designs,
+    formulation: Formulation,
+    variables: Sequence[str] | None,
+    drop_incomplete: bool,
+) -> TestTable:
+    """Return the table of designs; the columns that a formulation needs must be readable."""
+    cells = designs.cells
+    columns = designs.columns
+    remarks = designs.remarks
+    head = _checked_head(cells.head or {})
+    objectives, variable_names = _roles(designs, head, formulation, variables)
+    F = np.empty((len(cells.rows), len(objectives)))
+    for j, name in enumerate(objectives):
+        F[:, j] = columns[name].required()
+    if not formulation.objectives and not head["objectives"] and _counts(F[:, 0]):
+        remedy = "if it only numbers designs, name the objectives"
+        remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
+    values_by_variable = {}
+    uncertain = []
+    for name in variable_names:
+        values = _values(columns[name])
+        if values:
+            values_by_variable[name] = values
+        else:
+            uncertain.append(name)
+    if uncertain:
+        names = ", ".join(uncertain)
+        remarks.append(f"No variable, as not all of its values are certain: {names}.")
+    outputs = {}
+    extra: dict[str, Sequence[Any]] = {}
+    for name, column in columns.items():
+        if name in objectives or name in values_by_variable:
+            continue
+        is_numeric = column.numbers is not None and name not in designs.labels
+        if is_numeric or name in formulation.columns:
+            outputs[name] = column.required()
+        else:
+            extra[name] = _extra_cells(column)
+    remarks += _incomplete(cells, objectives, F, drop_incomplete)
+    taken = {*objectives, *values_by_variable, *outputs}
+    label = cells.label
+    if label not in extra:
+        label = "row"
+        if label in taken:
+            label = "design"
+        extra.setdefault(label, cells.rows)
+    numbers = cells.rows
+    if "test_point" in extra:  # a table's own name, which no further column can have
+        numbers = _test_points(extra.pop("test_point"))
+        if label == "test_point":
+            label = None
+    layout = Layout.of(
+        [*values_by_variable],
+        objectives,
+        outputs=[*outputs],
+        maximize=[name for name in head["maximized"] if name in objectives or name in outputs],
+        units=_of(taken, head["units"]),
+    )
+    layout = replace(layout, label=label)
+    X: Any = np.empty((len(F), 0))
+    if values_by_variable:
+        X = list(map(list, zip(*values_by_variable.values(), strict=True)))
+    table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
+    if {*head["objectives"]} != {*objectives}:
+        head["ranges"] = None
+    return replace(table, remarks=tuple(remarks), formulation=formulation_of_head(head))
+
+
+def _of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
+    """Return the units of some columns."""
+    return {name: unit for name, unit in units.items() if name in names}
+
+
+def _counts(values: NDArray[np.float64]) -> bool:
+    """Say whether numbers count the rows; ranked by them, the first or the last would be best."""
+    return len(values) >= 3 and np.array_equal(values, values[0] + np.arange(len(values)))
 
 
 def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a source says of its columns."""
+    checked: dict[str, Any] = {}
     try:
-        checked = {
-            key: tuple(map(in_a_line, head.get(key, ())))
-            for key in ("objectives", "maximized", "variables", "chosen")
-        }
-        units = {in_a_line(name): str(unit) for name, unit in head.get("units", {}).items()}
-        ranges = {in_a_line(name): [*ends] for name, ends in head.get("ranges", {}).items()}
+        for key in ("objectives", "maximized", "variables", "chosen"):
+            checked[key] = tuple(map(in_a_line, head.get(key, ())))
+        units = head.get("units", {})
+        checked["units"] = {in_a_line(name): str(unit) for name, unit in units.items()}
+        ranges = head.get("ranges", {})
+        checked["ranges"] = {in_a_line(name): [*ends] for name, ends in ranges.items()}
     except (TypeError, AttributeError):
-        what = "what it says of its columns is damaged or of a later version"
-        raise UnfitError(f"{what}; {HEAD_REMEDY}") from None
-    return checked | {"units": units, "ranges": ranges}
-
-
-def _table(
-    cells: Cells,
-    columns: Mapping[str, Column],
-    asked: Formulation,
-    variables: Sequence[str] | None,
-    remarks: list[str],
-    drop_incomplete: bool,
-) -> TestTable:
-    """Return the table of designs; the columns that a formulation needs must be readable."""
-    head, labels, n = _checked_head(cells.head or {}), _labels(cells), len(cells.rows)
-    objectives, named = _roles(columns, head, labels, asked, variables)
-    F = np.column_stack([np.empty((n, 0)), *(columns[name].required() for name in objectives)])
-    guessed = not asked.objectives and not head["objectives"]
-    # Ranked by the number of the design, any other would be the best.
-    if guessed and n >= 3 and np.array_equal(F[:, 0], F[0, 0] + np.arange(n)):
-        remedy = "if it only numbers designs, name the objectives"
-        remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
-    design = {name: _values(columns[name]) for name in named}
-    if lacking := [name for name, values in design.items() if not values]:
-        remarks.append(f"No variable, as not all of its values are certain: {', '.join(lacking)}.")
-    design = {name: values for name, values in design.items() if values}
-    taken = {*objectives, *design}
-    numeric = {name for name, c in columns.items() if c.numbers is not None and name not in labels}
-    needed = ({*asked.columns} | numeric) - taken
-    outputs = {name: column.required() for name, column in columns.items() if name in needed}
-    taken |= {*outputs}
-    remarks += _incomplete(cells, objectives, F, drop_incomplete)
-    extra = {
-        name: _integers(column.cells) or [*map(_plain, column.cells)]
-        for name, column in columns.items()
-        if name not in taken
-    }
-    free = "row" if "row" not in taken else "design"
-    label: str | None = cells.label if cells.label in extra else free
-    extra.setdefault(label or free, [*cells.rows])
-    numbers = cells.rows
-    if "test_point" in extra:  # a table's own name, which no further column can have
-        numbers = extra.pop("test_point")
-        if len({number for number in numbers if type(number) is int and number > 0}) < n:
-            raise UnfitError("its column test_point must number the designs from 1; rename it")
-        label = None if label == "test_point" else label
-    layout = Layout.of(
-        [*design],
-        objectives,
-        outputs=[*outputs],
-        maximize=[name for name in head["maximized"] if name in {*objectives, *outputs}],
-        units={name: unit for name, unit in head["units"].items() if name in taken},
-    )
-    layout = replace(layout, label=label)
-    X = [*map(list, zip(*design.values(), strict=True))] or np.empty((n, 0))
-    table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
-    formulation = formulation_of_head(head)
-    if {*head["objectives"]} != {*objectives}:
-        formulation = replace(formulation, ranges=None)
-    return replace(table, remarks=tuple(remarks), formulation=formulation)
+        problem = "what it says of its columns is damaged or of a later version"
+        raise UnfitError(f"{problem}; {HEAD_REMEDY}") from None
+    return checked
 
 
 def _roles(
-    columns: Mapping[str, Column],
+    designs: _Designs,
     head: Mapping[str, Any],
-    labels: Collection[str],
-    asked: Formulation,
-    named: Sequence[str] | None,
+    formulation: Formulation,
+    variables: Sequence[str] | None,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return which columns are objectives and variables: as named, as told, else by their names."""
+    """Return the names of the objectives and variables: as the user or the source says, or guessed.
 
-    def is_candidate(name: str) -> bool:
-        column = columns[name]
-        # Refused if it is not certain whether it is one.
-        if name not in labels and (column.problem or all(map(is_blank, column.cells))):
-            column.required()
-        return name not in labels and column.numbers is not None
-
-    variables = tuple(named or head["variables"])
-    if told := asked.objectives or head["objectives"]:
-        objectives = tuple(name for name in told if name not in asked.computed)
-        guessed = _guess(columns, lambda name: False)[1]
+    Raises:
+        ArgumentValueError: A column is not there, or fewer than two may be objectives.
+    """
+    columns = designs.columns
+    variables = tuple(variables or head["variables"])
+    objectives = formulation.objectives or head["objectives"]
+    if objectives:
+        objectives = tuple(name for name in objectives if name not in formulation.computed)
+        _, guessed = _numbered(columns)
     else:
-        objectives, guessed = _guess([n for n in columns if n not in variables], is_candidate)
+        others = [name for name in columns if name not in variables]
+        objectives, guessed = _numbered(others)
+        if not objectives:
+            objectives = [name for name in _free(others) if _is_candidate(designs, name)]
         if len(objectives) < 2:
-            found = ", ".join(map(repr, objectives)) or "none"
-            what = (
+            rule = (
                 "two columns or more must be of numbers and neither label nor result such as rank"
             )
-            raise UnfitError(f"{what}, got {found}; to rank by one alone, name it by --objectives")
+            received = ", ".join(map(repr, objectives)) or "none"
+            remedy = "to rank by one alone, name it by --objectives"
+            raise UnfitError(f"{rule}, got {received}; {remedy}")
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
-            remedy = "such a column follows from others; rename it" if name in _DERIVED else ""
+            remedy = ""
+            if name in _DERIVED:
+                remedy = "such a column follows from others; rename it"
             known_name(group, name, columns, remedy)
-    variables = variables or tuple(name for name in guessed if name in columns)
-    return objectives, tuple(name for name in variables if name not in objectives)
+    variables = variables or guessed
+    return tuple(objectives), tuple(name for name in variables if name not in objectives)
+
+
+def _free(names: Collection[str]) -> list[str]:
+    """Return the names that are neither labels nor columns of a ranking."""
+    return [name for name in names if not _is_label(name) and name not in RANKING_COLUMNS]
+
+
+def _numbered(names: Collection[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the objectives f1, f2, … and the variables x1, x2, … (or u1, u2, …) among names."""
+    objectives = []
+    variables = []
+    for name in _free(names):
+        if re.fullmatch(r"f\d+", name):
+            objectives.append(name)
+        elif re.fullmatch(r"[xu]\d+", name):
+            variables.append(name)
+    # One column called f1 without any x1 is no numbering, and says nothing about the others.
+    if "f1" in objectives and (variables or len(objectives) > 1):
+        return tuple(objectives), tuple(variables)
+    return (), ()
+
+
+def _is_candidate(designs: _Designs, name: str) -> bool:
+    """Say whether a column is one of numbers; if that is not certain, it is refused."""
+    column = designs.columns[name]
+    if name in designs.labels:
+        return False
+    if column.problem or all(map(is_blank, column.cells)):
+        column.required()
+    return column.numbers is not None
 
 
 def _incomplete(
-    cells: Cells, names: Sequence[str], F: NDArray[np.float64], drop: bool
+    cells: Cells, objectives: Sequence[str], F: NDArray[np.float64], drop: bool
 ) -> list[str]:
     """Refuse designs without finite objectives, or return a remark on them."""
     lacking = ~np.isfinite(F)
-    rows = np.flatnonzero(lacking.any(axis=1))
+    rows = np.flatnonzero(lacking.any(axis=1)).tolist()
+    if not rows:
+        return []
     if len(rows) == len(F):
         raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
-    if len(rows) and not drop:
-        i, name = rows[0], names[lacking[rows[0]].argmax()]
-        cell = cells.columns[name][i]
-        what = "no number" if is_blank(cell) else str(cell).strip()
-        where = f"{cells.where(i)} holds {what:.40} in the column {name!r}"
-        raise UnfitError(f"{where}; leave out such designs by --drop-incomplete")
-    listed = ", ".join(map(cells.where, rows[:6])) + ", …" * (len(rows) > 6)
-    return [f"{counted(len(rows), 'incomplete design')} left out: {listed}."][: len(rows)]
-
-
-def _guess(
-    names: Collection[str], is_candidate: Callable[[str], bool]
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the objectives and variables of a source that does not tell them, by their names.
-
-    With columns f1, f2, … these are the objectives, and x1, x2, … (or u1, u2, …) the variables;
-    otherwise all columns of numbers are objectives, apart from labels and those of a ranking.
-    """
-    free = [name for name in names if not _is_label(name) and name not in RANKING_COLUMNS]
-    numbered = tuple(name for name in free if re.fullmatch(r"f\d+", name))
-    variables = tuple(name for name in free if re.fullmatch(r"[xu]\d+", name))
-    # One column called f1 without any x1 is no numbering, and says nothing about the others.
-    if "f1" in numbered and (variables or len(numbered) > 1):
-        return numbered, variables
-    return tuple(name for name in free if is_candidate(name)), ()
-
-
-def _is_label(name: str) -> bool:
-    return name.strip().lower() in _LABELS
-
-
-def _label(columns: Mapping[str, Column]) -> str | None:
-    """Return the column that names the designs, as its name tells.
-
-    Where that only numbers rows, or none does, it is the first of the others, if it holds texts,
-    nine of ten another: so people write lists, under "Variante" as under "Model".
-    """
-    labels = sorted(filter(_is_label, columns), key=lambda n: _LABELS.index(n.strip().lower()))
-    if labels and labels[0].strip().lower() in _NAMING:
-        return labels[0]
-    name = next((name for name in columns if name not in labels), "")
-    if name and columns[name].numbers is None and not columns[name].problem:
-        cells = columns[name].cells
-        texts = [c for c in cells if isinstance(c, str) and not is_blank(c)]
-        if len(texts) == len(cells) and 10 * len({*texts}) >= 9 * len(texts):
-            return name
-    return labels[0] if labels else None
-
-
-def _labels(cells: Cells) -> set[str]:
-    """Return the columns that number or name designs."""
-    return {name for name in cells.columns if _is_label(name) or name == cells.label}
+    if not drop:
+        name = objectives[lacking[rows[0]].argmax()]
+        cell = cells.columns[name][rows[0]]
+        content = "no number"
+        if not is_blank(cell):
+            content = str(cell).strip()
+        place = f"{cells.where(rows[0])} holds {content:.40} in the column {name!r}"
+        raise UnfitError(f"{place}; leave out such designs by --drop-incomplete")
+    places = ", ".join(map(cells.where, rows[:_N_LISTED]))
+    if len(rows) > _N_LISTED:
+        places += ", …"
+    return [f"{counted(len(rows), 'incomplete design')} left out: {places}."]
 
 
 def _values(column: Column) -> list[Any]:
@@ -432,16 +559,36 @@ def _values(column: Column) -> list[Any]:
         return []
     if column.numbers is not None:
         return _integers(column.cells) or column.numbers.tolist()
-    texts = [str(cell) for cell in column.cells]
-    return [text == "True" for text in texts] if {*texts} <= {"True", "False"} else texts
+    texts = list(map(str, column.cells))
+    if {*texts} <= {"True", "False"}:
+        return [text == "True" for text in texts]
+    return texts
 
 
-def _plain(cell: Any) -> Any:
-    """Return a cell that no role has as a file holds it: a time stamp as a text."""
-    return cell if cell is None or isinstance(cell, (str, int, float)) else str(cell)
+def _extra_cells(column: Column) -> list[Any]:
+    """Return the cells of a column without a role as a file holds them: time stamps as texts."""
+    cells = _integers(column.cells)
+    if not cells:
+        for cell in column.cells:
+            if cell is not None and not isinstance(cell, (str, int, float)):
+                cell = str(cell)
+            cells.append(cell)
+    return cells
 
 
-def _integers(cells: Sequence[Any]) -> list[int]:
-    """Return cells as integers, if all of them are."""
-    whole = all(_WHOLE.fullmatch(str(cell)) for cell in cells)
-    return [int(cell) for cell in cells] if whole else []
+def _integers(cells: Sequence[Any]) -> list[Any]:
+    """Return cells as integers; nothing if one is no integer."""
+    integers = []
+    for cell in cells:
+        if not _INTEGER.fullmatch(str(cell)):
+            return []
+        integers.append(int(cell))
+    return integers
+
+
+def _test_points(cells: Sequence[Any]) -> Sequence[int]:
+    """Return the cells of a column test_point, which must be different positive integers."""
+    positive = {cell for cell in cells if type(cell) is int and cell > 0}
+    if len(positive) < len(cells):
+        raise UnfitError("its column test_point must number the designs from 1; rename it")
+    return cells

@@ -27,6 +27,7 @@ from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
     blocks_of_rows,
+    texts_in,
 )
 from pymoo_psi.table._head import (
     HEAD_REMEDY,
@@ -85,8 +86,7 @@ class CsvFile(FileFormat):
         """Write columns, and below them the head, if it is not empty."""
         texts = [*columns]
         for column in columns.values():
-            if not _is_numeric(column):
-                texts += [cell for cell in column.tolist() if isinstance(cell, str)]
+            texts += texts_in(column)
         # Spreadsheets take a file for UTF-8 by its mark, others stumble over it: only where needed.
         encoding = "utf-8"
         if not all(map(str.isascii, texts)):
@@ -103,7 +103,7 @@ class CsvFile(FileFormat):
             for block in blocks_of_rows(columns):
                 for name, cells in block.items():
                     if not _is_numeric(columns[name]):
-                        block[name] = [inert(cell) for cell in cells]
+                        block[name] = list(map(inert, cells))
                 writer.writerows(zip(*block.values(), strict=True))
             if head:
                 file.write(f"\n{comment(head)}\n")
@@ -259,7 +259,7 @@ def _separator(lines: Sequence[Line]) -> str:
     if readings:
         return max(readings, key=lambda mark: _merit(readings[mark]))
     spaced, _ = _rows(lines, " ")
-    lengths = {len(row) for row in spaced}
+    lengths = set(map(len, spaced))
     if len(lengths) == 1 and len(spaced[0]) > 1:
         return " "
     return ","
@@ -273,9 +273,12 @@ def _merit(rows: list[list[str]]) -> tuple[bool, float, int]:
     if count < len(rows):
         return False, usual, count
     # Of several even ones, as names or decimals may have commas, the one with most numbers.
-    cells = [cell for row in rows[1:] for cell in row]
-    n_numbers = sum(map(is_number, cells))
-    return True, n_numbers / max(1, len(cells)), usual
+    n_cells = 0
+    n_numbers = 0
+    for row in rows[1:]:
+        n_cells += len(row)
+        n_numbers += sum(map(is_number, row))
+    return True, n_numbers / max(1, n_cells), usual
 
 
 def _rows(lines: Sequence[Line], separator: str) -> tuple[list[list[str]], list[int]]:

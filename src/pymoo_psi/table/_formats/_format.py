@@ -147,6 +147,16 @@ class FileFormat(ABC):
         return is_marked(path)
 
 
+def texts_in(column: Any) -> list[str]:
+    """Return the cells of a column that are texts."""
+    texts = []
+    if column.dtype.kind not in "biuf":
+        for cell in column.tolist():
+            if isinstance(cell, str):
+                texts.append(cell)
+    return texts
+
+
 def blocks_of_rows(columns: Mapping[str, Any]) -> Iterator[dict[str, list[Any]]]:
     """Yield the cells of some rows at a time: Python's numbers and texts, None for blanks."""
     n_rows = max(map(len, columns.values()), default=0)
@@ -155,6 +165,12 @@ def blocks_of_rows(columns: Mapping[str, Any]) -> Iterator[dict[str, list[Any]]]
         for name, column in columns.items():
             cells = column[start : start + _ROWS].tolist()
             if column.dtype.kind not in "biu":
-                cells = [None if cell != cell else cell for cell in cells]
+                cells = list(map(_without_nan, cells))
             block[name] = cells
         yield block
+
+
+def _without_nan(cell: Any) -> Any:
+    if cell != cell:
+        return None
+    return cell

@@ -20,6 +20,7 @@ from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
     blocks_of_rows,
+    texts_in,
 )
 from pymoo_psi.table._head import Head, StoredTests, described, is_of_tests, tests_of_rows
 
@@ -52,9 +53,13 @@ class WorkbookFile(FileFormat):
         if is_of_tests(head):
             with described(file.path):
                 return tests_of_rows(head, rows.values(), str)
-        numbers = [number for number in rows if number not in file.skip_rows]
-        cells = [[_typed(cell) for cell in rows[number]] for number in numbers]
-        return cells_of_rows(cells, numbers, "", head)
+        numbers = []
+        kept = []
+        for number, row in rows.items():
+            if number not in file.skip_rows:
+                numbers.append(number)
+                kept.append(list(map(_typed, row)))
+        return cells_of_rows(kept, numbers, "", head)
 
     def save(
         self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
@@ -79,8 +84,7 @@ class WorkbookFile(FileFormat):
         sheet.freeze_panes = "A2"
         for j, (name, column) in enumerate(columns.items(), start=1):
             letter = openpyxl.utils.get_column_letter(j)
-            texts = [cell for cell in column[:_WIDTHS].tolist() if isinstance(cell, str)]
-            longest = max(8, len(name), *map(len, texts))
+            longest = max(8, len(name), *map(len, texts_in(column[:_WIDTHS])))
             sheet.column_dimensions[letter].width = min(50, 2 + longest)
         written = openpyxl.cell.cell
         illegal = written.ILLEGAL_CHARACTERS_RE
@@ -95,10 +99,10 @@ class WorkbookFile(FileFormat):
                 typed.data_type = "n"
             return typed
 
-        sheet.append([typed(name) for name in columns])
+        sheet.append(list(map(typed, columns)))
         for block in blocks_of_rows(columns):
             for row in zip(*block.values(), strict=True):
-                sheet.append([typed(cell) for cell in row])
+                sheet.append(list(map(typed, row)))
         about = book.create_sheet(_HEAD_SHEET)
         for name, value in head.items():
             text = json.dumps(value, ensure_ascii=False)
@@ -160,7 +164,7 @@ def _rows_of_workbook(
             sheet.reset_dimensions()  # what a file declares may be more than it holds
             rows = {}
             for number, cells in enumerate(sheet.iter_rows(), start=1):
-                row = [_shown(cell) for cell in cells]
+                row = list(map(_shown, cells))
                 if not all(map(_is_nothing, row)):
                     rows[number] = row
             hidden = sorted(_hidden_rows(sheet) & rows.keys() - {*skip_rows})
