@@ -8,9 +8,7 @@ import pytest
 from pymoo_psi import PsiError, VectorizedSphereChute, investigate
 from pymoo_psi.cli import main
 from pymoo_psi.table import (
-    DESIGNS,
     FORMATS,
-    TESTS,
     Cells,
     FileFormat,
     format_of,
@@ -23,7 +21,7 @@ class Records(FileFormat):
     """One object of JSON: the head and the columns."""
 
     suffix = ".records"
-    writes = (TESTS, DESIGNS)
+    writes = ("tests", "designs")
 
     def recognizes(self, file):
         return file.start.startswith(b'{"head"')
@@ -55,7 +53,7 @@ def command(tmp_path, monkeypatch, capsys):
 def test_a_table_of_tests_comes_back_unchanged(command, tmp_path):
     table = investigate(VectorizedSphereChute(0.4, omega0=(0, -30, 0)), 64)
     path = tmp_path / "t.records"
-    format_of(path, TESTS).save_tests(path, table)
+    format_of(path, "tests").save_tests(path, table)
     assert read_table(path).equals(table)
     path.rename("pipe")  # recognized by its content
     assert read_table("pipe").equals(table)
@@ -90,9 +88,9 @@ def test_other_suffixes_are_refused_by_those_that_there_are(command, tmp_path):
     (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
     rule = "a file with the suffix .csv or .xlsx or .records"
     assert rule in command("rank", "set.csv", "--out", "o.json", code=2)
-    assert suffixes_for(TESTS) == [".csv", ".xlsx", ".db", ".records"]
+    assert suffixes_for("tests") == [".csv", ".xlsx", ".db", ".records"]
     with pytest.raises(PsiError, match=rule):
-        format_of("o.json", DESIGNS)
+        format_of("o.json", "designs")
     table = read_table("set.csv")
     with pytest.raises(PsiError, match=r"path must be a file with the suffix \.xlsx"):
         table.to_xlsx("o.records")

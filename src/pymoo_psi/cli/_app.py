@@ -51,12 +51,12 @@ def _with_suffixes(text: str) -> str:
     """
     if "{" not in text:
         return text
-    from pymoo_psi.table import DESIGNS, TESTS, source_suffixes, suffixes_for
+    from pymoo_psi.table import source_suffixes, suffixes_for
 
     return text.format(
         sources=", ".join(source_suffixes()),
-        tests=", ".join(suffixes_for(TESTS)),
-        designs=", ".join(suffixes_for(DESIGNS)),
+        tests=", ".join(suffixes_for("tests")),
+        designs=", ".join(suffixes_for("designs")),
     )
 
 

@@ -22,7 +22,6 @@ from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import (
     STATUSES,
     STUDY,
-    TESTS,
     Formulation,
     Layout,
     TestTable,
@@ -229,11 +228,11 @@ def run_export(options: Options) -> int:
     """
     files, named = _named_files(options.sources)
     out = options.out
-    require_output(out, suffixes_for(TESTS), *files.values())
+    require_output(out, suffixes_for("tests"), *files.values())
     formulation = formulation_of(options)
     tables = {name: opened(path, options, formulation) for name, path in files.items()}
     table = _joined(tables, named)
-    file_format = format_of(out, TESTS)
+    file_format = format_of(out, "tests")
     file_format.save_tests(out, table)
     for name, source in tables.items():
         for remark in source.remarks:

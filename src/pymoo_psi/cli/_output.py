@@ -17,7 +17,7 @@ from pymoo_psi._output import is_marked
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import printable
 from pymoo_psi.pareto import number, wrapped
-from pymoo_psi.table import DESIGNS, FORMATS, TestTable, designs_head, format_of
+from pymoo_psi.table import FORMATS, TestTable, designs_head, format_of
 
 
 def width() -> int | None:
@@ -148,4 +148,4 @@ def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = Non
         head = designs_head(designs, [*frame], numeric)
     blanked = frame.astype(object).where(frame.notna(), None)  # integer columns, too
     columns = {str(name): column for name, column in blanked.items()}
-    format_of(path, DESIGNS).save(path, columns, head)
+    format_of(path, "designs").save(path, columns, head)

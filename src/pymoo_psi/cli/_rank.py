@@ -15,7 +15,7 @@ from pymoo_psi.cli._output import print_frame, require_output, say, write_frame
 from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import EfficiencyRanking, cautions, explain, measured_in, number
-from pymoo_psi.table import DESIGNS, Formulation, TestTable, constraint_costs, suffixes_for
+from pymoo_psi.table import Formulation, TestTable, constraint_costs, suffixes_for
 
 _N_REASONS = 4  # sentences that a reader takes in at a glance
 _N_PRINTED = 12  # designs; all are in the file
@@ -124,7 +124,7 @@ def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
     path = options.file
     out = options.out
-    require_output(out, suffixes_for(DESIGNS), path, options.decision)
+    require_output(out, suffixes_for("designs"), path, options.decision)
     formulation = formulation_of(options)
     table = opened(path, options, formulation)
     formulation = with_choice(formulation, table)

@@ -32,7 +32,7 @@ from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
 from pymoo_psi.parallel import progress_bar
 from pymoo_psi.problems import FailureTolerant, design_space, problem_layout, problem_name, required
 from pymoo_psi.sequences import MAX_DIMENSIONS
-from pymoo_psi.table import DESIGNS, Formulation, TestTable, alike, suffixes_for
+from pymoo_psi.table import Formulation, TestTable, alike, suffixes_for
 
 _N_REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
@@ -82,7 +82,7 @@ def run_solve(options: Options) -> int:
     )
     if getattr(options, "try"):  # a keyword of Python
         return try_program(options.problem, problem, points)
-    out = require_output(options.out, suffixes_for(DESIGNS), options.study, options.decision)
+    out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
     formulation = formulation_of(options)
     space = design_space(problem)
     require_free_names((*problem_layout(problem, space).columns, *formulation.computed))

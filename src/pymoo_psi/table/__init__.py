@@ -58,7 +58,7 @@ sensitivities.
 Files: ``to_csv``, ``to_xlsx`` and ``to_study`` write what :func:`read_table` reads back without a
 change; ``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former two.
 Formats of files: FORMATS is their registry, FileFormat a format, SourceFile the file that it reads
-as Cells; format_of gives the format for a suffix.
+as Cells.
 """
 
 from pymoo_psi._lazy import attach_names

@@ -25,9 +25,7 @@ from ._designs import design_keys as design_keys
 from ._designs import design_matrix as design_matrix
 from ._designs import value_ranks as value_ranks
 from ._expression import Expression as Expression
-from ._formats import DESIGNS as DESIGNS
 from ._formats import STUDY as STUDY
-from ._formats import TESTS as TESTS
 from ._formats import format_of as format_of
 from ._formats import source_suffixes as source_suffixes
 from ._formats import suffixes_for as suffixes_for

@@ -14,17 +14,15 @@ from pathlib import Path
 from pymoo_psi._validation import invalid
 from pymoo_psi.table._cells import UnfitError
 from pymoo_psi.table._formats._csv import CsvFile
-from pymoo_psi.table._formats._format import DESIGNS, TESTS, FileFormat, SourceFile
+from pymoo_psi.table._formats._format import FileFormat, SourceFile
 from pymoo_psi.table._formats._json import JsonFile
 from pymoo_psi.table._formats._study import StudyFile, tests_of_folder
 from pymoo_psi.table._formats._xlsx import WorkbookFile
 
 __all__ = [
     "CSV",
-    "DESIGNS",
     "FORMATS",
     "STUDY",
-    "TESTS",
     "WORKBOOK",
     "FileFormat",
     "SourceFile",
@@ -61,7 +59,7 @@ def format_of(path: str | PathLike[str], content: str) -> FileFormat:
 
     Args:
         path: The file.
-        content: What is written, ``TESTS`` or ``DESIGNS``.
+        content: What is written, ``"tests"`` or ``"designs"``.
 
     Raises:
         ArgumentValueError: No format with this suffix can hold the content.
@@ -88,7 +86,7 @@ def suffixes_for(content: str) -> list[str]:
     """Return the suffixes of the formats that can hold tests or designs, CSV first.
 
     Example:
-        >>> suffixes_for(TESTS), suffixes_for(DESIGNS)
+        >>> suffixes_for("tests"), suffixes_for("designs")
         (['.csv', '.xlsx', '.db'], ['.csv', '.xlsx'])
     """
     suffixes = []

@@ -22,8 +22,6 @@ from typing import Any, TypeAlias
 from pymoo_psi._validation import invalid
 from pymoo_psi.table._cells import EMPTY, Cells, UnfitError, cells_of_rows, is_blank, is_number
 from pymoo_psi.table._formats._format import (
-    DESIGNS,
-    TESTS,
     FileFormat,
     SourceFile,
     blocks_of_rows,
@@ -58,7 +56,7 @@ class CsvFile(FileFormat):
     """A text in rows and columns, a line of names first."""
 
     suffix = ".csv"
-    writes = (TESTS, DESIGNS)
+    writes = ("tests", "designs")
 
     def recognizes(self, file: SourceFile) -> bool:
         """Return True, as any text may be one."""

@@ -15,11 +15,6 @@ from pymoo_psi._validation import invalid
 from pymoo_psi.table._cells import Cells, UnfitError
 from pymoo_psi.table._head import Head, StoredTests, marked
 
-TESTS = "tests"
-"""The content of a file that holds a table of tests: ``pymoo-psi export --out``."""
-DESIGNS = "designs"
-"""The content of a file that holds designs and their ranking: ``pymoo-psi rank --out``."""
-
 _START = 1024  # bytes by which a format is recognized
 _ROWS = 8192  # written at a time, so that the memory for texts stays small
 
@@ -84,7 +79,9 @@ class FileFormat(ABC):
 
     Attributes:
         suffix: The suffix of such files, in lower case.
-        writes: What can be written in this format: ``TESTS``, ``DESIGNS``, both or nothing.
+        writes: What can be written in this format: ``"tests"``, tables of tests as of
+            ``pymoo-psi export``; ``"designs"``, designs with their ranking as of ``pymoo-psi
+            rank``; both or nothing.
         has_sheets: Whether the option ``sheet`` selects a part of such a file.
     """
 

@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from pymoo_psi.table._formats._format import TESTS, FileFormat, SourceFile
+from pymoo_psi.table._formats._format import FileFormat, SourceFile
 from pymoo_psi.table._head import StoredTests, columns_of, head_of
 
 # SQLite is imported where there is a study: most tables come without one.
@@ -17,7 +17,7 @@ class StudyFile(FileFormat):
     """A study as runs write it; see :mod:`pymoo_psi.study`."""
 
     suffix = ".db"
-    writes = (TESTS,)
+    writes = ("tests",)
 
     def recognizes(self, file: SourceFile) -> bool:
         """Say whether a file is a database of SQLite."""

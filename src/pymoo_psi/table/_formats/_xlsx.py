@@ -15,8 +15,6 @@ from pymoo_psi._validation import counted, invalid, known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table._cells import Cells, UnfitError, cells_of_rows
 from pymoo_psi.table._formats._format import (
-    DESIGNS,
-    TESTS,
     FileFormat,
     SourceFile,
     blocks_of_rows,
@@ -37,7 +35,7 @@ class WorkbookFile(FileFormat):
     """A workbook, the designs on its only sheet or on the one that is named."""
 
     suffix = ".xlsx"
-    writes = (TESTS, DESIGNS)
+    writes = ("tests", "designs")
     has_sheets = True
 
     def recognizes(self, file: SourceFile) -> bool:
