@@ -22,7 +22,7 @@ from pymoo_psi.pareto import (
     ranking_of,
     violated_constraints,
 )
-from pymoo_psi.table._designs import design_matrix
+from pymoo_psi.table._designs import design_matrix, real_column
 from pymoo_psi.table._formulation import ATTRIBUTES, Formulation, FormulationFields, formulated
 from pymoo_psi.table._head import blocks_of
 from pymoo_psi.table._layout import Key, Layout
@@ -146,11 +146,13 @@ class Questions(Tests):
             return []
         idle = []
         for name, (low, high) in self.limits.items():
-            for end in ((low, np.inf), (-np.inf, high)):
-                if np.isinf(end).all():
-                    continue
-                if within({name: end}, self.column, len(self))[tested].all():
-                    idle.append(limit_text(name, *end))
+            values = real_column(name, self.column(name)[tested])
+            if not np.isfinite(values).all():  # what is not finite keeps no limit
+                continue
+            if low > -np.inf and values.min() >= low:
+                idle.append(limit_text(name, low, np.inf))
+            if high < np.inf and values.max() <= high:
+                idle.append(limit_text(name, -np.inf, high))
         return idle
 
     # Sets of designs

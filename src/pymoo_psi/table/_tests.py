@@ -158,7 +158,7 @@ class Tests:
             for row in np.flatnonzero(lost):
                 reasons[int(self.numbers[row])] = lack(self, row)
             failed |= lost
-        status = np.array(STATUSES)[_status_index(violates, failed)]
+        status = _statuses(violates, failed)
         self._set({"status": status, "reasons": reasons})
         if given is None:
             return
@@ -545,9 +545,12 @@ class Tests:
             object.__setattr__(self, name, value)
 
 
-def _status_index(violates: Mask, failed: Mask) -> NDArray[np.intp]:
-    """Return the index in STATUSES of each test."""
-    return np.where(failed, STATUSES.index("failed"), violates.astype(np.intp))
+def _statuses(violates: Mask, failed: Mask) -> NDArray[np.str_]:
+    """Return the status of each test, one of STATUSES."""
+    status = np.full(len(violates), "ok", dtype=f"<U{max(map(len, STATUSES))}")
+    status[violates] = "infeasible"
+    status[failed] = "failed"
+    return status
 
 
 def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
