@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pymoo.core.problem import Problem
 
 from pymoo_psi import Formulation, PsiError, TestTable, investigate, lp_tau
-from pymoo_psi.table import Layout
+from pymoo_psi.table import Layout, read_table
 
 COUNT = 40
 FINITE = 1e6  # the model's values are far below
@@ -307,6 +307,14 @@ def test_ranges_are_fixed_kept_or_given_up(tmp_path):
     assert wide.under(limits={"width": 1}).ranking().ideal.tolist() == [0, 5]
     assert wide.under(Formulation(ranges={})).equals(table)
     np.testing.assert_array_equal(wide.under(Formulation(ranges={})).ranking().criteria, own)
+    # of a file, they are those of the tests: kept where a formulation has none, given up for {}
+    wide.to_csv(tmp_path / "wide.csv")
+    filed = read_table(tmp_path / "wide.csv")
+    assert filed.equals(wide)
+    assert filed.under(Formulation()).ranking().ideal.tolist() == [0, 5]
+    assert filed.under(limits={"width": 1}).ranking().ideal.tolist() == [0, 5]
+    np.testing.assert_array_equal(filed.under(Formulation(ranges={})).ranking().criteria, own)
+    np.testing.assert_array_equal(filed.under(ranges={}).ranking().criteria, own)
     # fixed for other objectives, they say nothing
     heat = Formulation(objectives=["mass", "heat"])
     assert wide.under(heat).equals(table.under(heat))
