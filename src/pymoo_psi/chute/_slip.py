@@ -335,13 +335,16 @@ def _next(xp: Any, slip: Slip, aim: Aim) -> Slip:
     step = xp.where(whole, 16.0 * (1.0 + tau), step)
     dt, slid, vx1, y1 = _along(xp, slip, aim.rho, q, step, whole)
     a = b * tau
-    v1 = (invariant + a * (t + dt) + 0.4 * vx1) / 1.4
-    left1 = left - ((invariant + a * (t + 0.5 * dt)) * dt + 0.4 * slid) / 1.4
+    t1 = t + dt
+    v1 = (invariant + a * t1 + 0.4 * vx1) / 1.4
+    travelled = (invariant + a * (t + 0.5 * dt)) * dt + 0.4 * slid
+    left1 = left - travelled / 1.4
     # Five per cent past the exit or past rest is harmless, the next step goes back; but not on the
     # way to the end of slip: from ρ = 0 there is no way back.
-    past = xp.where(ends, 0.0, -0.05 * left)
-    fits = (left1 >= past) & (v1 >= -0.05 * v) | (aim.ds < 0.0)
-    t = xp.where(fits, t + dt, t)
+    inside = left1 >= xp.where(ends, 0.0, -0.05 * left)
+    moving = v1 >= -0.05 * v
+    fits = inside & moving | (aim.ds < 0.0)
+    t = xp.where(fits, t1, t)
     vx = xp.where(fits, vx1, vx)
     y = xp.where(fits, y1, y)
     left = xp.where(fits, left1, left)

@@ -136,7 +136,8 @@ def _direction(slip: Array, tau: float, vx0: float, vy0: float) -> Array:
         vy0: v_AY at the start.
     """
     rho = np.hypot(slip[:, 0], slip[:, 1])
-    direction = np.divide(slip, rho[:, None], out=np.zeros_like(slip), where=rho[:, None] > 0)
+    direction = np.zeros_like(slip)
+    np.divide(slip, rho[:, None], out=direction, where=rho[:, None] > 0)
     if vy0:
         cosine = min(tau, 1.0)
         limit = [cosine, np.sign(vy0) * np.sqrt(1 - cosine**2)]

@@ -256,7 +256,8 @@ def criterion_surfaces(mu: float, model: str, *, n: int = 101) -> tuple[Array, A
     """
     problem = VectorizedSphereChute(mu, model=model)
     s = np.linspace(0.0, 1.0, n)
-    sides = problem.xl + (problem.xu - problem.xl) * np.column_stack([s**2, s])
+    shares = np.column_stack([s**2, s])
+    sides = problem.xl + (problem.xu - problem.xl) * shares
     u1, u2 = np.meshgrid(*sides.T, indexing="ij")
     designs = np.column_stack([u1.ravel(), u2.ravel()])
     F = problem.evaluate(designs, return_values_of=["F"])

@@ -193,16 +193,16 @@ class _Checks:
             gaps = np.abs(distinct - value)
             if not _is_unlike(float(value), others, float(gaps[gaps > 0].min())):
                 continue
+            kind = "unlike"
             optima = np.intersect1d(holders, self.optima)
-            kind = "suspect" if len(optima) else "unlike"
-            yield _caution(
-                kind,
-                design=capital(self.name_of([*optima, *holders][0])),
-                objective=name,
-                value=number(float(value)),
-                low=number(float(others[0])),
-                high=number(float(others[-1])),
-            )
+            if len(optima):
+                kind = "suspect"
+                holders = optima
+            design = capital(self.name_of(holders[0]))
+            low = number(float(others[0]))
+            high = number(float(others[-1]))
+            amount = number(float(value))
+            yield _caution(kind, design=design, objective=name, value=amount, low=low, high=high)
 
     def near_front(self) -> NDArray[np.intp]:
         """Return the Pareto-optimal designs, and those that would be without these."""
@@ -235,14 +235,18 @@ class _Checks:
         if not len(elsewhere):
             return
         i = elsewhere[self.mu[elsewhere].argmin()]
-        kind = "tie" if i in self.optima else "near tie"
+        kind = "near tie"
+        if i in self.optima:
+            kind = "tie"
+        farther = percent(self.mu[i] / self.mu[self.best] - 1)
+        objective = self.names[self.steps[i].argmax()]
         yield _caution(
             kind,
             design=capital(self.name_of(i)),
             optimum=self.name_of(self.best),
-            farther=percent(self.mu[i] / self.mu[self.best] - 1),
+            farther=farther,
             share=percent(apart[i]),
-            objective=self.names[self.steps[i].argmax()],
+            objective=objective,
         )
 
     def ends(self, varying: NDArray[np.bool_]) -> Iterator[Caution]:
@@ -258,12 +262,15 @@ class _Checks:
         """Yield the caution about the design without which the optimum moves most."""
         values = self.values
         frame = self.ranking.frame
-        if (values.min(axis=0) > frame.ideal).any() or (values.max(axis=0) < frame.nadir).any():
+        fixed = (values.min(axis=0) > frame.ideal) | (values.max(axis=0) < frame.nadir)
+        if fixed.any():
             return  # points of the user's own stay where they are
         extremes = {*values.argmin(axis=0), *values.argmax(axis=0)}
         moves = [self.without(i) for i in sorted(extremes - {*self.optima})]
-        distance, caution = max(moves, key=lambda move: move[0], default=(0.0, None))
-        if caution is not None and distance > ELSEWHERE:
+        if not moves:
+            return
+        distance, caution = max(moves, key=lambda move: move[0])
+        if distance > ELSEWHERE:
             yield caution
 
     def without(self, i: int) -> tuple[float, Caution]:
@@ -280,16 +287,21 @@ class _Checks:
         ways = steps.max(axis=2)
         after, before = np.unravel_index(ways.argmin(), ways.shape)
         way = float(ways[after, before])
+        objective = self.names[steps[after, before].argmax()]
+        other = self.ranking.name_of(int(rows[optima[after]]))
         times = np.ptp(values, axis=0) / lengths
-        kind = "outlier" if times.max() >= OUTLIER else "unstable"
+        most = times.max()
+        kind = "unstable"
+        if most >= OUTLIER:
+            kind = "outlier"
         return way, _caution(
             kind,
             design=self.name_of(i),
             stretched=self.names[times.argmax()],
-            times=number(times.max(), 3),
-            other=self.ranking.name_of(int(rows[optima[after]])),
+            times=number(most, 3),
+            other=other,
             share=percent(way),
-            objective=self.names[steps[after, before].argmax()],
+            objective=objective,
         )
 
     def front_without(self, i: int) -> NDArray[np.intp]:
@@ -323,4 +335,5 @@ def _is_unlike(value: float, others: Array, gap: float) -> bool:
     if min(value * low, value * high) <= 0:  # of different signs
         return True
     orders = np.abs(np.log([value / low, value / high]))
-    return bool(orders.min() > np.log(high / low) * np.sign(low))
+    usual = np.log(high / low) * np.sign(low)
+    return bool(orders.min() > usual)

@@ -328,7 +328,8 @@ def explain(
         candidates = _better(own[j] - values[:, j], lengths[j])
         if len(candidates):
             candidates = _least(candidates, losses, distances, _TIE)
-            neighbours[j] = front[candidates[values[candidates, j].argmin()]]
+            best = candidates[values[candidates, j].argmin()]
+            neighbours[j] = front[best]
     dominated_by = -1
     if not ranking.pareto[row]:
         # The least loss need not be 0: a value in a chain of close ones may be in another group
@@ -462,13 +463,17 @@ def _better(gains: Array, length: float) -> Rows:
 
 def _least(rows: Rows, losses: Array, distances: Array, tie: float) -> Rows:
     """Return the nearest of the rows that give up least, all of them if several tie."""
-    rows = rows[losses[rows] <= losses[rows].min() + tie]
-    return np.asarray(rows[distances[rows] <= distances[rows].min() * (1 + _TIE)])
+    least = losses[rows].min()
+    rows = rows[losses[rows] <= least + tie]
+    nearest = distances[rows].min()
+    return np.asarray(rows[distances[rows] <= nearest * (1 + _TIE)])
 
 
 def _shares(differences: Array, lengths: Array) -> Array:
     """Return differences in units of the ranges; NaN for one where the range is 0."""
-    return np.where(np.isinf(lengths) & (differences != 0), np.nan, differences / lengths + 0.0)
+    shares = differences / lengths + 0.0  # no -0.0
+    shares[np.isinf(lengths) & (differences != 0)] = np.nan
+    return shares
 
 
 def _units(

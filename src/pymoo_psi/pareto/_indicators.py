@@ -190,7 +190,8 @@ def representatives(
     points = ranking.frame.scaled(values)
     unit = points.max() or 1.0  # so that no square over- or underflows
     start = int(np.searchsorted(front, ranking.salukvadze[0]))
-    chosen, owner, distance = farthest_first(points / unit, [start], min(k, len(front)))
+    size = min(k, len(front))
+    chosen, owner, distance = farthest_first(points / unit, [start], size)
     distinct = len(np.unique(owner))  # one that equals an earlier one owns nothing
     shares = np.bincount(owner, minlength=distinct) / len(front)
     radius = float((distance * unit).max())

@@ -110,7 +110,8 @@ class Objectives:
         is_frame = _is_frame(F)
         values = objective_matrix("F", _numbers(F) if is_frame else F).copy()
         n, m = values.shape
-        objectives = cls(values, np.ones(m), tuple(f"f{j + 1}" for j in range(m)), range(n))
+        names = tuple(f"f{j + 1}" for j in range(m))
+        objectives = cls(values, np.ones(m), names, range(n))
         if is_frame:
             objectives = replace(objectives, names=tuple(F.columns), labels=F.index)
         for entry in maximize:
@@ -474,9 +475,12 @@ def _ends(
 ) -> tuple[Array, Array]:
     """Return the points U and N, minimised: the ends of the front unless they are given."""
     best = front.min(axis=0)
-    worst = front.max(axis=0)
-    U = best if ideal is None else objectives.turned("ideal", ideal)
-    N = worst if nadir is None else objectives.turned("nadir", nadir)
+    U = best
+    if ideal is not None:
+        U = objectives.turned("ideal", ideal)
+    N = front.max(axis=0)
+    if nadir is not None:
+        N = objectives.turned("nadir", nadir)
     exceeded = np.flatnonzero(best < U)
     if len(exceeded):
         rule = f"no worse than the best value of {objectives.names[exceeded[0]]!r}"
@@ -544,7 +548,9 @@ class UtopianFrame:
         self.normalize = normalize
         lengths = unit_lengths(ideal, nadir)
         self._varying = np.isfinite(lengths)
-        self.scale = lengths if normalize else np.ones_like(ideal)
+        self.scale = np.ones_like(ideal)
+        if normalize:
+            self.scale = lengths
         self.line: Array = np.where(self._varying, nadir - ideal, 0.0) / self.scale
         line = self.line / (self.line.max() or 1.0)
         self._direction: Array = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
@@ -600,8 +606,8 @@ class UtopianFrame:
         e2 = self._direction**2
         across = np.sqrt([np.delete(e2, j).sum() for j in range(len(e2))])  # not 1 − e2: it cancels
         parts = np.array([np.ones_like(e2), across, self._direction])
-        bounds = np.hypot.reduce(parts * self.sizes(F) / units[:, None], axis=1)
-        return np.asarray(LAST_PLACES * bounds)
+        terms = parts * self.sizes(F) / units[:, None]
+        return np.asarray(LAST_PLACES * np.hypot.reduce(terms, axis=1))
 
     def sizes(self, F: Array) -> Array:
         """Return ``(m,)`` the size of values in the scale: ``LAST_PLACES`` of it is noise."""
