@@ -78,7 +78,7 @@ Public names: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
 :class:`QMCSampling` and their base :class:`UniformSampling`.
 """
 
-from pymoo_psi._lazy import attach_names
+from pymoo_psi._names import attach_names
 
 # Each name at its first use, as in the package: surrogates bring half of SciPy, for which every
 # worker of an investigation would wait.

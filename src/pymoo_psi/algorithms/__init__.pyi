@@ -1,4 +1,4 @@
-# The public names. `_lazy` reads this file when the subpackage is imported.
+# The public names. `_names` reads this file when the subpackage is imported.
 
 from ._nsga3 import nsga3 as nsga3
 from ._options import RunOptions as RunOptions

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import json
+import re
+from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from hashlib import sha256
 from html import escape
+from importlib.resources import files
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,16 +17,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import whole_file
-from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name, mapping
-from pymoo_psi.page._document import html_of
 from pymoo_psi.page._payload import payload, values_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
 from pymoo_psi.table import Bounds, Formulation, TestTable, bounds_of, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+_PLACE = re.compile(r"\{\{(\w+)\}\}")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,7 +75,7 @@ class DecisionPage:
         """
         opens_with = self._opens_with()
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
-        return html_of(self.title, content | {"origin": self.origin})
+        return _html_of(self.title, content | {"origin": self.origin})
 
     def _opens_with(self) -> dict[str, Any]:
         """Return the formulation as the page writes it into decision files.
@@ -285,3 +292,55 @@ def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_
         instance(f"page.state.categories[{name!r}]", texts, list, "it holds the texts kept")
         kept &= np.isin(values_of(name, table).astype(str), texts)
     return kept
+
+
+# The document
+
+
+def _html_of(title: str, payload: Mapping[str, Any]) -> str:
+    """Return the page with all it needs inlined.
+
+    Args:
+        title: Heading of the page.
+        payload: Data that ``logic.js`` decodes; plain values without NaN.
+    """
+    logic = _asset("logic.js")
+    charts = _asset("charts.js")
+    page = _asset("page.js")
+    style = _asset("page.css")
+    data = json.dumps(payload, allow_nan=False, separators=(",", ":"))
+    parts = {
+        "title": escape(title),
+        "policy": _policy(logic, charts, page, style=style),
+        "style": style,
+        # Within a script element only "<" can end it or open a comment.
+        "payload": data.replace("<", "\\u003c"),
+        "logic": logic,
+        "charts": charts,
+        "page": page,
+    }
+    # In one pass, so that a text of the user that looks like a place is not filled in.
+    return _PLACE.sub(lambda place: parts[place.group(1)], _asset("page.html"))
+
+
+def _policy(*scripts: str, style: str) -> str:
+    """Return a policy that forbids all requests, and all scripts and styles except these.
+
+    ``require-trusted-types-for`` makes the browser refuse every text that a script would turn
+    into markup: the user's names and labels reach the page as text or not at all.
+    """
+    digests = " ".join(map(_digest, scripts))
+    return (
+        f"default-src 'none'; script-src {digests}; style-src {_digest(style)}; "
+        "base-uri 'none'; form-action 'none'; require-trusted-types-for 'script'"
+    )
+
+
+def _digest(text: str) -> str:
+    """Return the hash of a script or style, as a policy names it."""
+    digest = sha256(text.encode("utf-8")).digest()
+    return f"'sha256-{b64encode(digest).decode('ascii')}'"
+
+
+def _asset(name: str) -> str:
+    return files("pymoo_psi.page").joinpath(name).read_text(encoding="utf-8")

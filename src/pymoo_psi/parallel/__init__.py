@@ -19,7 +19,7 @@ Other subpackages also use :func:`in_parallel` and :func:`stream_tasks` for task
 :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 
-from pymoo_psi._lazy import attach_names
+from pymoo_psi._names import attach_names
 
 # Each name at its first use: a worker needs the evaluation alone.
 __getattr__, __dir__, __all__ = attach_names(__name__, __file__)

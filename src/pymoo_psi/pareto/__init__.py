@@ -37,7 +37,7 @@ Public names: :func:`rank_of_efficiency` and :class:`EfficiencyRanking`; :func:`
 :func:`nondominated`; :func:`hypervolume`.
 """
 
-from pymoo_psi._lazy import attach_names
+from pymoo_psi._names import attach_names
 
 # Each name at its first use: sentences need no geometry. (Of another size than the stub, for whose
 # bytecode pdoc would take that of this file if both had the same size and time.)

@@ -1,4 +1,4 @@
-# The public names. `_lazy` reads this file when the subpackage is imported.
+# The public names. `_names` reads this file when the subpackage is imported.
 
 from ._cautions import Caution as Caution
 from ._cautions import cautions as cautions

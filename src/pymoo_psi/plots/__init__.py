@@ -23,7 +23,7 @@ Files:
     :func:`save_figures`: write figures to files, all of them or none.
 """
 
-from pymoo_psi._lazy import attach_names
+from pymoo_psi._names import attach_names
 
 # Names are imported at first use: figures of tables need neither pymoo nor the paper.
 __getattr__, __dir__, __all__ = attach_names(__name__, __file__)

@@ -1,4 +1,4 @@
-# The public names. `_lazy` reads this file when the subpackage is imported.
+# The public names. `_names` reads this file when the subpackage is imported.
 
 from ._analysis import plot_identification as plot_identification
 from ._analysis import plot_indicators as plot_indicators

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
-from pymoo_psi._renamed import asked_under_a_formulation
+from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, integer, known_name, wrong_type
 from pymoo_psi.plots._points import checked
 from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels

@@ -16,7 +16,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from pymoo_psi._renamed import asked_under_a_formulation
+from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._points import (

@@ -55,7 +55,7 @@ Public names: the models :class:`SphereChute`, :class:`VectorizedSphereChute`,
 :class:`Robust` and their base :class:`WrappedProblem`.
 """
 
-from pymoo_psi._lazy import attach_names
+from pymoo_psi._names import attach_names
 
 # Each name is imported at its first use: the chute alone needs neither workers nor tables.
 __getattr__, __dir__, __all__ = attach_names(__name__, __file__)

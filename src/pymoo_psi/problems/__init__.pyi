@@ -1,4 +1,4 @@
-# The public names. `_lazy` reads this file when the subpackage is imported.
+# The public names. `_names` reads this file when the subpackage is imported.
 
 from ._failures import FailureTolerant as FailureTolerant
 from ._identification import Identification as Identification

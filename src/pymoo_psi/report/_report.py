@@ -15,8 +15,8 @@ from jinja2 import Environment, PackageLoader
 from matplotlib import rc_context
 
 from pymoo_psi import plots
+from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import whole_file
-from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
 from pymoo_psi.report._contents import Choice, Columns, Tests

@@ -50,7 +50,7 @@ Public names: :class:`SalukvadzeOptimum`, :class:`EfficientSubset`,
 :class:`Robustness`.
 """
 
-from pymoo_psi._lazy import attach_names
+from pymoo_psi._names import attach_names
 
 # Each name at its first use: a selector needs no workers.
 __getattr__, __dir__, __all__ = attach_names(__name__, __file__)

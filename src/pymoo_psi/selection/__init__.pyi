@@ -1,4 +1,4 @@
-# The public names. `_lazy` reads this file when the subpackage is imported.
+# The public names. `_names` reads this file when the subpackage is imported.
 
 from ._robustness import Robustness as Robustness
 from ._robustness import robustness as robustness

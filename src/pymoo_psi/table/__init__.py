@@ -61,7 +61,7 @@ Formats of files: FORMATS is their registry, FileFormat a format, SourceFile the
 as Cells.
 """
 
-from pymoo_psi._lazy import attach_names
+from pymoo_psi._names import attach_names
 
 # Each name at its first use: who opens a table needs no analysis of it.
 __getattr__, __dir__, __all__ = attach_names(__name__, __file__)

@@ -1,4 +1,4 @@
-# The public names. `_lazy` reads this file when the subpackage is imported.
+# The public names. `_names` reads this file when the subpackage is imported.
 
 from ._analysis import Histogram as Histogram
 from ._analysis import constraint_costs as constraint_costs

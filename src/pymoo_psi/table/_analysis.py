@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._renamed import asked_under_a_formulation
+from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._validation import instance, integer
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Key

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._renamed import Renamed, asked_under_a_formulation
+from pymoo_psi._names import Renamed, asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, finite_number, instance, invalid, known_name
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import (

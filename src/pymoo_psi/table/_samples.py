@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import Shown
-from pymoo_psi._renamed import asked_under_a_formulation
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
 from pymoo_psi.table._designs import value_ranks

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
+from pymoo_psi._names import Renamed
 from pymoo_psi._output import Shown
-from pymoo_psi._renamed import Renamed
 from pymoo_psi._validation import Received, instance, invalid, wrong_type
 from pymoo_psi.table._formats import CSV, STUDY, WORKBOOK
 from pymoo_psi.table._formulation import ATTRIBUTES, Formulation
