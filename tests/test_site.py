@@ -76,7 +76,7 @@ def test_every_public_name_is_on_the_page_of_its_subpackage_and_is_found(site, s
     names = [
         name
         for name, item in inspect.getmembers(module)
-        if inspect.isclass(item) or inspect.isfunction(item)
+        if not name.startswith("_") and (inspect.isclass(item) or inspect.isfunction(item))
         if name in getattr(module, "__all__", [name]) and item.__module__.startswith("pymoo_psi")
     ]
     assert names or subpackage == "guide"

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields
 from os import PathLike
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypedDict, TypeVar, get_type_hints
 
 from pymoo.core.algorithm import Algorithm
 
@@ -204,11 +204,14 @@ def takes(keywords: Any) -> Callable[[Owner], Owner]:
         keywords: The ``TypedDict`` that the function unpacks.
     """
     keyword_only = inspect.Parameter.KEYWORD_ONLY
+    # The types themselves, as their names mean nothing in the module of the function.
+    types = get_type_hints(RunOptions)
     known = []
     for field in fields(RunOptions):
+        annotation = types[field.name]
         known.append(
             inspect.Parameter(
-                field.name, keyword_only, default=field.default, annotation=field.type
+                field.name, keyword_only, default=field.default, annotation=annotation
             )
         )
     for parameter in inspect.signature(Algorithm.__init__).parameters.values():

@@ -329,3 +329,10 @@ def _plain_integers(cells: Any, texts: Any) -> Any:
         if type(cell) is int:
             column[row] = cell
     return column
+
+
+# The documentation shows the members of a class itself, not of bases that are private.
+for _base in (Questions, Tests):
+    for _name, _member in vars(_base).items():
+        if not _name.startswith("_") and _name not in vars(TestTable):
+            setattr(TestTable, _name, _member)
