@@ -185,9 +185,14 @@ class Model:
         """Whether the problem is evaluated one design at a time."""
         return bool(self.problem.elementwise)
 
+    @property
+    def has_requirements(self) -> bool:
+        """Whether designs must meet requirements before the problem is evaluated."""
+        return self.problem is not self.inner
+
     def violations(self, X: NDArray[Any]) -> Array:
         """``(n, k)`` by how much n designs violate the k requirements; <= 0 where they are met."""
-        if self.problem is self.inner:
+        if not self.has_requirements:
             return np.zeros((len(X), 0))
         violations: Array = self.problem.amounts(X)
         return violations
@@ -228,12 +233,16 @@ class OneByOne(Executor):
         runner = model.problem.elementwise_runner
         if isinstance(runner, JoblibRunner):
             self.n_workers = active_workers(runner.n_jobs)
-            self.ahead = _WAITING if whole else _NEAR * self.n_workers
+            self.ahead = _WAITING
+            if not whole:
+                self.ahead = _NEAR * self.n_workers
 
     @property
     def room(self) -> int:
         """How many more points to submit now."""
-        return _WAITING if len(self._waiting) < _WAITING else 0
+        if len(self._waiting) >= _WAITING:
+            return 0
+        return _WAITING
 
     def submit(self, points: Points) -> None:
         """Take points to evaluate."""
@@ -294,13 +303,16 @@ class InPieces(Executor):
         self._size = size
         self._least = least
         self._n_jobs = n_jobs
-        self._n_waiting = 1 if n_jobs == 1 else _PIECES_AHEAD * n_jobs
+        self._n_waiting = 1
+        if n_jobs > 1:
+            self._n_waiting = _PIECES_AHEAD * n_jobs
 
     @property
     def room(self) -> int:
         """How many more points to submit now."""
-        is_enough = len(self._points) > 0 or len(self._waiting) >= self._n_waiting
-        return 0 if is_enough else self._largest
+        if len(self._points) > 0 or len(self._waiting) >= self._n_waiting:
+            return 0
+        return self._largest
 
     def submit(self, points: Points) -> None:
         """Take points to evaluate."""
@@ -364,7 +376,8 @@ def executor_of(
     """
     if streams(model.inner):
         return OneByOne(model, whole)
-    n_jobs = 1 if n_jobs == 1 else active_workers(n_jobs)
+    if n_jobs != 1:
+        n_jobs = active_workers(n_jobs)
     task = partial(_tested, model.problem, model.space, model.layout, kept)
     if n_points is None:
         return InPieces(task, LAST, LAST, None, n_jobs)
@@ -375,12 +388,15 @@ def executor_of(
         largest = _LARGEST_ELEMENTWISE
     largest = options.block_size or largest
     least = min(least, largest)
-    has_study = options.study is not None
-    size = least if has_study else largest
+    size = largest
+    timed: int | None = None
+    if options.study is not None:
+        size = least
+        timed = least
     if n_jobs > 1:
         share = -(-n_points // (_PIECES * n_jobs))
         size = min(size, max(_LEAST, share))
-    return InPieces(task, largest, size, least if has_study else None, n_jobs)
+    return InPieces(task, largest, size, timed, n_jobs)
 
 
 def _tested(
@@ -396,7 +412,9 @@ def _tested(
     out = evaluate_designs(problem, space.designs(X))
     seconds = (time.monotonic() - began) / len(points)
     tests = table_of_values(layout, points, X, out)
-    return tests if kept is None else kept(tests), seconds
+    if kept is not None:
+        tests = kept(tests)
+    return tests, seconds
 
 
 # What pymoo knows by itself and its users put beside the outputs of a model; and our reasons.

@@ -44,6 +44,9 @@ COMPUTED = 20.0
 SourceMaker = Callable[[Points, Model, Store, Executor], Source]
 
 
+_NO_POINTS = Points.none()
+
+
 class Block(NamedTuple):
     """Tests of a run.
 
@@ -137,7 +140,7 @@ class Run:
         Args:
             count: How many, at most; ``None`` for all that the source has given, or gives now.
         """
-        least = 1 if count is None else count
+        least = count or 1
         while len(self._issued) < least:
             points = self.source.ask(least - len(self._issued), self._n_free)
             if len(points) == 0:
@@ -256,14 +259,17 @@ class Run:
 
     def _next_to_open(self, count: int) -> Points:
         """Return issued points, up to ``count`` of them; the source is asked for more if needed."""
+        is_all_opened = self._n_opened == len(self._issued)
+        if is_all_opened and self.source.n_left == 0:
+            return _NO_POINTS
         room = self.executor.room
         if room == 0:
-            return Points.none()
-        if self._n_opened == len(self._issued) and self.source.n_left:
-            n_asked = min(count - len(self._issued), room)
-            self._issued = self._issued.joined(self.source.ask(n_asked, self._n_free))
-        if self._n_opened == len(self._issued):
-            return Points.none()
+            return _NO_POINTS
+        if is_all_opened:
+            points = self.source.ask(min(count - len(self._issued), room), self._n_free)
+            if len(points) == 0:
+                return _NO_POINTS
+            self._issued = self._issued.joined(points)
         end = min(count, self._n_opened + room)
         points = self._issued.at(slice(self._n_opened, end))
         self._n_opened += len(points)
@@ -271,17 +277,16 @@ class Run:
 
     def _submit(self, points: Points) -> Iterator[Block]:
         """Submit points; those that need no evaluation are answered instead."""
-        X = points.matrix(self.model.space)
-        violations = self.model.violations(X)
-        if violations.shape[1]:
+        if self.model.has_requirements:
+            violations = self.model.violations(points.matrix(self.model.space))
             is_unmet = np.asarray((violations > 0).any(axis=1))
             n_unmet = int(np.count_nonzero(is_unmet))
             self.model.problem.n_not_run += n_unmet
             if n_unmet:
                 yield from self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet)
             points = points.at(~is_unmet)
-            X = X[~is_unmet]
-        if self._repeats is not None:
+        if self._repeats is not None and len(points):
+            X = points.matrix(self.model.space)
             new, known, values = self._repeats.split(points.numbers, X)
             if values:
                 yield from self._answer(points.at(known), values)
@@ -454,4 +459,6 @@ def by_number(tables: Sequence[TestTable]) -> TestTable:
 
 
 def _first_number(table: TestTable) -> int:
-    return int(table.numbers.min(initial=LAST)) if len(table) else 0
+    if len(table) == 0:
+        return 0
+    return int(table.numbers.min())

@@ -91,16 +91,15 @@ class StudyStore(Store):
         self._stored = np.zeros(0, dtype=np.int64)  # numbers, as far as they are known
         self._has_written = False
         path = Study(options.study or "").path
-        share = options.part if options.share else None
-        if os.path.exists(path) and os.path.isdir(path) != bool(share):
+        if os.path.exists(path) and os.path.isdir(path) != bool(options.share):
             rule = "the name of a folder with a share=(k, n), of a file without one"
             raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")
-        if share is not None:
-            path = f"{path}/{share.file}"
+        if options.share:
+            path = f"{path}/{options.part.file}"
         self.study = Study(path)
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
-        self.study.begin(head_of(table), share if share and share.of > 1 else None)
+        self.study.begin(head_of(table), options.part if options.part.of > 1 else None)
 
     @property
     def advice(self) -> str:  # type: ignore[override]
@@ -125,14 +124,18 @@ class StudyStore(Store):
                     self._has_written = True
                     self._look(numbers)  # another process may have stored some meanwhile
                     stored = np.isin(numbers, self._stored)
-                return self.recall(numbers) if stored.any() else self.empty
+                if not stored.any():
+                    return self.empty
+                return self.recall(numbers)
 
             yield recall
 
     def _look(self, numbers: Numbers) -> None:
         """Learn which tests are stored, from the first of increasing numbers on."""
-        stored = self.study.numbers(int(numbers[0]), failed=not self._retry)
-        self._stored = np.union1d(self._stored, stored)
+        first = int(numbers[0])
+        before = self._stored[self._stored < first]
+        stored = self.study.numbers(first, failed=not self._retry)
+        self._stored = np.concatenate([before, stored])
 
     def writing(self) -> AbstractContextManager[None]:
         """Keep others from testing points of the study while the body runs."""
@@ -145,8 +148,7 @@ class StudyStore(Store):
         first, last = int(numbers[0]), int(numbers[-1])
         tests = self._without_retried(self.stored(first, last - first + 1))
         # The file of a share may have come to hold points of other shares.
-        others = ~np.isin(tests.numbers, numbers)
-        return tests.rows(~others) if others.any() else tests
+        return _rows(tests, np.isin(tests.numbers, numbers))
 
     def known(self) -> TestTable:
         """Return all stored tests, without those to be retried."""
@@ -170,8 +172,7 @@ class StudyStore(Store):
         return np.asarray(failed)
 
     def _without_retried(self, tests: TestTable) -> TestTable:
-        retried = self.to_retry(tests)
-        return tests.rows(~retried) if retried.any() else tests
+        return _rows(tests, ~self.to_retry(tests))
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""
@@ -185,6 +186,12 @@ class StudyStore(Store):
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Store proposals; return those that are stored under their numbers now."""
         return self.study.propose(proposals)
+
+
+def _rows(tests: TestTable, is_kept: NDArray[np.bool_]) -> TestTable:
+    if is_kept.all():  # without a copy
+        return tests
+    return tests.rows(is_kept)
 
 
 def store_of(table: TestTable, options: RunOptions) -> Store:

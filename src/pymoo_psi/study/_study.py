@@ -239,12 +239,15 @@ class Study:
         Raises:
             StudyError: As :meth:`facts`.
         """
-        query = (
-            "SELECT test_point FROM tests WHERE test_point >= ? AND (? OR status <> 'failed') "
-            "ORDER BY test_point"
-        )
+        source = "FROM tests WHERE test_point >= ?"
+        if not failed:
+            source += " AND status <> 'failed'"
         with self._transaction(_READ) as (db, _):
-            rows = db.execute(query, (first, failed))
+            ends = f"SELECT count(*), min(test_point), max(test_point) {source}"
+            n, least, greatest = db.execute(ends, (first,)).fetchone()
+            if n > 0 and greatest - least + 1 == n:  # no need to read each of them
+                return np.arange(least, greatest + 1, dtype=np.int64)
+            rows = db.execute(f"SELECT test_point {source} ORDER BY test_point", (first,))
             return np.fromiter((number for (number,) in rows), np.int64)
 
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
