@@ -180,11 +180,17 @@ def test_who_asks_as_in_version_0_3_is_told_the_new_way(ask):
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("ranked", "feasible_ranking"), ("read_csv", "read_table")]
+    ("owner", "old", "new"),
+    [
+        (pymoo_psi.TestTable, "ranked", "feasible_ranking"),
+        (pymoo_psi.TestTable, "read_csv", "read_table"),
+        (pymoo_psi.TestTable, "chosen", "table.formulation.chosen"),
+        (pymoo_psi.table.Layout, "ranges", "table.formulation.ranges"),
+    ],
 )
-def test_an_old_name_says_the_new_one(old, new):
-    with pytest.raises(AttributeError, match=f"gone since 0.4; use {new}"):
-        getattr(pymoo_psi.TestTable, old)
+def test_an_old_name_says_the_new_one(owner, old, new):
+    with pytest.raises(AttributeError, match=f"^{old} is gone since 0.4; use {new}"):
+        getattr(owner, old)
 
 
 def documented(module):

@@ -39,14 +39,14 @@ def attach_names(
 
 
 class Renamed:
-    """A method that has another name now; whoever asks for it is told the new one."""
+    """An attribute or method of another name; whoever asks for the old one is told the new one."""
 
     def __init__(self, instead: str) -> None:
         self._instead = instead
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
         """Learn the old name."""
-        self._name = f"{owner.__name__}.{name}"
+        self._name = name
 
     def __get__(self, instance: object, owner: type[Any]) -> NoReturn:
         """Raise the error of a missing attribute."""

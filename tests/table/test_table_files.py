@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import Formulation, PsiError, TestTable
+from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.table import RESERVED, Layout, difference, read_table
 from tests.table.asked import violations
 
@@ -217,18 +218,36 @@ def test_a_table_of_an_earlier_version_keeps_its_directions(tmp_path):
     assert read_table(path).equals(table)
 
 
+@pytest.mark.parametrize("source", ["file", "folder"])
+def test_a_run_continues_the_study_of_a_table_under_limits(tmp_path, source):
+    """Limits say how tests are asked; what is stored are the tests, and the file keeps both."""
+    problem = VectorizedSphereChute()
+    asked = investigate(problem, 32).under(limits={"f1": 2.5}, normalize=False)
+    path = tmp_path / "share.db"
+    asked.to_study(path)
+    read = read_table({"file": path, "folder": tmp_path}[source])
+    assert read.equals(asked)
+    assert (read.limits, read.formulation.normalize) == (asked.limits, False)
+    assert read.under(limits={}, normalize=True).equals(investigate(problem, 32))
+    longer = investigate(problem, 64, study=path)
+    assert longer.equals(investigate(problem, 64))
+
+
 @pytest.mark.parametrize("suffix", ["csv", "xlsx"])
 def test_a_spreadsheet_shows_the_designs_alone_and_all_comes_back(tmp_path, suffix):
     """The first line names the columns, nothing stands beside the rows, the choice is kept."""
     layout = Layout.of(1, ["mass", "Ø"], maximize=["Ø"], units={"mass": "µg"})
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1 / 3, -3.0], [np.nan, -4.0]], layout=layout)
-    table = table.under(Formulation(chosen="test point 1", reason="=cheap", units={"x1": "mm"}))
+    limits = {"mass": 0.3}
+    chosen = Formulation(chosen="test point 1", reason="=cheap", units={"x1": "mm"})
+    table = table.under(replace(chosen, limits=limits, normalize=False))
     path = tmp_path / f"table.{suffix}"
     {"csv": table.to_csv, "xlsx": table.to_xlsx}[suffix](path)
     read = read_table(path)
     assert read.equals(table)
     chosen = read.formulation
     assert (chosen.chosen, chosen.reason) == ("test point 1", "=cheap")
+    assert (chosen.limits, chosen.normalize) == (limits, False)
     assert read.layout.units == {"mass": "µg", "x1": "mm"}
     raw = pd.read_csv(path, comment="#") if suffix == "csv" else pd.read_excel(path)
     assert raw.columns.tolist() == ["test_point", *table.to_frame().columns]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -15,8 +14,7 @@ from pymoo_psi._validation import finite_number, instance, invalid, known_name, 
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
-
-_LIMIT = re.compile(r"\s*(<=|>=)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*")
+from pymoo_psi.table import sides_of_text
 
 
 @dataclass(frozen=True)
@@ -125,7 +123,8 @@ class NamedProblem(ElementwiseProblem):
         self._name = name
         self.limits: list[Limit] = []
         for output, text in mapping("limits", limits or {}, "names to limits").items():
-            self.limits += _limits(output, text)
+            for sign, value in sides_of_text(f"the limit on {output}", text):
+                self.limits.append(Limit(output, sign, value))
         self.requirements = requirements or {}
         self._required = requirements_of(self.requirements, [*self.variables])
         self.names = {f"f{j}": title for j, title in enumerate(self.objectives, 1)}
@@ -208,14 +207,3 @@ def section(where: str, kind: type[Any], entry: Any) -> Any:
         return kind(**entry)
     except (ArgumentValueError, ArgumentTypeError) as error:
         raise type(error)(f"{where}: {error}") from None
-
-
-def _limits(output: str, text: str) -> list[Limit]:
-    """Return the limits on an output that a text such as ``>= 3, <= 250`` says."""
-    limits = []
-    for part in str(text).split(","):
-        match = _LIMIT.fullmatch(part)
-        if match is None:
-            raise invalid(f"the limit on {output}", "such as '<= 250' or '>= 3, <= 250'", text)
-        limits.append(Limit(output, match[1], float(match[2])))
-    return limits

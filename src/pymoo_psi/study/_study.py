@@ -574,6 +574,8 @@ def _lock(descriptor: int) -> None:
 
 # Heads
 
+_ASKED = ("limits", "ranges", "normalize", "chosen")  # entries of the formulation
+
 
 def require_alike(path: str, facts: Facts, others: Facts, where: str = "asked") -> None:
     """Refuse a study of another problem, or of another number of shares.
@@ -607,6 +609,10 @@ def require_alike(path: str, facts: Facts, others: Facts, where: str = "asked") 
 def _compared(facts: Facts) -> dict[str, str]:
     """Return what must agree, as JSON, in which NaN is NaN and 2 is not 2.0.
 
-    The name of the problem comes first, as it says most; outputs are those of the tests so far.
+    The name of the problem comes first, as it says most; outputs are those of the tests so far, and
+    a formulation says how the tests are asked, not what they are.
     """
-    return flat({"problem": None, **facts["head"], "outputs": None})
+    head = {"problem": None, **facts["head"], "outputs": None}
+    for name in _ASKED:
+        head.pop(name, None)
+    return flat(head)

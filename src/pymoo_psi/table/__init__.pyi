@@ -40,11 +40,11 @@ from ._limits import NUMBER as NUMBER
 from ._limits import Bounds as Bounds
 from ._limits import Limits as Limits
 from ._limits import bounds_of as bounds_of
-from ._limits import ends_of_text as ends_of_text
 from ._limits import entries_of as entries_of
 from ._limits import excess as excess
 from ._limits import limit_text as limit_text
 from ._limits import limits_of as limits_of
+from ._limits import sides_of_text as sides_of_text
 from ._samples import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._source import designs_head as designs_head
 from ._tests import STATUSES as STATUSES

@@ -12,6 +12,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
+from types import MappingProxyType
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
@@ -44,11 +45,13 @@ class StoredTests(NamedTuple):
         head: As :func:`head_of` returns it.
         columns: As :func:`columns_of` returns them.
         remarks: What a reader must know about the rows, in sentences.
+        limits: Under which they are asked, if their ``status`` is that without limits.
     """
 
     head: Mapping[str, Any]
     columns: Mapping[str, Any]
     remarks: tuple[str, ...] = ()
+    limits: Mapping[str, Any] = MappingProxyType({})
 
 
 # From a table to a head and columns
@@ -80,10 +83,10 @@ def head_of(table: Any) -> Head:
     optional = {name: getattr(layout, name) for name in _OPTIONAL}
     optional["extra"] = [*table.extra]
     optional["problem"] = table.problem
-    optional |= formulation_head(table.formulation)
     for name, value in optional.items():
         if value:
             values[name] = value
+    values |= formulation_head(table.formulation)
     for name, value in values.items():
         if isinstance(value, tuple):
             values[name] = list(value)

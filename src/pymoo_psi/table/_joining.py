@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,34 +38,52 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
     Raises:
         ArgumentValueError: They differ.
     """
-    tables = [t for t in tables if len(t) or t.layout.columns] or tables[:1]
+    tables = [table for table in tables if len(table) or table.layout.columns] or tables[:1]
     whole = tables[0]
     for table in tables[1:]:
-        if found := difference(whole, table):
-            raise invalid("tables", "of one problem and formulation to be joined", Received(found))
-        whole = whole._with(
-            layout=joined_layout(whole.layout, table.layout),
-            problem=whole.problem if "problem" in (whole.problem or {}) else table.problem,
-        )
-    X = joined_designs([t.X for t in tables])
+        differing = difference(whole, table)
+        if differing:
+            rule = "of one problem and formulation to be joined"
+            raise invalid("tables", rule, Received(differing))
+        problem = table.problem
+        if "problem" in (whole.problem or {}):
+            problem = whole.problem
+        whole = whole._with(layout=joined_layout(whole.layout, table.layout), problem=problem)
+    X = joined_designs([table.X for table in tables])
     # Designs of a block that declares no kinds take those of the others.
-    if any(t.layout.kinds != whole.layout.kinds for t in tables):
+    if any(table.layout.kinds != whole.layout.kinds for table in tables):
         X = design_matrix("X of a block", X, whole.layout.variables, whole.layout.kinds)
-    extra = dict.fromkeys(name for table in tables for name in table.extra)
-    none = [np.full(len(table), None, dtype=object) for table in tables]
-    stacks = {n: [t.extra.get(n, gap) for t, gap in zip(tables, none, strict=True)] for n in extra}
-    joined: dict[str, Any] = {
-        name: np.concatenate([getattr(t, name) for t in tables])
-        for name in ("numbers", "F", "G", "H", "status")
-    }
+    joined: dict[str, Any] = {}
+    for name in ("numbers", "F", "G", "H", "status"):
+        joined[name] = np.concatenate([getattr(table, name) for table in tables])
+    reasons: dict[int, str] = {}
+    remarks: dict[str, None] = {}  # in order, each once
+    for table in tables:
+        reasons = {**table.reasons, **reasons}  # of tests with one number, the first counts
+        remarks |= dict.fromkeys(table.remarks)
     return whole._with(
         X=X,
-        outputs=np.concatenate([outputs_under(whole.layout, t) for t in tables]),
-        reasons={n: text for t in tables[::-1] for n, text in t.reasons.items()},
-        extra={name: np.concatenate(parts) for name, parts in stacks.items()},
-        remarks=tuple(dict.fromkeys(remark for t in tables for remark in t.remarks)),
+        outputs=np.concatenate([outputs_under(whole.layout, table) for table in tables]),
+        reasons=reasons,
+        extra=_stacked_extra(tables),
+        remarks=tuple(remarks),
         **joined,
     )
+
+
+def _stacked_extra(tables: Sequence[TestTable]) -> dict[str, NDArray[Any]]:
+    """Return the extra columns of all tables; cells of a table without a column are None."""
+    names: dict[str, None] = {}
+    for table in tables:
+        names |= dict.fromkeys(table.extra)
+    columns = {}
+    for name in names:
+        parts = []
+        for table in tables:
+            none = np.full(len(table), None, dtype=object)
+            parts.append(table.extra.get(name, none))
+        columns[name] = np.concatenate(parts)
+    return columns
 
 
 def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) -> None:
@@ -88,21 +106,30 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
     if len(again) == 0:
         return
     for name, column in columns.items():
-        one, two = column[first[again]], column[again]
-        other = unequal(one, two, _ROUNDING)
+        one = column[first[again]]
+        two = column[again]
+        differing = unequal(one, two, _ROUNDING)
         if name in layout.outputs or name in table.extra:  # which not every experiment has
-            other &= ~(blank(one) | blank(two))
-        if other.any():
-            i = other.argmax()
-            pair = [table.rows([row]) for row in (first[again[i]], again[i])]
-            a, b = (one.names[0] for one in pair)
-            if table.experiments:
-                where = [[one.extra[name][0] for name in ORIGIN] for one in pair]
-                a, b = (f"test point {number} of {name}" for name, number in where)
-            which = a if a == b else f"{a} and {b}, the same design"
-            found = Received(f"{one[i]} and {two[i]} as {name} of {which}")
+            differing &= ~(blank(one) | blank(two))
+        if differing.any():
+            i = differing.argmax()
+            names = [_full_name(table, row) for row in (first[again[i]], again[i])]
+            tests = names[0]
+            if names[1] != names[0]:
+                tests = f"{names[0]} and {names[1]}, the same design"
+            received = Received(f"{one[i]} and {two[i]} as {name} of {tests}")
+            rule = "of one result for each test point and design"
             remedy = "do not join runs of different problems, bounds or versions"
-            raise invalid("tests", "of one result for each test point and design", found, remedy)
+            raise invalid("tests", rule, received, remedy)
+
+
+def _full_name(table: TestTable, row: Any) -> str:
+    """Return the name of a test, with its experiment if it has one."""
+    test = table.rows([row])
+    if not table.experiments:
+        return test.names[0]
+    experiment, number = (test.extra[name][0] for name in ORIGIN)
+    return f"test point {number} of {experiment}"
 
 
 def blank(column: NDArray[Any]) -> Mask:
@@ -115,44 +142,50 @@ def blank(column: NDArray[Any]) -> Mask:
 def unequal(one: NDArray[Any], two: NDArray[Any], rounding: float = 0.0) -> Mask:
     """``(n,)`` where cells differ; NaN is equal to NaN, and 1 is not to True."""
     if one.dtype.kind == "f" == two.dtype.kind:
-        other = (one != two) & ~(np.isnan(one) & np.isnan(two))
-        if rounding and other.any():
-            other &= ~np.isclose(one, two, rtol=rounding, atol=0)
-        return np.asarray(other)
+        differing = (one != two) & ~(np.isnan(one) & np.isnan(two))
+        if rounding and differing.any():
+            differing &= ~np.isclose(one, two, rtol=rounding, atol=0)
+        return np.asarray(differing)
     pairs = zip(one.tolist(), two.tolist(), strict=True)
     return np.array([type(u) is not type(v) or u != v for u, v in pairs], dtype=bool)
 
 
-def difference(a: TestTable, b: TestTable, *, apart_from: Collection[str] = ()) -> str:
+def difference(a: TestTable, b: TestTable) -> str:
     """Say in what two tables differ first besides their tests; empty if in nothing.
 
     What one of them does not have or know is no difference: an output, kinds, problem.
     """
     if a.layout is b.layout and a.problem is b.problem:
         return ""
-    one, other = _facts(a), _facts(b)
-    keys = [key for key in one if key in other]
-    mine, theirs = (flat(table.problem or {}) for table in (a, b))
-    if "problem" in mine and "problem" in theirs:
-        keys += sorted({*mine, *theirs})
-        one, other = one | mine, other | theirs
+    facts = _facts(a)
+    other_facts = _facts(b)
+    keys = [key for key in facts if key in other_facts]
+    problem = flat(a.problem or {})
+    other_problem = flat(b.problem or {})
+    if "problem" in problem and "problem" in other_problem:
+        keys += sorted({*problem, *other_problem})
+        facts |= problem
+        other_facts |= other_problem
     for key in keys:
-        if key not in apart_from and one.get(key) != other.get(key):
-            return f"{key} {one.get(key)} against {other.get(key)}"
+        if facts.get(key) != other_facts.get(key):
+            return f"{key} {facts.get(key)} against {other_facts.get(key)}"
     return ""
 
 
 def _facts(table: TestTable) -> dict[str, str]:
     """Return what is known of a table besides its tests, as texts, in which NaN is equal to NaN."""
     layout = table.layout
-    groups = ("variables", "objectives", "inequalities", "equalities", "eq_tolerance")
-    facts: dict[str, Any] = {name: getattr(layout, name) for name in groups}
+    facts: dict[str, Any] = {}
+    for group in ("variables", "objectives", "inequalities", "equalities", "eq_tolerance"):
+        facts[group] = getattr(layout, group)
     for name in layout.columns:
         facts[f"unit of {name}"] = layout.units.get(name, "none")
         facts[f"direction of {name}"] = "max" if name in layout.maximize else "min"
     facts["fixed ranges"] = table.formulation.ranges or {}
     facts["limits"] = table.limits
-    facts |= {f"kind of {n}": k.value for n, k in zip(layout.variables, layout.kinds, strict=False)}
+    for name, kind in zip(layout.variables, layout.kinds, strict=False):
+        facts[f"kind of {name}"] = kind.value
     bounds = zip(layout.lower.tolist(), layout.upper.tolist(), strict=True)
-    facts |= {f"bounds of {n}": pair for n, pair in zip(layout.variables, bounds, strict=True)}
+    for name, pair in zip(layout.variables, bounds, strict=True):
+        facts[f"bounds of {name}"] = pair
     return {key: str(value) for key, value in facts.items()}

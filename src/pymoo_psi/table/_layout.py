@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind as Kind  # public here
+from pymoo_psi._names import Renamed
 from pymoo_psi._validation import (
     Received,
     finite_number,
@@ -71,6 +72,8 @@ class Layout:
     maximize: tuple[str, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
     label: str | None = None
+
+    ranges = Renamed("table.formulation.ranges")
 
     def __post_init__(self) -> None:
         """Check that the names are distinct, and directions, units, kinds and bounds fit."""

@@ -96,28 +96,39 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
     limit_by_column: dict[str | int, Any] = {}
     for column, limit in mapping(argument, limits, rule).items():
         if isinstance(limit, str):
-            limit = ends_of_text(column, limit)
+            limit = _ends_of_text(column, limit)
         limit_by_column[column] = limit
     return limit_by_column
 
 
-def ends_of_text(column: Any, text: str) -> Ends:
-    """Return the ends of a limit such as ``">= 1, <= 5"``.
+def sides_of_text(argument: str, text: str) -> list[tuple[str, float]]:
+    """Return the sides of a limit such as ``">= 1, <= 5"``: sign and number.
+
+    Args:
+        argument: What messages call the limit.
+        text: The limit.
 
     Raises:
         ArgumentValueError: The text is something else, or gives a side twice.
 
     Example:
-        >>> ends_of_text("stress", "<= 250")
-        (None, 250.0)
+        >>> sides_of_text("the limit on stress", ">= 1, <= 250")
+        [('>=', 1.0), ('<=', 250.0)]
     """
+    sides = []
     ends: Ends = (None, None)
-    for part in text.split(","):
+    for part in str(text).split(","):
         side = _SIDE.fullmatch(part)
         if side is None:
-            raise invalid(f"the limit on {column!r}", "such as '<= 250' or '>= 3, <= 250'", text)
-        ends = _with_end(ends, side["sign"], side["number"], text, f"the limit on {column!r}")
-    return ends
+            raise invalid(argument, "such as '<= 250' or '>= 3, <= 250'", text)
+        ends = _with_end(ends, side["sign"], side["number"], text, argument)
+        sides.append((side["sign"], float(side["number"])))
+    return sides
+
+
+def _ends_of_text(column: Any, text: str) -> Ends:
+    numbers_by_sign = dict(sides_of_text(f"the limit on {column!r}", text))
+    return numbers_by_sign.get(">="), numbers_by_sign.get("<=")
 
 
 def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any]:

@@ -403,6 +403,7 @@ class Questions(Tests):
         return lower, upper
 
     ranked = Renamed("feasible_ranking(), whose attribute rows are the rows of the table")
+    chosen = Renamed("table.formulation.chosen")
 
 
 def _widened(low: Any, high: Any, margin: float, kind: Kind) -> tuple[Any, Any]:

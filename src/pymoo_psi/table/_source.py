@@ -126,6 +126,8 @@ def read_table(
             table = content
         elif isinstance(content, StoredTests):
             table = table_of(content.head, content.columns, path, TestTable, content.remarks)
+            if content.limits:
+                table = table.under(limits=content.limits)
         else:
             asked = formulation or Formulation()
             _require_directions(content, asked)

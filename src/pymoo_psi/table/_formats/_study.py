@@ -28,10 +28,12 @@ class StudyFile(FileFormat):
         from pymoo_psi.study import Study
 
         facts, columns = Study(file.path).contents()
-        return StoredTests(facts["head"], columns)
+        return _asked_under_limits(facts["head"], columns)
 
     def save_tests(self, path: str | PathLike[str], table: Any) -> None:
         """Write a table as a new study, whole or not at all; extra columns are left out.
+
+        Tests are written as they were before any limits, so that a run can continue the study.
 
         Raises:
             StudyAccessError: There is a file of that name, or none can be written.
@@ -39,9 +41,13 @@ class StudyFile(FileFormat):
         from pymoo_psi.study import write_study
 
         layout = replace(table.layout, label=None)
-        formulation = replace(table.formulation, chosen=None, reason="")
-        plain = table._with(layout=layout, extra={}, formulation=formulation)
-        write_study(path, head_of(plain), columns_of(plain))
+        tests = table.under(limits={})
+        formulation = replace(tests.formulation, chosen=None, reason="")
+        tests = tests._with(layout=layout, extra={}, formulation=formulation)
+        head = head_of(tests)
+        if table.formulation.limits:
+            head["limits"] = table.formulation.limits
+        write_study(path, head, columns_of(tests))
 
     def is_ours(self, path: Path) -> bool:
         """Return True: :meth:`save_tests` refuses every file that is there, and says so."""
@@ -58,6 +64,14 @@ def tests_of_folder(path: Path) -> StoredTests:
     from pymoo_psi.study import read_folder
 
     head, columns, missing = read_folder(path)
+    tests = _asked_under_limits(head, columns)
     if missing:
-        return StoredTests(head, columns, (f"{missing}.",))
-    return StoredTests(head, columns)
+        return tests._replace(remarks=(f"{missing}.",))
+    return tests
+
+
+def _asked_under_limits(head: dict[str, Any], columns: dict[str, Any]) -> StoredTests:
+    """Return tests of a study, whose limits are not part of their status."""
+    head = dict(head)
+    limits = head.pop("limits", {})
+    return StoredTests(head, columns, limits=limits)
