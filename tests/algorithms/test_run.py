@@ -60,10 +60,9 @@ class HalvingPSI(PointAlgorithm):
         super().__init__(n_points, options, None)
 
     def begin(self, options, whole):
-        def source(points, model, store, executor):
-            return Halving(points, self.n_points)
-
-        return run_of_sequence(self.problem, 8, options, whole=whole, source_of=source)
+        run = run_of_sequence(self.problem, 8, options, whole=whole)
+        run.source = Halving(run.source.ask(8, 0), self.n_points)
+        return run
 
 
 @pytest.mark.parametrize("runner", [None, JoblibRunner(2, in_process=False)])
@@ -79,9 +78,8 @@ def test_a_source_of_points_is_all_that_a_new_method_needs(tmp_path, runner):
 
 
 def test_a_source_may_be_changed_between_two_questions():
-    run = run_of_sequence(
-        CHUTE, 8, RunOptions(), source_of=lambda points, *others: Halving(points, 9)
-    )
+    run = run_of_sequence(CHUTE, 8, RunOptions())
+    run.source = Halving(run.source.ask(8, 0), 9)
     assert len(run.block(None).tests) == 8
     run.source.is_paused = True
     assert len(run.next_points(None)) == 0

@@ -11,6 +11,7 @@ import time
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -104,14 +105,8 @@ class Executor:
         self._results: Generator[Any] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the settings."""
-        cleared = ("_points", "_waiting", "_pending", "_evaluated", "_results")
-        return {name: value for name, value in vars(self).items() if name not in cleared}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Begin without points."""
-        self.__dict__.update(state)
-        self._clear()
+        """Return the settings, and no points."""
+        return vars(self) | vars(Executor())
 
     @property
     def room(self) -> int:
@@ -181,11 +176,6 @@ class Model:
         self.layout = problem_layout(self.problem, self.space, *columns)
 
     @property
-    def elementwise(self) -> bool:
-        """Whether the problem is evaluated one design at a time."""
-        return bool(self.problem.elementwise)
-
-    @property
     def has_requirements(self) -> bool:
         """Whether designs must meet requirements before the problem is evaluated."""
         return self.problem is not self.inner
@@ -249,7 +239,7 @@ class OneByOne(Executor):
         matrix = points.matrix(self._model.space)
         numbers = points.numbers.tolist()
         # with their designs, which are not computed again for the tests
-        points = Points(points.numbers, 0, rounds=points.rounds, designs=matrix)
+        points = replace(points, designs=matrix)
         self._points = self._points.joined(points)  # those that are not taken
         self._pending |= dict.fromkeys(numbers)
         designs = self._model.space.designs(matrix)
@@ -348,11 +338,9 @@ class InPieces(Executor):
         pieces, tables, seconds = zip(*self._evaluated, strict=True)
         self._evaluated.clear()
         numbers = np.concatenate([piece.numbers for piece in pieces])
-        tests = tables[0]
-        if len(tables) > 1:
-            tests = tests.extended(*tables[1:])
         sizes = [len(piece) for piece in pieces]
-        return Tested(numbers, tests, np.repeat(np.array(seconds), sizes))
+        tests = tables[0].extended(*tables[1:])
+        return Tested(numbers, tests, np.repeat(seconds, sizes))
 
 
 def executor_of(
@@ -383,7 +371,7 @@ def executor_of(
         return InPieces(task, LAST, LAST, None, n_jobs)
     least = _LEAST
     largest = _LARGEST
-    if model.elementwise:
+    if model.problem.elementwise:
         least = active_workers(getattr(model.problem.elementwise_runner, "n_jobs", -1))
         largest = _LARGEST_ELEMENTWISE
     largest = options.block_size or largest

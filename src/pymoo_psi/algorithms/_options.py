@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields
 from os import PathLike
-from typing import Any, TypedDict, TypeVar, get_type_hints
+from typing import Any, TypedDict, TypeVar
 
 from pymoo.core.algorithm import Algorithm
 
@@ -177,7 +177,7 @@ class RunOptions:
 
 
 def run_options(
-    owner: str, arguments: Mapping[str, Any], keywords: Any, base: type = object
+    owner: str, arguments: Mapping[str, Any], keywords: Any
 ) -> tuple[RunOptions, dict[str, Any]]:
     """Return the run options among keyword arguments, and the other arguments, which are pymoo's.
 
@@ -185,15 +185,16 @@ def run_options(
         owner: Name of the callable, for the message.
         arguments: The keyword arguments.
         keywords: The ``TypedDict`` of those that the owner takes.
-        base: The class of pymoo that takes the others.
 
     Raises:
         ArgumentTypeError: A keyword is unknown; a near miss is pointed out.
     """
-    require_known_keywords(owner, base, arguments, more=keywords.__annotations__)
-    names = [field.name for field in fields(RunOptions)]
-    options = {name: value for name, value in arguments.items() if name in names}
-    others = {name: value for name, value in arguments.items() if name not in names}
+    require_known_keywords(owner, object, arguments, more=keywords.__annotations__)
+    others = dict(arguments)
+    options = {}
+    for field in fields(RunOptions):
+        if field.name in others:
+            options[field.name] = others.pop(field.name)
     return RunOptions(**options), others
 
 
@@ -203,27 +204,16 @@ def takes(keywords: Any) -> Callable[[Owner], Owner]:
     Args:
         keywords: The ``TypedDict`` that the function unpacks.
     """
-    keyword_only = inspect.Parameter.KEYWORD_ONLY
     # The types themselves, as their names mean nothing in the module of the function.
-    types = get_type_hints(RunOptions)
-    known = []
-    for field in fields(RunOptions):
-        annotation = types[field.name]
-        known.append(
-            inspect.Parameter(
-                field.name, keyword_only, default=field.default, annotation=annotation
-            )
-        )
-    for parameter in inspect.signature(Algorithm.__init__).parameters.values():
-        if parameter.name != "seed":  # one of both
-            known.append(parameter.replace(kind=keyword_only))
+    known = dict(inspect.signature(RunOptions, eval_str=True).parameters)
+    known |= inspect.signature(Algorithm.__init__).parameters
 
     def expanded(function: Owner) -> Owner:
         signature = inspect.signature(function)
         parameters = list(signature.parameters.values())[:-1]  # without **options
-        for parameter in known:
-            if parameter.name in keywords.__annotations__:
-                parameters.append(parameter)
+        for name, parameter in known.items():
+            if name in keywords.__annotations__:
+                parameters.append(parameter.replace(kind=parameter.KEYWORD_ONLY))
         function.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
         return function
 

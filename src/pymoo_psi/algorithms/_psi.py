@@ -164,7 +164,7 @@ class PointAlgorithm(Algorithm):
         # It says how many points an iteration tests, not how many are evaluated together.
         options = replace(self.options, seed=self.seed, block_size=None)
         self._run = self.begin(options, self._whole)
-        self._tests = self._run.empty
+        self._tests = self._run.store.empty
 
     def has_next(self) -> bool:
         """Whether points are left and no termination has ended the run."""
@@ -393,7 +393,7 @@ class PSI(PointAlgorithm):
 
     @takes(PSIKeywords)
     def __init__(self, n_points: int, **options: Unpack[PSIKeywords]) -> None:
-        run, keywords = run_options("PSI", options, PSIKeywords, Algorithm)
+        run, keywords = run_options("PSI", options, PSIKeywords)
         integer("n_points", n_points, minimum=1)
         block_size = run.block_size
         if block_size is None:
@@ -459,22 +459,18 @@ def investigate(
     known_name("keep", keep, ("all", "feasible", "pareto"))
     run = run_of_sequence(problem, n_points, settings, keep=keep, n_jobs=n_jobs)
     n_points = run.n_left  # of this share, and also those that `fill` does not count
-    tables = [run.empty]
-    n_rows = 0  # in these tables
-    n_filtered = 0  # how many of them the last filter has left
+    tables = [run.store.empty]  # the first one is what the last filter has left
     with (
         progress_bar(progress) as show_progress,
         stored_at_termination(run.store),
         closing(run.tests()) as blocks,
     ):
         for block in blocks:
-            tables.append(block.tests)
-            n_rows += len(block.tests)
+            tables.append(kept_tests(keep, settings.limits, block.tests))
             show_progress(1 - run.n_left / n_points)
-            if keep == "pareto" and n_rows > max(2 * n_filtered, _WORTH_FILTERING):
+            n_rows = sum(map(len, tables))
+            if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
                 tables = [kept_tests(keep, settings.limits, by_number(tables))]
-                n_filtered = len(tables[0])
-                n_rows = n_filtered
     table = by_number(tables)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = kept_tests(keep, settings.limits, table)

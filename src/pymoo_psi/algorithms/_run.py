@@ -25,7 +25,7 @@ from pymoo_psi.algorithms._executor import Executor, Model, Tested, executor_of,
 from pymoo_psi.algorithms._limits import kept_tests, require_limits
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import PlannedPoints, Points, Source, points_of_sequence
-from pymoo_psi.algorithms._store import Recall, Store, store_of, stored_at_termination
+from pymoo_psi.algorithms._store import Numbers, Recall, Store, store_of, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import Values
 from pymoo_psi.problems import problem_identity
@@ -40,23 +40,16 @@ SECONDS = 1.0
 COMPUTED = 20.0
 
 
-# Makes a source of the points of a sequence, for the model, store and executor of a run.
-SourceMaker = Callable[[Points, Model, Store, Executor], Source]
-
-
-_NO_POINTS = Points.none()
-
-
 class Block(NamedTuple):
     """Tests of a run.
 
     Attributes:
         numbers: ``(n,)`` the numbers of the points.
-        tests: Their tests; fewer where the run keeps some only.
+        tests: Their tests; fewer where the executor filters.
         n_called: For how many of the points the model was called.
     """
 
-    numbers: NDArray[np.int64]
+    numbers: Numbers
     tests: TestTable
     n_called: int
 
@@ -77,7 +70,6 @@ class Run:
         executor: What evaluates them.
         store: Where tests are recalled and kept.
         repeats: The results by design, where designs recur; ``None`` if they do not.
-        kept: Returns those tests of a block that are given; ``None`` for all.
     """
 
     def __init__(
@@ -86,16 +78,13 @@ class Run:
         source: Source,
         executor: Executor,
         store: Store,
-        *,
         repeats: Repeats | None = None,
-        kept: Callable[[TestTable], TestTable] | None = None,
     ) -> None:
         self.model = model
         self.source = source
         self.executor = executor
         self.store = store
         self._repeats = repeats
-        self._kept = kept
         self._issued = Points.none()  # whose tests no block has given yet
         self._n_opened = 0  # how many of them are submitted, or known
         self._n_awaited = 0  # how many of them the next block waits for
@@ -106,11 +95,6 @@ class Run:
     def __getstate__(self) -> dict[str, Any]:
         """Copies begin at the next block; what is being evaluated stays here."""
         return self.__dict__ | {"_arrived": [], "_work": None}
-
-    @property
-    def empty(self) -> TestTable:
-        """The table without tests: the columns that the problem promises, and its identity."""
-        return self.store.empty
 
     @property
     def n_left(self) -> int:
@@ -129,9 +113,7 @@ class Run:
         self._last = LAST
         with closing(self._test_points()) as work:
             for block in work:
-                is_left = ~np.isin(self._issued.numbers, block.numbers)
-                self._issued = self._issued.at(is_left)
-                self._n_opened -= len(block.numbers)
+                self._give(block.numbers)
                 yield block
 
     def next_points(self, count: int | None) -> Points:
@@ -172,9 +154,14 @@ class Run:
             except BaseException:
                 self.close()
                 raise
-        self._issued = self._issued.at(slice(len(points), None))
-        self._n_opened -= len(points)
+        self._give(points.numbers)
         return self._take(last)
+
+    def _give(self, numbers: Numbers) -> None:
+        """Forget points whose tests are given."""
+        is_left = ~np.isin(self._issued.numbers, numbers)
+        self._issued = self._issued.at(is_left)
+        self._n_opened -= len(numbers)
 
     def _n_arrived(self, last: int) -> int:
         return sum(int(np.count_nonzero(block.numbers <= last)) for block in self._arrived)
@@ -244,7 +231,7 @@ class Run:
 
     def _open(self, recall: Recall, count: int) -> Iterator[Block]:
         """Open up to ``count`` issued points: yield known tests, and submit the other points."""
-        while self._n_opened < count:
+        while True:
             points = self._next_to_open(count)
             if len(points) == 0:
                 return
@@ -259,18 +246,13 @@ class Run:
 
     def _next_to_open(self, count: int) -> Points:
         """Return issued points, up to ``count`` of them; the source is asked for more if needed."""
-        is_all_opened = self._n_opened == len(self._issued)
-        if is_all_opened and self.source.n_left == 0:
-            return _NO_POINTS
-        room = self.executor.room
-        if room == 0:
-            return _NO_POINTS
-        if is_all_opened:
-            points = self.source.ask(min(count - len(self._issued), room), self._n_free)
-            if len(points) == 0:
-                return _NO_POINTS
+        room = min(count - self._n_opened, self.executor.room)
+        if room <= 0 or self._n_opened == self.n_left:
+            return Points.none()
+        if self._n_opened == len(self._issued):
+            points = self.source.ask(room, self._n_free)
             self._issued = self._issued.joined(points)
-        end = min(count, self._n_opened + room)
+        end = self._n_opened + room
         points = self._issued.at(slice(self._n_opened, end))
         self._n_opened += len(points)
         return points
@@ -305,21 +287,15 @@ class Run:
         self.store.keep(tests, 0.0)
         yield from self._arrive(points.numbers, tests, n_called=0)
 
-    def _arrive(
-        self, numbers: NDArray[np.int64], tests: TestTable, n_called: int
-    ) -> Iterator[Block]:
+    def _arrive(self, numbers: Numbers, tests: TestTable, n_called: int) -> Iterator[Block]:
         """Yield tests that are stored, and those of the same designs that waited for them."""
         self.source.tell(tests)
-        kept = tests
-        if self._kept is not None and len(tests) == len(numbers):  # else the executor has filtered
-            kept = self._kept(tests)
         repeated: list[int] = []
-        values: list[Values] = []
         if self._repeats is not None:
             repeated, values = self._repeats.learn(tests)
             rows = np.searchsorted(self._issued.numbers, repeated)
             points = self._issued.at(rows)
-        yield Block(numbers, kept, n_called)
+        yield Block(numbers, tests, n_called)
         if repeated:
             yield from self._answer(points, values)
 
@@ -352,7 +328,7 @@ class Repeats:
         return numbers, answers
 
     def split(
-        self, numbers: NDArray[np.int64], X: NDArray[Any]
+        self, numbers: Numbers, X: NDArray[Any]
     ) -> tuple[NDArray[np.intp], NDArray[np.intp], list[Values]]:
         """Return which points, with designs X, to evaluate; which are known; and their values."""
         new: list[int] = []
@@ -379,7 +355,6 @@ def run_of_sequence(
     n_jobs: int = 1,
     whole: bool = True,
     method: str = "",
-    source_of: SourceMaker | None = None,
 ) -> Run:
     """Return a run that tests the points of a sequence, or a share of them.
 
@@ -387,13 +362,12 @@ def run_of_sequence(
         problem: A pymoo problem.
         n_points: How many points the run has, those of other shares too.
         options: The options of the run.
-        keep: Which tests are given: ``"all"``, the ``"feasible"`` ones, or the ``"pareto"`` set of
-            each block.
+        keep: Which tests are needed: ``"all"``, the ``"feasible"`` ones, or the ``"pareto"`` set.
+            Others are left out where they are evaluated, unless they are to be stored or repeated.
         n_jobs: Processes for a vectorised problem; -1 for as many as there are cores.
         whole: Whether all points are going to be tested, or a termination may end the run before.
-        method: By what designs are proposed after these points, for the study.
-        source_of: Returns the source, which may give others after these points; unless given, it
-            gives these points alone.
+        method: By what designs are proposed after these points, for the study; the caller changes
+            the source of the run.
     """
     model = Model(problem, options)
     require_limits(options.limits, model.layout)
@@ -403,26 +377,20 @@ def run_of_sequence(
     table = table_of_run(model, options, lambda: sampling.identity(n_all, options.seed) + method)
     store = store_of(table, options)
     repeats = None
-    if model.space.finite and (model.elementwise or n_jobs == 1):
+    if model.space.finite and (model.problem.elementwise or n_jobs == 1):
         repeats = Repeats(store.known())
     kept = None
-    kept_early = None
-    if keep != "all":
+    if keep != "all" and options.study is None and repeats is None:
         kept = partial(kept_tests, keep, options.limits)
-        if options.study is None and repeats is None:  # which need all tests
-            kept_early = kept
     executor = executor_of(
         model,
         options,
         n_points=len(points),
         n_jobs=n_jobs,
         whole=whole,
-        kept=kept_early,
+        kept=kept,
     )
-    source: Source = PlannedPoints(points)
-    if source_of is not None:
-        source = source_of(points, model, store, executor)
-    return Run(model, source, executor, store, repeats=repeats, kept=kept)
+    return Run(model, PlannedPoints(points), executor, store, repeats)
 
 
 def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]) -> TestTable:

@@ -69,6 +69,10 @@ class Points:
         return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
 
     @property
+    def _arrays(self) -> tuple[NDArray[Any] | None, ...]:
+        return self.given, self.rounds, self.designs
+
+    @property
     def units(self) -> Array:
         """``(n, n_dim)`` points of the unit cube."""
         if self.given is not None:
@@ -85,28 +89,22 @@ class Points:
 
     def at(self, rows: NDArray[Any] | slice) -> Points:
         """Return the points in some rows, given by indices, a mask or a slice."""
-        parts = []
-        for array in (self.given, self.rounds, self.designs):
+        parts: list[Any] = []
+        for array in self._arrays:
             parts.append(None if array is None else array[rows])
         return Points(self.numbers[rows], self.n_dim, *parts)
 
     def joined(self, others: Points) -> Points:
-        """Return these points, followed by others of the same source."""
+        """Return these points, followed by others of the same source, with the same arrays."""
         if len(self) == 0:
             return others
         if len(others) == 0:
             return self
-        given = None
-        if self.given is not None or others.given is not None:
-            given = np.concatenate([self.units, others.units])
-        rounds = None
-        if self.rounds is not None and others.rounds is not None:
-            rounds = np.concatenate([self.rounds, others.rounds])
-        designs = None
-        if self.designs is not None and others.designs is not None:
-            designs = np.concatenate([self.designs, others.designs])
         numbers = np.concatenate([self.numbers, others.numbers])
-        return Points(numbers, self.n_dim, given, rounds, designs)
+        parts: list[Any] = []
+        for array, following in zip(self._arrays, others._arrays, strict=True):
+            parts.append(None if array is None else np.concatenate([array, following]))
+        return Points(numbers, self.n_dim, *parts)
 
 
 class Source:

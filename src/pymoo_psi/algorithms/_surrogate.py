@@ -8,23 +8,20 @@ not been interrupted.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pymoo.core.algorithm import Algorithm
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import boolean, integer
-from pymoo_psi.algorithms._executor import Executor, Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
-from pymoo_psi.algorithms._store import Store
 from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions
 from pymoo_psi.study import Proposal
@@ -114,7 +111,7 @@ class SurrogatePSI(PointAlgorithm):
         asynchronous: bool | None = None,
         **options: Unpack[SearchKeywords],
     ) -> None:
-        run, keywords = run_options("SurrogatePSI", options, SearchKeywords, Algorithm)
+        run, keywords = run_options("SurrogatePSI", options, SearchKeywords)
         integer("n_evaluations", n_evaluations, minimum=1)
         if batch is not None:
             integer("batch", batch, minimum=1)
@@ -133,86 +130,61 @@ class SurrogatePSI(PointAlgorithm):
         batches = self._batch or f"{_FEW}, from {_LITTLE} tests on {_BATCH}"
         # of the points all, also where a run ends among them, as it may go on
         method = f", {self._n_sequence} points, then proposals in batches of {batches}"
-        return run_of_sequence(
+        run = run_of_sequence(
             self.problem,
             min(self._n_sequence, self.n_points),
             replace(options, seed=self.seed),
             whole=whole,
             method=f"{method}, seed {self.seed}",
-            source_of=self._source,
         )
-
-    def _source(
-        self, points: Points, model: Model, store: Store, executor: Executor
-    ) -> SurrogateSource:
-        n_workers = executor.n_workers
+        n_workers = run.executor.n_workers
         is_asynchronous = self._asynchronous
         if is_asynchronous is None:
             is_asynchronous = n_workers > (self._batch or _BATCH)
         if not is_asynchronous:
             n_workers = 0
-        rounds = _Rounds(self.seed or 0, self._batch, n_workers)
         n_proposed = max(0, self.n_points - self._n_sequence)
-        return SurrogateSource(model, store, self.limits, points, n_proposed, rounds)
-
-
-@dataclass(frozen=True)
-class _Rounds:
-    """How rounds are proposed.
-
-    Attributes:
-        seed: The seed of the random numbers.
-        batch: How many designs; ``None`` follows the number of tests or of free workers.
-        n_workers: How many workers get the next round while others are at work; 0 if a round waits
-            for all tests.
-    """
-
-    seed: int
-    batch: int | None
-    n_workers: int
-
-    def size(self, n_points: int, n_free: int) -> int:
-        """Return the size of a round after some points, for so many free workers."""
-        if self.batch is not None:
-            return self.batch
-        if self.n_workers:
-            # A quarter more than are free, so that these need not wait for the next proposals.
-            return n_free + max(1, self.n_workers // 4)
-        if n_points < _LITTLE:
-            return _FEW
-        return _BATCH
+        run.source = SurrogateSource(
+            run, self.limits, n_proposed, self.seed, self._batch, n_workers
+        )
+        return run
 
 
 class SurrogateSource(Source):
     """Points of a sequence, then rounds of proposals from surrogates of all tests.
 
     Args:
-        model: The model.
-        store: Where proposals are stored before they are tested.
+        run: A run of the points that come first; its store keeps proposals before they are tested.
         limits: The limits, which proposals keep.
-        sequence: The points that come first.
         n_proposed: How many points are proposed.
-        rounds: How rounds are proposed.
+        seed: The seed of the random numbers.
+        batch: How many designs a round has; ``None`` follows the number of tests or of free
+            workers.
+        n_workers: How many workers get the next round while others are at work; 0 if a round waits
+            for all tests.
     """
 
     def __init__(
         self,
-        model: Model,
-        store: Store,
+        run: Run,
         limits: Limits | None,
-        sequence: Points,
         n_proposed: int,
-        rounds: _Rounds,
+        seed: int,
+        batch: int | None,
+        n_workers: int,
     ) -> None:
-        self._model = model
-        self._store = store
+        self._model = run.model
+        self._store = run.store
         self._limits = limits
+        sequence = run.source.ask(run.n_left, 0)
         self._sequence = replace(sequence, given=sequence.units, rounds=np.zeros(len(sequence)))
         self._n_points = len(sequence) + n_proposed
-        self._rounds = rounds
-        self.eager = rounds.n_workers > 0
+        self._seed = seed
+        self._batch = batch
+        self._n_workers = n_workers
+        self.eager = n_workers > 0
         self._points = Points.none()  # all that were given
-        self._tests = store.empty
+        self._tests = run.store.empty
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
         self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
         self._proposals: list[Proposal] | None = None  # of the study
@@ -240,7 +212,7 @@ class SurrogateSource(Source):
         is_due = not is_pending.any() or (self.eager and n_free >= 0)
         if self.n_left == 0 or not is_due:
             return Points.none()
-        size = self._rounds.size(len(self._points), n_free)
+        size = self._size(n_free)
         first = int(self._points.numbers[-1]) + 1
         turn = len(self._ends)
         units = self._round(first, size, self._points.at(is_pending))
@@ -248,6 +220,17 @@ class SurrogateSource(Source):
         units = units[: self.n_left]
         numbers = first + np.arange(len(units))
         return Points(numbers, self._points.n_dim, units, np.full(len(units), float(turn)))
+
+    def _size(self, n_free: int) -> int:
+        """Return the size of the next round, for so many free workers."""
+        if self._batch is not None:
+            return self._batch
+        if self.eager:
+            # A quarter more than are free, so that these need not wait for the next proposals.
+            return n_free + max(1, self._n_workers // 4)
+        if len(self._points) < _LITTLE:
+            return _FEW
+        return _BATCH
 
     def _round(self, first: int, size: int, pending: Points) -> Array:
         """Return the points that a round proposes, those of the study if it has them."""
@@ -283,7 +266,7 @@ class SurrogateSource(Source):
         tests = self._known_tests(table, n_uniform, further, pending)
         fit = self._fit(tests, n_uniform, goal)
         turn = len(self._ends) - 1
-        random = np.random.default_rng([self._rounds.seed, turn])
+        random = np.random.default_rng([self._seed, turn])
         return propose(tests, fit, goal, size, turn, random)
 
     def _fit(self, tests: KnownTests, n_uniform: int, goal: Goal) -> Fit | None:

@@ -226,7 +226,7 @@ def _by_psi(
     options = replace(run, block_size=block_size)
     investigation = run_of_sequence(problem, points, options, n_jobs=jobs)
     count = _counting(show, investigation.n_left, formulation)
-    tables = [investigation.empty]
+    tables = [investigation.store.empty]
     n_evaluated = 0
     with closing(investigation.tests()) as blocks:
         for block in blocks:
