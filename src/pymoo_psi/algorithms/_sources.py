@@ -69,10 +69,6 @@ class Points:
         return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
 
     @property
-    def _arrays(self) -> tuple[NDArray[Any] | None, ...]:
-        return self.given, self.rounds, self.designs
-
-    @property
     def units(self) -> Array:
         """``(n, n_dim)`` points of the unit cube."""
         if self.given is not None:
@@ -90,21 +86,24 @@ class Points:
     def at(self, rows: NDArray[Any] | slice) -> Points:
         """Return the points in some rows, given by indices, a mask or a slice."""
         parts: list[Any] = []
-        for array in self._arrays:
+        for array in (self.given, self.rounds, self.designs):
             parts.append(None if array is None else array[rows])
         return Points(self.numbers[rows], self.n_dim, *parts)
 
     def joined(self, others: Points) -> Points:
-        """Return these points, followed by others of the same source, with the same arrays."""
+        """Return these points, followed by others of the same source."""
         if len(self) == 0:
             return others
         if len(others) == 0:
             return self
+        given = None
+        if self.given is not None or others.given is not None:
+            given = np.concatenate([self.units, others.units])
         numbers = np.concatenate([self.numbers, others.numbers])
         parts: list[Any] = []
-        for array, following in zip(self._arrays, others._arrays, strict=True):
-            parts.append(None if array is None else np.concatenate([array, following]))
-        return Points(numbers, self.n_dim, *parts)
+        for first, second in ((self.rounds, others.rounds), (self.designs, others.designs)):
+            parts.append(None if first is None else np.concatenate([first, second]))
+        return Points(numbers, self.n_dim, given, *parts)
 
 
 class Source:

@@ -56,8 +56,8 @@ class Store:
         """Return the stored tests of increasing numbers, without those to be retried."""
         return self.empty
 
-    def known(self) -> TestTable:
-        """Return all stored tests, without those to be retried."""
+    def known(self, first: int = 1, count: int = LAST) -> TestTable:
+        """Return the stored ones of ``count`` tests from a number on, but those to be retried."""
         return self.empty
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
@@ -114,17 +114,14 @@ class StudyStore(Store):
 
             def recall(numbers: Numbers) -> TestTable:
                 nonlocal is_locked
-                stored = np.isin(numbers, self._stored)
-                if not stored.all() and not self._has_written:
+                if not self._has_written:
                     self._look(numbers)
-                    stored = np.isin(numbers, self._stored)
-                if not stored.all() and not is_locked:
+                if not is_locked and not np.isin(numbers, self._stored).all():
                     lock.enter_context(self.writing())
                     is_locked = True
                     self._has_written = True
                     self._look(numbers)  # another process may have stored some meanwhile
-                    stored = np.isin(numbers, self._stored)
-                if not stored.any():
+                if not np.isin(numbers, self._stored).any():
                     return self.empty
                 return self.recall(numbers)
 
@@ -132,10 +129,8 @@ class StudyStore(Store):
 
     def _look(self, numbers: Numbers) -> None:
         """Learn which tests are stored, from the first of increasing numbers on."""
-        first = int(numbers[0])
-        before = self._stored[self._stored < first]
-        stored = self.study.numbers(first, failed=not self._retry)
-        self._stored = np.concatenate([before, stored])
+        if not np.isin(numbers, self._stored).all():
+            self._stored = self.study.numbers(int(numbers[0]), failed=not self._retry)
 
     def writing(self) -> AbstractContextManager[None]:
         """Keep others from testing points of the study while the body runs."""
@@ -146,13 +141,18 @@ class StudyStore(Store):
         if len(numbers) == 0:
             return self.empty
         first, last = int(numbers[0]), int(numbers[-1])
-        tests = self._without_retried(self.stored(first, last - first + 1))
-        # The file of a share may have come to hold points of other shares.
-        return _rows(tests, np.isin(tests.numbers, numbers))
+        tests = self.known(first, last - first + 1)
+        is_wanted = np.isin(tests.numbers, numbers)
+        if is_wanted.all():  # without a copy
+            return tests
+        return tests.rows(is_wanted)  # the file of a share may hold points of other shares
 
-    def known(self) -> TestTable:
-        """Return all stored tests, without those to be retried."""
-        return self._without_retried(self.stored())
+    def known(self, first: int = 1, count: int = LAST) -> TestTable:
+        """Return stored tests, without those to be retried; see :meth:`stored`."""
+        tests = self.stored(first, count)
+        if not self._retry:
+            return tests
+        return tests.rows(~self.to_retry(tests))
 
     def stored(self, first: int = 1, count: int = LAST) -> TestTable:
         """Return what is stored of ``count`` test points from number ``first`` on."""
@@ -166,13 +166,7 @@ class StudyStore(Store):
 
     def to_retry(self, tests: TestTable) -> NDArray[np.bool_]:
         """``(n,)`` which of stored tests have failed and are to be evaluated once more."""
-        failed = tests.status == "failed"
-        if not self._retry:
-            failed[:] = False
-        return np.asarray(failed)
-
-    def _without_retried(self, tests: TestTable) -> TestTable:
-        return _rows(tests, ~self.to_retry(tests))
+        return np.asarray((tests.status == "failed") & self._retry)
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""
@@ -186,12 +180,6 @@ class StudyStore(Store):
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Store proposals; return those that are stored under their numbers now."""
         return self.study.propose(proposals)
-
-
-def _rows(tests: TestTable, is_kept: NDArray[np.bool_]) -> TestTable:
-    if is_kept.all():  # without a copy
-        return tests
-    return tests.rows(is_kept)
 
 
 def store_of(table: TestTable, options: RunOptions) -> Store:
