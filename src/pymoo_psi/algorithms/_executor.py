@@ -436,11 +436,11 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, An
     other_columns = {*layout.columns, *RESERVED}
     outputs = {}
     for name, values in out.items():
-        if name in NO_OUTPUTS or str(name).startswith("__"):
+        if name in NO_OUTPUTS or name.startswith("__"):
             continue
         column, odd = _numbers(values, len(numbers))
         has_numbers = not odd or not np.isnan(column).all()
-        is_free = isinstance(name, str) and name not in other_columns
+        is_free = name not in other_columns
         if is_free and has_numbers:
             outputs[name] = np.where(out["failure"] == "", column, np.nan)
         if odd:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import count, islice
+from collections.abc import Iterator
+from itertools import count
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -172,17 +173,16 @@ class Recorded(WrappedProblem):
         answers = self._answers
         designs = self._model.space.to_matrix(X)
         keys = design_keys(design_matrix("X", designs, layout.variables, layout.kinds))
-        if answers.unknown(keys):
+        if answers.missing(keys):
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
                 self._read()  # what another process stored before this one got the lock
-                rows = answers.unknown(keys)
+                rows = answers.missing(keys)
                 if rows:
                     self._evaluate(designs[rows], [keys[row] for row in rows])
-        numbers, values = zip(*(answers.tests[key] for key in keys), strict=True)
-        out = columns_of_values(self._model.problem, values)
-        if "test_point" in return_values_of:
-            out["test_point"] = np.array(numbers)
+        out = columns_of_values(self._model.problem, [answers.values[key] for key in keys])
+        if "test_point" not in return_values_of:
+            del out["test_point"]
         for name in return_values_of:  # pymoo would fill in infinity
             if name == "failure" or name not in out:
                 rule = "of what Recorded keeps: F, G, H and further numbers of the model"
@@ -197,8 +197,7 @@ class Recorded(WrappedProblem):
 
     def _read(self) -> None:
         """Take over stored tests that are not known yet, of this run or others."""
-        first = self._answers.free(1)[0]
-        stored = self._store.stored(first)
+        stored = self._store.stored(next(self._answers.free()))
         self._answers.add(stored, self._store.to_retry(stored))
 
     def _evaluate(self, designs: NDArray[Any], keys: list[_Key]) -> None:
@@ -207,13 +206,13 @@ class Recorded(WrappedProblem):
         A batch that was interrupted may have been stored in part. The missing designs then get the
         numbers that they would have had, as these are the free ones in between.
         """
-        free = iter(self._answers.free(len(keys)))
+        free = self._answers.free()
         numbers = []
         for key in keys:
-            if key in self._answers.tests:  # of a failed test, to be tried again
-                numbers.append(self._answers.tests[key][0])
-            else:
-                numbers.append(next(free))
+            number = self._answers.retried.get(key)
+            if number is None:
+                number = next(free)
+            numbers.append(number)
         order = np.argsort(numbers)
         points = Points(np.array(numbers)[order], 0, designs=designs[order])
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
@@ -228,40 +227,38 @@ class _Answers:
     A copy is the same object, as pymoo copies problems often.
 
     Attributes:
-        tests: By design the number of its first test, and its values; ``None`` if it is to be
-            evaluated again.
+        values: By design the values of its first test, and its number as ``test_point``.
+        retried: The numbers of failed tests by design that are to be evaluated again.
         numbers: The numbers of all tests.
     """
 
     def __init__(self) -> None:
-        self.tests: dict[_Key, tuple[int, Values | None]] = {}
+        self.values: dict[_Key, Values] = {}
+        self.retried: dict[_Key, int] = {}
         self.numbers: set[int] = set()
 
     def add(self, tests: TestTable, retried: NDArray[np.bool_]) -> None:
         """Add tests, some of which are to be evaluated again; values that are known stay."""
         numbers = tests.numbers.tolist()
+        self.numbers.update(numbers)
         columns = numbers, design_keys(tests.X), values_of_table(tests), retried
         for number, key, values, is_retried in zip(*columns, strict=True):
-            self.numbers.add(number)
-            if not self.knows(key):
-                self.tests[key] = (number, None) if is_retried else (number, values)
+            if is_retried:
+                self.retried[key] = number
+            else:
+                self.values.setdefault(key, values | {"test_point": number})
 
-    def knows(self, key: _Key) -> bool:
-        """Whether the values of a design are known."""
-        return key in self.tests and self.tests[key][1] is not None
-
-    def unknown(self, keys: list[_Key]) -> list[int]:
+    def missing(self, keys: list[_Key]) -> list[int]:
         """Return where designs first occur whose values are not known."""
         rows: dict[_Key, int] = {}
         for row, key in enumerate(keys):
-            if key not in rows and not self.knows(key):
-                rows[key] = row
+            if key not in self.values:
+                rows.setdefault(key, row)
         return list(rows.values())
 
-    def free(self, n: int) -> list[int]:
-        """Return the first n numbers that no test has."""
-        free = (number for number in count(1) if number not in self.numbers)
-        return list(islice(free, n))
+    def free(self) -> Iterator[int]:
+        """Yield the numbers that no test has."""
+        return (number for number in count(1) if number not in self.numbers)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
         return self

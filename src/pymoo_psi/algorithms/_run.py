@@ -327,9 +327,7 @@ class Repeats:
                 answers.append(values)
         return numbers, answers
 
-    def split(
-        self, numbers: Numbers, X: NDArray[Any]
-    ) -> tuple[NDArray[np.intp], NDArray[np.intp], list[Values]]:
+    def split(self, numbers: Numbers, X: NDArray[Any]) -> tuple[list[int], list[int], list[Values]]:
         """Return which points, with designs X, to evaluate; which are known; and their values."""
         new: list[int] = []
         known: list[int] = []
@@ -343,7 +341,7 @@ class Repeats:
             else:
                 self.waiting[key] = []
                 new.append(row)
-        return np.array(new, dtype=np.intp), np.array(known, dtype=np.intp), answers
+        return new, known, answers
 
 
 def run_of_sequence(

@@ -83,7 +83,7 @@ class Points:
             return self.designs
         return space.matrix(self.units)
 
-    def at(self, rows: NDArray[Any] | slice) -> Points:
+    def at(self, rows: Any) -> Points:
         """Return the points in some rows, given by indices, a mask or a slice."""
         parts: list[Any] = []
         for array in (self.given, self.rounds, self.designs):
