@@ -13,6 +13,7 @@ from ._surrogate import SurrogatePSI as SurrogatePSI
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._executor import table_of_values as table_of_values
 from ._nsga3 import operators as operators
 from ._nsga3 import population_size as population_size
 from ._nsga3 import reference_directions as reference_directions

@@ -362,12 +362,9 @@ def _repeated(runs: Sequence[Run], by_budget: Mapping[int, Run]) -> bool:
 
     Runs without any feasible design are equal but show nothing.
     """
-    if len(by_budget) == len(runs):
-        return False
-    for run in runs:
-        if not np.array_equal(run.F, by_budget[run.task.n_evaluations].F):
-            return False
-    return any(len(run.F) > 0 for run in runs)
+    results = {(run.task.n_evaluations, run.F.tobytes()) for run in runs}
+    is_any_feasible = any(len(run.F) for run in runs)
+    return is_any_feasible and len(results) == len(by_budget) < len(runs)
 
 
 def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.DataFrame:

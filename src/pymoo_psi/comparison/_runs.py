@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import counted
+from pymoo_psi.algorithms import Points, table_of_values
 from pymoo_psi.comparison._algorithms import Search
 from pymoo_psi.errors import EvaluationError, PsiError, RunError, StudyMismatchError
 from pymoo_psi.problems import (
@@ -179,21 +180,9 @@ class ObservedProblem(WrappedProblem):
         values = {}
         for name in ("X", *_KEPT):
             values[name] = np.concatenate([evaluation[name] for evaluation in self._kept])
-        X = design_matrix("X", values["X"], layout.variables, layout.kinds)
-        numbers = range(1, 1 + len(X))
-        reasons = {}
-        for number, reason in zip(numbers, values["failure"], strict=True):
-            if reason:
-                reasons[number] = reason
-        return TestTable.of(
-            numbers,
-            X,
-            values["F"],
-            values["G"],
-            values["H"],
-            reasons=reasons,
-            layout=layout,
-        )
+        X = design_matrix("X", values.pop("X"), layout.variables, layout.kinds)
+        points = Points(np.arange(1, 1 + len(X)), 0)
+        return table_of_values(layout, points, X, values)
 
 
 class BudgetSpentError(PsiError):

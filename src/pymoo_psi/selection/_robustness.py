@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -102,12 +102,8 @@ class Robustness(Shown):
         frame = pd.DataFrame(list(self.X))
         if not isinstance(self.X[0], Mapping):  # a matrix has no names of variables
             frame.columns = [f"x{j + 1}" for j in range(frame.shape[1])]
-        frame["optimum_share"] = self.optimum_share
-        frame["efficient_share"] = self.efficient_share
-        frame["pareto_share"] = self.pareto_share
-        frame["infeasible_share"] = self.infeasible_share
-        frame["mean_regret"] = self.mean_regret
-        frame["worst_regret"] = self.worst_regret
+        for field in fields(self)[2:]:  # all but the designs and the scenarios
+            frame[field.name] = getattr(self, field.name)
         return frame.iloc[self.order]
 
 
@@ -174,9 +170,7 @@ def robustness(
     designs = _designs(X, robust.n_var)
     matrix = robust.space.to_matrix(designs)
     F, feasible, reasons = robust.in_scenarios(matrix)
-    optimum = np.zeros(feasible.shape, dtype=bool)  # (S, n), as are the others
-    efficient = np.zeros(feasible.shape, dtype=bool)
-    pareto = np.zeros(feasible.shape, dtype=bool)
+    optimum, efficient, pareto = np.zeros((3, *feasible.shape), dtype=bool)  # (S, n) each
     regret = np.full(feasible.shape, np.nan)
     for k, problem in enumerate(robust.problems):
         tolerant = any(map(tolerates_failures, layers(problem)))
