@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
 Kind = TypeVar("Kind")
 
 

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import Received, finite_array, instance, invalid, known_name
+from pymoo_psi._validation import Array, Received, finite_array, instance, invalid, known_name
 from pymoo_psi.chute._slip import NUMBERS, ROLLS, STALLS, TINY, follow_slip
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +68,7 @@ class ChuteParameters:
         return (self.mu, self.c, self.r, *self.omega0)
 
 
-def _kept(array: NDArray[np.float64]) -> float | NDArray[np.float64]:
+def _kept(array: Array) -> float | Array:
     """Return a number as a float, an array as a copy."""
     if array.ndim:
         return array.copy()

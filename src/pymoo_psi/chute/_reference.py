@@ -18,15 +18,16 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from pymoo_psi._validation import Array
 from pymoo_psi.chute._motion import ChuteParameters, Motion, broadcast
 
 _STILL = 1e-13  # slip speed that counts as none: below the error of the integrator
 _NOISE = 1e-18  # absolute error of the slip velocity, which must get below _STILL
 _LONGEST = 1e9  # log time s: an event always ends the slip before
 
-_State = NDArray[np.float64]  # (6,) t, x, v_C, v_x, v_y and the dissipation D
+_State = Array  # (6,) t, x, v_C, v_x, v_y and the dissipation D
 
 
 def integrate(u1: ArrayLike, v_p: ArrayLike, parameters: ChuteParameters | None = None) -> Motion:

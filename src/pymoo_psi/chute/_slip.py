@@ -40,12 +40,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Legendre
-from numpy.typing import NDArray
 
+from pymoo_psi._validation import Array, Rows
 from pymoo_psi.errors import PsiError
-
-Array = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 # How slip ends: with ρ = 0, whatever follows; past the exit; at rest.
 ROLLS = 0

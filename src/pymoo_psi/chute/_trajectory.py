@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import integer, invalid
+from pymoo_psi._validation import Array, Mask, integer, invalid
 from pymoo_psi.chute._motion import ChuteParameters, broadcast, motion, move
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +48,7 @@ class Trajectory:
     slip_velocity: Array = field(repr=False)
     friction: Array = field(repr=False)
     normal: Array = field(repr=False)
-    slipping: NDArray[np.bool_] = field(repr=False)
+    slipping: Mask = field(repr=False)
     slip_end: float
     slip_time: float
 

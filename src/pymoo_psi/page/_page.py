@@ -15,11 +15,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Received, counted, instance, invalid, known_name, mapping
+from pymoo_psi._validation import Mask, Received, counted, instance, invalid, known_name, mapping
 from pymoo_psi.page._payload import payload, values_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
 from pymoo_psi.table import Bounds, Formulation, TestTable, bounds_of, read_table
@@ -269,7 +268,7 @@ def _json_limits(limits: Bounds) -> dict[str, list[float | None]]:
     return ends_by_name
 
 
-def kept_designs(table: TestTable, formulation: Formulation) -> NDArray[np.bool_]:
+def kept_designs(table: TestTable, formulation: Formulation) -> Mask:
     """``(n,)`` which designs a decision keeps by the texts that are ticked on the page.
 
     Limits on numbers are those of the formulation, see :meth:`TestTable.under`.

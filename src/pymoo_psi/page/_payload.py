@@ -13,11 +13,10 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pymoo_psi._validation import Array, Mask
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Kind, TestTable
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Content: TypeAlias = dict[str, Any]
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
 

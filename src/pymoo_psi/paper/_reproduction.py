@@ -18,9 +18,8 @@ from importlib import resources
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted, integer, invalid, job_count, known_name
+from pymoo_psi._validation import Array, Rows, counted, integer, invalid, job_count, known_name
 from pymoo_psi.algorithms import investigate
 from pymoo_psi.chute import MODELS, criteria, motion
 from pymoo_psi.parallel import in_parallel
@@ -28,8 +27,6 @@ from pymoo_psi.pareto import EfficiencyRanking
 from pymoo_psi.problems import VectorizedSphereChute
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.table import TestTable
-
-Array = NDArray[np.float64]
 
 PAPER_MU = (0.2, 0.4, 0.6)
 PAPER_POINTS = 4096
@@ -92,7 +89,7 @@ class Case:
         size = f"{len(self.designs)} Pareto optimal of {points}"
         return f"Case({self.model} model, mu = {self.mu:g}: {size}, the best no. {best})"
 
-    def rows(self, indices: NDArray[np.intp]) -> pd.DataFrame:
+    def rows(self, indices: Rows) -> pd.DataFrame:
         """Return some of the designs as rows of the paper's tables, ordered by test point.
 
         Example:

@@ -12,13 +12,11 @@ from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pymoo_psi._validation import Array, Mask, Rows
 from pymoo_psi.pareto._dominance import nondominated, unit_lengths
 from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of, ranking_from
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
-
-Array = NDArray[np.float64]
 
 NEAR = 0.01
 """Distances within 1 % of the least count as equal to it: models are seldom more accurate."""
@@ -204,7 +202,7 @@ class _Checks:
             amount = number(float(value))
             yield _caution(kind, design=design, objective=name, value=amount, low=low, high=high)
 
-    def near_front(self) -> NDArray[np.intp]:
+    def near_front(self) -> Rows:
         """Return the Pareto-optimal designs, and those that would be without these."""
         dominated = np.flatnonzero(~self.ranking.pareto)
         second = nondominated(self.ranking.objectives.minimized[dominated])
@@ -228,7 +226,7 @@ class _Checks:
             yield from self.ends(varying)
         yield from self.moved()
 
-    def tie(self, near: NDArray[np.intp]) -> Iterator[Caution]:
+    def tie(self, near: Rows) -> Iterator[Caution]:
         """Yield the caution about the nearest design far from the optimum, if there is one."""
         apart = self.steps.max(axis=1)
         elsewhere = near[apart[near] > ELSEWHERE]
@@ -249,7 +247,7 @@ class _Checks:
             objective=objective,
         )
 
-    def ends(self, varying: NDArray[np.bool_]) -> Iterator[Caution]:
+    def ends(self, varying: Mask) -> Iterator[Caution]:
         """Yield the cautions about objectives in which the optimum is the worst or the best."""
         worst = self.d[self.best] >= 1 - EDGE
         if worst.any():
@@ -304,7 +302,7 @@ class _Checks:
             objective=objective,
         )
 
-    def front_without(self, i: int) -> NDArray[np.intp]:
+    def front_without(self, i: int) -> Rows:
         """Return the rows that are Pareto optimal without a design of the front."""
         F = self.ranking.objectives.minimized
         rest = np.delete(self.rows, i)

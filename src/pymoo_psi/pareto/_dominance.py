@@ -8,13 +8,10 @@ neither make a design Pareto optimal nor decide a rank.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Levels = NDArray[np.intp]
+Levels = Rows
 
 _WORST = np.iinfo(np.intp).max
 

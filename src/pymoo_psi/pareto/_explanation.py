@@ -14,15 +14,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import collection, counted, integer, invalid
+from pymoo_psi._validation import Array, Rows, collection, counted, integer, invalid
 from pymoo_psi.pareto._dominance import unit_lengths, without_rounding
 from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, ranking_from
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
-
-Array = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 # Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
 # that lie symmetrically tie, and far below any difference that counts.

@@ -15,14 +15,10 @@ import numpy as np
 from moocore import epsilon_additive as epsilon_additive
 from moocore import igd_plus as igd_plus
 from moocore import pareto_rank as pareto_rank
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import integer
+from pymoo_psi._validation import Array, Rows, integer
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
-
-Array = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 # By number of objectives, the number of points whose volume moocore (0.3) computes within half a
 # second on a slow machine.

@@ -32,7 +32,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
+    Array,
+    Mask,
     Received,
+    Rows,
     boolean,
     collection,
     finite_array,
@@ -55,7 +58,6 @@ from pymoo_psi.pareto._dominance import (
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 
 RANKING_COLUMNS = ("mu1", "mu2", "mu3", "rank", "pareto")
 """The columns that follow the objectives in the frame of a ranking."""
@@ -151,7 +153,7 @@ class Objectives:
             raise invalid(argument, f"names that only one column has, or from 0 to {last}", entry)
         return int(entry)
 
-    def rows(self, indices: NDArray[np.intp]) -> Objectives:
+    def rows(self, indices: Rows) -> Objectives:
         """Return the same objectives of some of the designs."""
         labels = [self.labels[i] for i in indices.tolist()]
         return Objectives(self.values[indices], self.sign, self.names, labels)
@@ -220,11 +222,11 @@ class EfficiencyRanking(Shown):
 
     criteria: Array
     rank: NDArray[np.int64]
-    pareto: NDArray[np.bool_]
+    pareto: Mask
     frame: UtopianFrame
-    salukvadze: NDArray[np.intp]
+    salukvadze: Rows
     objectives: Objectives
-    rows: NDArray[np.intp]
+    rows: Rows
 
     def __repr__(self) -> str:
         """Return the numbers of designs and objectives, and the best design."""
@@ -305,7 +307,7 @@ class EfficiencyRanking(Shown):
         """
         return self.objectives.original(self.frame.nadir)
 
-    def subset(self, rank: int) -> NDArray[np.intp]:
+    def subset(self, rank: int) -> Rows:
         """Return the indices of M_rank, the Pareto-optimal rows with this rank, nearest U first.
 
         Example:
@@ -356,7 +358,7 @@ class EfficiencyRanking(Shown):
         return frame.iloc[self.order]
 
     @property
-    def order(self) -> NDArray[np.intp]:
+    def order(self) -> Rows:
         """``(n,)`` indices by descending rank, then by distance from U; the dominated rows last.
 
         Example:
@@ -432,7 +434,7 @@ def rank_of_efficiency(
 
 def ranking_of(
     objectives: Objectives,
-    pareto: NDArray[np.bool_],
+    pareto: Mask,
     *,
     normalize: bool,
     ideal: ArrayLike | None = None,
@@ -523,7 +525,7 @@ def measured_in(ranking: EfficiencyRanking) -> str:
     return "Not normalised: plain distances, as in the paper"
 
 
-def front_of(ranking: EfficiencyRanking) -> tuple[NDArray[np.intp], Array]:
+def front_of(ranking: EfficiencyRanking) -> tuple[Rows, Array]:
     """Return the Pareto-optimal rows, and their objectives, minimised, without rounding noise."""
     front = np.flatnonzero(ranking.pareto)
     objectives = ranking.objectives

@@ -9,10 +9,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
-from numpy.typing import NDArray
 
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._validation import Received, counted, instance, integer, known_name, wrong_type
+from pymoo_psi._validation import Received, Rows, counted, instance, integer, known_name, wrong_type
 from pymoo_psi.plots._points import checked
 from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels
 from pymoo_psi.table import TestTable
@@ -142,7 +141,7 @@ def _draw_fits(
     ax: Axes,
     problem: Identification,
     table: TestTable,
-    rows: NDArray[np.intp],
+    rows: Rows,
     experiment: str,
     column: str,
 ) -> None:

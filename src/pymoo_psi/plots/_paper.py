@@ -16,17 +16,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, counted, instance, invalid, known_name
+from pymoo_psi._validation import Array, Mask, Received, counted, instance, invalid, known_name
 from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory, trajectory
 from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_functions
 from pymoo_psi.pareto import percent
 from pymoo_psi.plots._points import Column, Points, ranked_groups
 from pymoo_psi.plots._style import Drawing, Style, curves, legend_of, new_figure, panels, view
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _MU = 0.4  # of the paper's Figures 7 and 8; it gives none for Figures 3 to 6
 _SURFACES_MU = (0.2, 0.6)

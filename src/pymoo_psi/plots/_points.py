@@ -12,15 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted, instance
+from pymoo_psi._validation import Array, Mask, counted, instance
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._style import Style, literal, view
 from pymoo_psi.table import Kind, TestTable, value_ranks
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Ends = tuple[float, float]
 
 GREY = "0.68"  # a share of white, in matplotlib's notation

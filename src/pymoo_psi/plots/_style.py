@@ -21,11 +21,11 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pymoo_psi._output import whole_file
+from pymoo_psi._validation import Array
 
-Array = NDArray[np.float64]
 Style: TypeAlias = dict[str, Any]
 
 # The colours are those of Okabe and Ito, which colour-blind readers can tell apart. The lengths of

@@ -14,10 +14,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._validation import Received, counted, instance, invalid, known_name
+from pymoo_psi._validation import Array, Received, counted, instance, invalid, known_name
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._points import (
     BLUE,
@@ -41,8 +40,6 @@ from pymoo_psi.plots._style import (
     row_height,
 )
 from pymoo_psi.table import Histogram, Layout, TestTable, histogram
-
-Array = NDArray[np.float64]
 
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
 _MANY = 60  # lines from here on those of a group are thin

@@ -11,9 +11,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted
+from pymoo_psi._validation import Rows, counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -122,7 +121,7 @@ class Choice:
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
         return tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
 
-    def _selected(self, selectors: Mapping[str, Any] | None) -> dict[str, NDArray[np.intp]]:
+    def _selected(self, selectors: Mapping[str, Any] | None) -> dict[str, Rows]:
         if selectors is None:
             selectors = self._selectors()
         selected = {}

@@ -19,7 +19,7 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import integer, invalid
+from pymoo_psi._validation import Array, integer, invalid
 
 MAX_DIMENSIONS = 51  # as many as direction numbers of LPτ are published for
 
@@ -27,7 +27,7 @@ _BITS = 52  # a coordinate is a multiple of 2^-52: exact in a float64
 _LAST_NUMBER = 1 << _BITS  # the bits of n select direction numbers, of which there are 52
 
 
-def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> NDArray[np.float64]:
+def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
     """Return consecutive points of the LPτ sequence in natural order.
 
     ``lp_tau(n, d)[k:]`` equals ``lp_tau(n - k, d, first=1 + k)``; the cost is proportional to
@@ -85,7 +85,7 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> NDArray[np.float64]:
     return np.ldexp(points.astype(np.float64), -_BITS)
 
 
-def lp_tau_at(numbers: NDArray[np.int64], n_dim: int) -> NDArray[np.float64]:
+def lp_tau_at(numbers: NDArray[np.int64], n_dim: int) -> Array:
     """Return the points of any ``(n,)`` numbers, from 1; slower than :func:`lp_tau`."""
     indices = numbers.astype(np.uint64) - np.uint64(1)
     points = np.zeros((len(indices), n_dim), dtype=np.uint64)
