@@ -6,7 +6,7 @@ import json
 import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from html import escape
 from importlib.resources import files
@@ -21,7 +21,7 @@ from pymoo_psi._output import whole_file
 from pymoo_psi._validation import Mask, Received, counted, instance, invalid, known_name, mapping
 from pymoo_psi.page._payload import payload, values_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
-from pymoo_psi.table import Bounds, Formulation, TestTable, bounds_of, read_table
+from pymoo_psi.table import Formulation, TestTable, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -81,14 +81,12 @@ class DecisionPage:
 
         The commands compute the same columns from such a file.
         """
-        formulation = self.formulation
         layout = self.table.layout
-        opens_with = {field.name: getattr(formulation, field.name) for field in fields(formulation)}
-        opens_with["objectives"] = list(layout.objectives)
-        opens_with["maximize"] = [name for name in layout.objectives if name in layout.maximize]
-        opens_with["limits"] = _json_limits(bounds_of(formulation.limits, layout))
-        opens_with["ranges"] = dict(self.table.formulation.ranges or {})
-        return opens_with
+        return vars(self.formulation) | {
+            "objectives": layout.objectives,
+            "maximize": [name for name in layout.objectives if name in layout.maximize],
+            "ranges": self.table.formulation.ranges or {},
+        }
 
     def _repr_html_(self) -> str:
         """Return the page in a frame from which it reaches nothing else in a notebook."""
@@ -191,7 +189,7 @@ def decision_page(
         title=str(title),
         table=designs,
         prototype=prototype,
-        formulation=replace(table.formulation, limits=_json_limits(table.limits)),
+        formulation=replace(table.formulation, limits=table.limits),
         cautions=tuple(map(str, cautions(designs.feasible_ranking()))),
         origin=origin,
     )
@@ -257,17 +255,6 @@ def _frame_of(source: Any, formulation: Formulation) -> tuple[pd.DataFrame, Form
     return frame, formulation
 
 
-def _json_limits(limits: Bounds) -> dict[str, list[float | None]]:
-    """Return limits as JSON has them, with None for an open end."""
-    ends_by_name: dict[str, list[float | None]] = {}
-    for name, ends in limits.items():
-        ends_by_name[name] = [None, None]
-        for k, end in enumerate(ends):
-            if np.isfinite(end):
-                ends_by_name[name][k] = float(end)
-    return ends_by_name
-
-
 def kept_designs(table: TestTable, formulation: Formulation) -> Mask:
     """``(n,)`` which designs a decision keeps by the texts that are ticked on the page.
 
@@ -303,20 +290,16 @@ def _html_of(title: str, payload: Mapping[str, Any]) -> str:
         title: Heading of the page.
         payload: Data that ``logic.js`` decodes; plain values without NaN.
     """
-    logic = _asset("logic.js")
-    charts = _asset("charts.js")
-    page = _asset("page.js")
+    scripts = {name: _asset(f"{name}.js") for name in ("logic", "charts", "page")}
     style = _asset("page.css")
     data = json.dumps(payload, allow_nan=False, separators=(",", ":"))
     parts = {
         "title": escape(title),
-        "policy": _policy(logic, charts, page, style=style),
+        "policy": _policy(*scripts.values(), style=style),
         "style": style,
         # Within a script element only "<" can end it or open a comment.
         "payload": data.replace("<", "\\u003c"),
-        "logic": logic,
-        "charts": charts,
-        "page": page,
+        **scripts,
     }
     # In one pass, so that a text of the user that looks like a place is not filled in.
     return _PLACE.sub(lambda place: parts[place.group(1)], _asset("page.html"))

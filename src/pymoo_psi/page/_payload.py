@@ -54,8 +54,7 @@ def payload(
         labels += _labels(prototype)
         tables.append(prototype)
     optimal = nondominated(table.F)
-    columns = _columns(tables, optimal)
-    about = {
+    return {
         "title": title,
         "file": _file_name(title),
         "normalize": opens_with["normalize"],
@@ -63,17 +62,14 @@ def payload(
         "remarks": table.remarks,
         "cautions": cautions,
         "sentences": SENTENCES,
-    }
-    designs = {
         "label": table.layout.label or "test_point",
         "labels": labels,
         "names": names,
         "n": len(table),
-        "columns": columns,
+        "columns": _columns(tables, optimal),
         "optimal": _base64(optimal.view(np.uint8)),
         "head": _csv_head(table),
     }
-    return about | designs
 
 
 def _file_name(title: str) -> str:
@@ -130,10 +126,16 @@ def _csv_head(table: TestTable) -> Content:
 def _roles(table: TestTable) -> list[tuple[str, str]]:
     """Return role and name of each column, in the order of the page."""
     layout = table.layout
-    roles = [("objective", name) for name in layout.objectives]
-    roles += [("variable", name) for name in layout.variables]
-    roles += [("output", name) for name in layout.outputs]
-    roles += [("output", name) for name in table.extra if name != layout.label]
+    names_by_role = {
+        "objective": layout.objectives,
+        "variable": layout.variables,
+        "output": (*layout.outputs, *table.extra),
+    }
+    roles = []
+    for role, names in names_by_role.items():
+        for name in names:
+            if name != layout.label:
+                roles.append((role, name))
     return roles
 
 
