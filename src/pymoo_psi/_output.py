@@ -70,6 +70,13 @@ def _about(path: str | PathLike[str], new: Path | None) -> Iterator[None]:
         raise
 
 
+def write_document(path: str | PathLike[str], html: str) -> None:
+    """Write a document, whole or not at all."""
+    with whole_file(path) as new:
+        # A title may be a file name that is not Unicode.
+        new.write_text(html, encoding="utf-8", errors="replace")
+
+
 def is_marked(path: Path) -> bool:
     """Say whether a text, such as CSV or HTML, has a mark by which those of pymoo-psi are known."""
     with path.open("rb") as file:

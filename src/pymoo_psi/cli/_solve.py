@@ -38,6 +38,18 @@ _N_REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
+# The algorithms that options are for: surrogate and nsga3 search by the problem's objectives.
+_ALGORITHMS = {
+    "objectives": ["psi"],
+    "maximize": ["psi"],
+    "compute": ["psi"],
+    "decision": ["psi"],
+    "limits": ["psi", "surrogate"],
+    "share": ["psi"],
+    "fill": ["psi"],
+    "sampling": ["psi", "surrogate"],
+}
+_OF_POINTS = ("share", "fill", "sampling")  # the others are of the formulation
 
 Show = Callable[..., None]
 """Shows a share of 1, and a note, on a progress bar."""
@@ -164,22 +176,15 @@ def _run_options(options: Options) -> RunOptions:
 
 def _require_effect(options: Options) -> None:
     """Refuse options that would have no effect."""
-    # nsga3 and surrogate search by the problem's objectives. The tests of a study can be ranked
-    # under any formulation later.
-    for name in ("objectives", "maximize", "compute", "decision", "limits"):
-        algorithms = ["psi"]
-        if name == "limits":
-            algorithms.append("surrogate")
-        if getattr(options, name) and options.algorithm not in algorithms:
-            rule = f"used with --algorithm {' or '.join(algorithms)}"
+    for name, algorithms in _ALGORITHMS.items():
+        left_out = getattr(options, name) in (None, (), False, "lptau")
+        if left_out or options.algorithm in algorithms:
+            continue
+        remedy = ""
+        if name not in _OF_POINTS:  # a study can be ranked under any formulation later
             remedy = f"keep the tests by --study FILE.db, then pymoo-psi rank FILE.db --{name}"
-            raise invalid(f"--{name}", rule, options.algorithm, remedy)
-    for name in ("share", "fill"):
-        if getattr(options, name) and options.algorithm != "psi":
-            raise invalid(f"--{name}", "used with --algorithm psi", options.algorithm)
-    if options.sampling != "lptau" and options.algorithm == "nsga3":
-        rule = "used with --algorithm psi or surrogate"
-        raise invalid("--sampling", rule, options.algorithm)
+        rule = f"used with --algorithm {' or '.join(algorithms)}"
+        raise invalid(f"--{name}", rule, options.algorithm, remedy)
     for name in ("share", "study_key", "retry"):
         if getattr(options, name) is not None and options.study is None:
             option = f"--{name.replace('_', '-')}"

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._output import whole_file
+from pymoo_psi._output import write_document
 from pymoo_psi._validation import Mask, Received, counted, instance, invalid, known_name, mapping
 from pymoo_psi.page._payload import payload, values_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
@@ -90,7 +90,7 @@ class DecisionPage:
 
     def _repr_html_(self) -> str:
         """Return the page in a frame from which it reaches nothing else in a notebook."""
-        # Notebooks are stored as UTF-8, which a file name need not be; see save.
+        # Notebooks are stored as UTF-8, which a file name need not be; see write_document.
         text = self.html().encode("utf-8", "replace").decode()
         # Without allow-same-origin the scripts of the page see neither notebook nor cookies.
         return (
@@ -115,10 +115,7 @@ class DecisionPage:
             ...     "Brackets" in path.read_text("utf-8")
             True
         """
-        html = self.html()
-        with whole_file(path) as temporary:
-            # A title may be a file name that is not Unicode.
-            temporary.write_text(html, encoding="utf-8", errors="replace")
+        write_document(path, self.html())
 
 
 @asked_under_a_formulation

@@ -151,7 +151,7 @@ class _Checks:
         self.d = (self.values - low) / unit_lengths(low, high)
         self.mu = ranking.criteria[self.rows, 0]
         self.optima = np.searchsorted(self.rows, ranking.salukvadze)
-        self.best = int(self.optima[0])
+        self.best = self.optima[0]
         self.steps = np.abs(self.d - self.d[self.best])
 
     def name_of(self, i: Any) -> str:
@@ -189,7 +189,7 @@ class _Checks:
                 continue
             # Dominated designs in between show that such values are usual.
             gaps = np.abs(distinct - value)
-            if not _is_unlike(float(value), others, float(gaps[gaps > 0].min())):
+            if not _is_unlike(value, others, gaps[gaps > 0].min()):
                 continue
             kind = "unlike"
             optima = np.intersect1d(holders, self.optima)
@@ -197,9 +197,9 @@ class _Checks:
                 kind = "suspect"
                 holders = optima
             design = capital(self.name_of(holders[0]))
-            low = number(float(others[0]))
-            high = number(float(others[-1]))
-            amount = number(float(value))
+            low = number(others[0])
+            high = number(others[-1])
+            amount = number(value)
             yield _caution(kind, design=design, objective=name, value=amount, low=low, high=high)
 
     def near_front(self) -> Rows:
@@ -284,7 +284,7 @@ class _Checks:
         steps = np.abs(others[optima, None] - values[self.optima]) / lengths
         ways = steps.max(axis=2)
         after, before = np.unravel_index(ways.argmin(), ways.shape)
-        way = float(ways[after, before])
+        way = ways[after, before]
         objective = self.names[steps[after, before].argmax()]
         other = self.ranking.name_of(int(rows[optima[after]]))
         times = np.ptp(values, axis=0) / lengths
@@ -322,12 +322,12 @@ def _is_unlike(value: float, others: Array, gap: float) -> bool:
         others: ``(k,)`` the others, increasing.
         gap: Its distance to the nearest value of any design.
     """
-    low = float(others[0])
-    high = float(others[-1])
+    low = others[0]
+    high = others[-1]
     if value == -1.0 and low > 0:
         return True
     if re.fullmatch("9{3,}([.]0)?", str(abs(value))) or abs(value) >= 1e20:
-        return gap > high - low
+        return bool(gap > high - low)
     if gap <= FAR * (high - low):
         return False
     if min(value * low, value * high) <= 0:  # of different signs

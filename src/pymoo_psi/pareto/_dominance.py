@@ -52,7 +52,7 @@ def competes(F: Array, feasible: Mask) -> Mask:
 
     Only these are compared with each other: the others are neither optimal nor dominated.
     """
-    return np.asarray(feasible & np.isfinite(F).all(axis=-1))
+    return feasible & np.isfinite(F).all(axis=-1)
 
 
 def nondominated(F: Array) -> Mask:
@@ -133,7 +133,7 @@ def _least_by_level(levels: Levels, values: Levels, count: int) -> Levels:
     return least
 
 
-NOISE = 64 * float(np.finfo(np.float64).eps)
+NOISE = 64 * np.finfo(np.float64).eps
 """Two values of an objective that differ by no more than this share of their size are equal.
 
 The error of a value after k roundings is at most k/2 eps, and about sqrt(k)/2 eps if they are
@@ -143,7 +143,7 @@ design with a penalty of 1e20 does not make all others equal. Noise around zero 
 compare it with, and counts as a difference.
 """
 
-LAST_PLACES = 8 * float(np.finfo(np.float64).eps)
+LAST_PLACES = 8 * np.finfo(np.float64).eps
 """The contribution of an objective to the rounding error of a distance, as a share of its size.
 
 It allows for two values, each correct to a few units in the last place, and the operations on them.

@@ -202,7 +202,7 @@ class Explanation:
             other = ranking.name_of(self.dominated_by)
             difference = pair.difference(1)
             return sentence("dominated", design=design, other=other, difference=difference)
-        n_optimal = int(ranking.pareto.sum())
+        n_optimal = ranking.pareto.sum()
         n_optima = len(ranking.salukvadze)
         if n_optimal == 1:
             kind = "single"
@@ -488,10 +488,10 @@ def _units(
 
 def _two_or_more(name: str, entries: Any) -> list[Any]:
     """Return a list of designs or rows, which must have two entries to be compared."""
-    entries = collection(name, entries, f"a list of {name}")
-    if len(entries) < 2:
-        raise invalid(name, f"two {name} or more", list(entries))
-    return list(entries)
+    listed_entries = list(collection(name, entries, f"a list of {name}"))
+    if len(listed_entries) < 2:
+        raise invalid(name, f"two {name} or more", listed_entries)
+    return listed_entries
 
 
 def _place_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int:
@@ -506,11 +506,9 @@ def _place_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> i
 
 def _place_of_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a row of F; of a table only the feasible rows are ranked."""
-    row = integer(name, row, minimum=0)
-    rows = np.arange(len(ranking.rows))
+    rows = list(range(len(ranking.rows)))
     if is_table(F):
-        rows = ranking.rows
-    places = np.flatnonzero(rows == row)
-    if not len(places):
-        raise invalid(name, f"a row of F that is ranked, at most {rows.max()}", row)
-    return int(places[0])
+        rows = ranking.rows.tolist()
+    if integer(name, row, minimum=0) not in rows:
+        raise invalid(name, f"a row of F that is ranked, at most {max(rows)}", row)
+    return rows.index(row)

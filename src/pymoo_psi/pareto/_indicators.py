@@ -95,7 +95,7 @@ def spread_subset(F: Array, size: int) -> Rows:
     return chosen
 
 
-def farthest_first(F: Array, start: list[int], size: int) -> tuple[Rows, Rows, Array]:
+def farthest_first(F: Array, start: list[Any], size: int) -> tuple[Rows, Rows, Array]:
     """Choose points that cover a set: always the one farthest from those chosen (Gonzalez 1985).
 
     With one point to start from, no point of the set is farther from the nearest chosen one than
@@ -116,7 +116,7 @@ def farthest_first(F: Array, start: list[int], size: int) -> tuple[Rows, Rows, A
     owner = np.zeros(len(F), dtype=np.intp)
     for i in range(size):
         if i == len(chosen):
-            chosen.append(int(nearest.argmax()))
+            chosen.append(nearest.argmax())
         squares = np.zeros(len(F))
         for column in columns:  # a column at a time: no (n, m) array in every step
             squares += (column - column[chosen[i]]) ** 2
@@ -185,7 +185,7 @@ def representatives(
     front, values = front_of(ranking)
     points = ranking.frame.scaled(values)
     unit = points.max() or 1.0  # so that no square over- or underflows
-    start = int(np.searchsorted(front, ranking.salukvadze[0]))
+    start = np.searchsorted(front, ranking.salukvadze[0])
     size = min(k, len(front))
     chosen, owner, distance = farthest_first(points / unit, [start], size)
     distinct = len(np.unique(owner))  # one that equals an earlier one owns nothing

@@ -109,7 +109,7 @@ class Objectives:
             F = F.F
             if F is not None:  # (m,) for an algorithm of one objective
                 F = np.atleast_2d(F)
-        is_frame = _is_frame(F)
+        is_frame = hasattr(F, "set_index")  # without importing pandas, which takes half a second
         values = objective_matrix("F", _numbers(F) if is_frame else F).copy()
         n, m = values.shape
         names = tuple(f"f{j + 1}" for j in range(m))
@@ -127,7 +127,7 @@ class Objectives:
 
     def original(self, minimized: Array) -> Array:
         """Return ``(..., m)`` minimised values in the original directions."""
-        return np.asarray(minimized * self.sign + 0.0)  # no -0.0
+        return minimized * self.sign + 0.0  # no -0.0
 
     def headings(self, units: Mapping[Any, str]) -> list[str]:
         """Return the names for readers, each with its unit, and "(max)" if it is maximised."""
@@ -176,11 +176,6 @@ def _ranking_of_table(table: Any, normalize: bool) -> EfficiencyRanking:
     if not normalize:
         table = table.under(normalize=False)
     return cast(EfficiencyRanking, table.feasible_ranking())
-
-
-def _is_frame(F: Any) -> bool:
-    """Whether F is a data frame; without importing pandas, which takes half a second."""
-    return all(hasattr(F, name) for name in ("columns", "index", "to_numpy"))
 
 
 def _numbers(frame: Any) -> Array:
@@ -419,41 +414,40 @@ def rank_of_efficiency(
         A   1.0   10.0  1.00  0.71  0.71     0    True
         C   5.0   40.0  1.00  0.71  0.71     0    True
     """
+    normalize = boolean("normalize", normalize)
     from_table = is_table(F)
     if from_table:
-        F = _ranking_of_table(F, boolean("normalize", normalize))
+        F = _ranking_of_table(F, normalize)
     objectives = Objectives.of(F, maximize)
     if from_table and ideal is None and nadir is None:
         return cast(EfficiencyRanking, F)  # its ends may be those of ranges
-    rows = None
+    pareto = nondominated(objectives.minimized)
+    rows = np.arange(len(pareto))
     if isinstance(F, EfficiencyRanking):
         rows = F.rows
-    pareto = nondominated(objectives.minimized)
-    return ranking_of(objectives, pareto, normalize=normalize, ideal=ideal, nadir=nadir, rows=rows)
+    return ranking_of(objectives, pareto, rows, normalize=normalize, ideal=ideal, nadir=nadir)
 
 
 def ranking_of(
     objectives: Objectives,
     pareto: Mask,
+    rows: Rows,
     *,
     normalize: bool,
     ideal: ArrayLike | None = None,
     nadir: ArrayLike | None = None,
-    rows: ArrayLike | None = None,
 ) -> EfficiencyRanking:
     """Return :func:`rank_of_efficiency` of objectives whose Pareto-optimal rows are known.
 
     Args:
         objectives: What is ranked.
         pareto: ``(n,)`` which of its designs are Pareto optimal.
+        rows: ``(n,)`` which rows of a table the designs are; 0 to n - 1 for those of an array.
         normalize: As for :func:`rank_of_efficiency`.
         ideal: As for :func:`rank_of_efficiency`.
         nadir: As for :func:`rank_of_efficiency`.
-        rows: ``(n,)`` which rows of a table the designs are; 0 to n - 1 by default.
     """
-    normalize = boolean("normalize", normalize)
     F = objectives.minimized
-    n = len(F)
     front = np.flatnonzero(pareto)
     optimal = without_rounding(F[front])
     F[front] = optimal
@@ -461,15 +455,12 @@ def ranking_of(
     frame = UtopianFrame(U, N, normalize)
     measured, units = frame.measured(F)
     mu1, mu2, mu3 = map(levels, measured[front].T, frame.noise(optimal, units))
-    rank = np.zeros(n, dtype=np.int64)
+    rank = np.zeros(len(F), dtype=np.int64)
     rank[front] = _ranks(mu1, mu2, mu3)
     with np.errstate(over="ignore"):  # a dominated design may be infinitely far
         criteria = measured * units
     salukvadze = front[mu1 == 0]
-    if rows is None:
-        rows = np.arange(n)
-    ranked = np.asarray(rows, dtype=np.intp)
-    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives, ranked)
+    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives, rows)
 
 
 def _ends(
@@ -559,7 +550,7 @@ class UtopianFrame:
 
     def scaled(self, F: Array) -> Array:
         """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
-        return np.asarray((F - self.ideal) / self.scale)
+        return (F - self.ideal) / self.scale
 
     def distances(self, F: Array) -> Array:
         """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
@@ -577,13 +568,13 @@ class UtopianFrame:
         """
         e = self._direction
         line = self.line
-        longest = int(line.argmax())
+        longest = line.argmax()
         with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
             d = self.scaled(F)
-            unit = float(line[longest])
+            unit = line[longest]
             if unit == 0:  # N = U
-                unit = float(np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0)
-            across_unit = float(np.delete(line, longest).max(initial=0.0) or unit)
+                unit = np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0
+            across_unit = np.delete(line, longest).max(initial=0.0) or unit
             # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
             # small ones in the rounding error of the large one. Here the point of the line with
             # the same value of the largest is subtracted first, and no objective's difference

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import Rows, counted
+from pymoo_psi._validation import counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -28,7 +28,7 @@ from pymoo_psi.pareto import (
     sentence,
 )
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
-from pymoo_psi.table import TestTable, alike, constraint_costs, convergence, limit_text
+from pymoo_psi.table import Layout, TestTable, alike, constraint_costs, convergence, limit_text
 
 _REASONS = 12  # of failures in the table, the most frequent ones
 _LIMITS = 6  # in the table, those that cost most
@@ -40,14 +40,14 @@ Columns: TypeAlias = dict[str, list[str]]
 
 def cell(value: Any) -> str:
     """Return a value as a report shows it: numbers with five digits."""
-    if not isinstance(value, (float, np.floating)):
+    if not isinstance(value, float):
         return str(value)
     if not np.isfinite(value):
         return "—"
-    return number(float(value), 5)
+    return number(value, 5)
 
 
-def written_limit(table: TestTable, name: str, lower: float, upper: float) -> str:
+def _written(table: TestTable, name: str, lower: float, upper: float) -> str:
     """Return a limit with its unit: ``20 ≤ mass ≤ 55 kg``."""
     if np.isinf(upper):
         return f"{name} ≥ {_with_unit(table, name, lower)}"
@@ -68,20 +68,20 @@ class Choice:
     Args:
         table: The tests.
         ranking: The ranking of the feasible ones.
-        row: Row of the ranking that is chosen; None if none is, and the optimum is proposed.
+        row: Row of the chosen test; None if none is chosen, and the optimum is proposed.
         reason: Why it was chosen.
         selectors: Other selectors, by name; a few by default.
 
     Attributes:
         decided: Whether a design is chosen.
         word: "chosen" or "proposed".
-        optimum: Row of the Salukvadze optimum, the first of several.
-        row: Row of the design.
+        optimum: Row of the Salukvadze optimum in the ranking, the first of several.
+        row: Row of the design in the ranking.
         is_optimum: Whether the design is a Salukvadze optimum.
         name: Name of the design.
         explanation: Why it is where it is.
         cautions: Reasons not to rely on the optimum, the gravest first.
-        selected: Rows that selectors choose, by name.
+        alternatives: Sentences on the designs that selectors choose.
     """
 
     def __init__(
@@ -106,22 +106,19 @@ class Choice:
         self.row = self.optimum
         self.word = "proposed"
         if row is not None:
-            self.row = row
+            self.row = ranking.rows.tolist().index(row)
             self.word = "chosen"
         self.is_optimum = self.row in ranking.salukvadze
         self.name = ranking.name_of(self.row)
         self.explanation = explain(ranking, row=self.row, units=self.units)
-        self.cautions = self._cautions()
-        self.selected = self._selected(selectors)
-
-    def _cautions(self) -> tuple[str, ...]:
-        # They are about the optimum, which need not be the design chosen.
         subject = "Attention"
-        if not self.is_optimum:
-            subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
-        return tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
+        if not self.is_optimum:  # which the cautions are about
+            subject = f"Attention to {ranking.name_of(self.optimum)}, the optimum"
+        self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(ranking))
+        self.alternatives = self._alternatives(selectors)
 
-    def _selected(self, selectors: Mapping[str, Any] | None) -> dict[str, Rows]:
+    def _alternatives(self, selectors: Mapping[str, Any] | None) -> list[str]:
+        """Return a sentence on what each selector would choose instead."""
         if selectors is None:
             selectors = self._selectors()
         selected = {}
@@ -129,7 +126,11 @@ class Choice:
             selected["Salukvadze optimum"] = self.ranking.salukvadze
         if selectors:
             selected |= compare_selectors(self.ranking, selectors)
-        return selected
+        sentences = []
+        for name, rows in selected.items():
+            text = alternative(self.ranking, rows, self.row, self.units)
+            sentences.append(f"{name}: {text}")
+        return sentences
 
     def _selectors(self) -> dict[str, Any]:
         """Return the selectors of a report that names none."""
@@ -185,14 +186,6 @@ class Choice:
                 pairs.append((name, cell(texts[row])))
         return [(name, text) for name, text in pairs if text not in ("", "—", "None")]
 
-    def alternatives(self) -> list[str]:
-        """Return a sentence on what each other selector chooses."""
-        sentences = []
-        for name, rows in self.selected.items():
-            text = alternative(self.ranking, rows, self.row, self.units)
-            sentences.append(f"{name}: {text}")
-        return sentences
-
     def representatives(self) -> tuple[Columns, str]:
         """Return a few designs that represent the Pareto set, and a caption."""
         few = representatives(self.ranking, _REPRESENTATIVES)
@@ -201,7 +194,7 @@ class Choice:
         for row, share in zip(few.rows.tolist(), few.shares, strict=True):
             values = map(cell, self.ranking.objectives.values[row])
             columns[self.ranking.name_of(row)] = [percent(share), *values]
-        n = counted(int(self.ranking.pareto.sum()), "Pareto-optimal design")
+        n = counted(self.ranking.pareto.sum(), "Pareto-optimal design")
         caption = (
             f"{len(few.rows)} representatives of {n}, the optimum first. "
             "Each stands for the designs nearest to it"
@@ -211,149 +204,139 @@ class Choice:
         return columns, f"{caption}."
 
 
-class Tests:
-    """The tests of a report: how many there are, what limits cost, and why tests failed.
+# The tests: how many there are, what limits cost, and why tests failed
 
-    Args:
-        table: The tests.
-        ranking: The ranking of the feasible ones; None if there are none.
+
+def problem_facts(table: TestTable) -> dict[str, Any]:
+    """Return facts about the problem by name."""
+    problem = table.problem or {}
+    facts = {
+        "Problem": problem.get("problem"),
+        "points": problem.get("sampling"),
+        "key": problem.get("key"),
+    }
+    facts |= problem.get("parameters") or {}
+    return {str(name): fact for name, fact in facts.items() if fact is not None}
+
+
+def test_counts(table: TestTable) -> str:
+    """Return a sentence on how many tests failed, are feasible and are Pareto optimal."""
+    failed = table.status == "failed"
+    feasible = table.feasible()
+    masks = {
+        "failed": failed,
+        "beyond a constraint or a limit": ~failed & ~feasible,
+        "feasible": feasible,
+        "Pareto optimal": table.pareto(),
+    }
+    n = len(table)
+    parts = []
+    for name, mask in masks.items():
+        count = mask.sum()
+        if count:
+            parts.append(f"{number(count)} {name} ({percent(count / n)})")
+    return f"{counted(n, 'design')}: {', '.join(parts)}."
+
+
+def failures(table: TestTable) -> Columns:
+    """Return the reasons of failures, the most frequent first."""
+    names = dict(zip(table.numbers.tolist(), table.names, strict=True))
+    reasons = alike(table.reasons.values())
+    first: dict[str, str] = {}
+    for test, reason in zip(table.reasons, reasons, strict=True):
+        first.setdefault(reason, names[test])
+    columns: Columns = {"designs": [], "reason": [], "first": []}
+    for reason, count in Counter(reasons).most_common(_REASONS):
+        columns["designs"].append(str(count))
+        columns["reason"].append(reason[:400])
+        columns["first"].append(first[reason])
+    return columns
+
+
+def verdict(table: TestTable) -> str:
+    """Return whether more tests would change the choice; empty if nothing is known of it."""
+    if "sampling" not in (table.problem or {}):  # tests in an order without a meaning
+        return ""
+    try:
+        steps = convergence(table)
+    except PsiError:  # whose reason is about the evenly spread tests only
+        return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
+    if len(steps.tests) <= 1:
+        return ""
+    return steps.verdict()
+
+
+# Limits
+
+
+def written_limits(table: TestTable) -> list[str]:
+    """Return the limits as they are written."""
+    return [_written(table, name, *ends) for name, ends in table.limits.items()]
+
+
+def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
+    """Return what the constraints and limits cost that cost most, and notes on all of them.
+
+    Without a feasible design it is said how near tests come to keeping them.
     """
+    names = {limit_text(name, *ends): name for name, ends in table.limits.items()}
+    costs = constraint_costs(table).rename(index=names)
+    idle: list[str] = []
+    last = "nearest value"
+    describe = _nearest
+    if table.eligible().any():
+        idle = costs.index[costs["alone"] == 0].tolist()
+        costs = costs[costs["alone"] > 0]
+        last = "best values without it"
+        describe = _gain
+    notes = _notes(table.layout, idle)
+    if costs.empty:
+        return {}, notes
+    columns: Columns = {"constraint or limit": [], "rejects": [], "rejects alone": [], last: []}
+    top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
+    for name, cost in top.iterrows():
+        text = str(name)
+        if name not in table.layout.constraints:
+            text = _written(table, text, cost["lower"], cost["upper"])
+        columns["constraint or limit"].append(text)
+        columns["rejects"].append(number(cost["rejects"]))
+        columns["rejects alone"].append(number(cost["alone"]))
+        columns[last].append(describe(table, cost))
+    return columns, notes
 
-    def __init__(self, table: TestTable, ranking: EfficiencyRanking | None) -> None:
-        self.table = table
-        self.ranking = ranking
 
-    def problem(self) -> dict[str, Any]:
-        """Return facts about the problem by name."""
-        problem = self.table.problem or {}
-        facts = {
-            "Problem": problem.get("problem"),
-            "points": problem.get("sampling"),
-            "key": problem.get("key"),
-        }
-        facts |= problem.get("parameters") or {}
-        return {str(name): fact for name, fact in facts.items() if fact is not None}
+def _notes(layout: Layout, idle: list[str]) -> list[str]:
+    """Return notes on constraints and limits, some of which reject no design alone."""
+    notes = []
+    if idle:
+        notes.append(f"No design is rejected by {listed(idle[:_IDLE], 'or')} alone.")
+    if layout.inequalities:
+        notes.append("A constraint is met where its value is 0 or less.")
+    if layout.equalities:
+        notes.append(f"An equality is met within {layout.eq_tolerance:g}.")
+    return notes
 
-    def counts(self) -> str:
-        """Return a sentence on how many tests failed, are feasible and are Pareto optimal."""
-        failed = self.table.status == "failed"
-        feasible = self.table.feasible()
-        counts = {
-            "failed": failed.sum(),
-            "beyond a constraint or a limit": (~failed & ~feasible).sum(),
-            "feasible": feasible.sum(),
-        }
-        if self.ranking is not None:
-            counts["Pareto optimal"] = self.ranking.pareto.sum()
-        n = len(self.table)
-        parts = []
-        for name, count in counts.items():
-            if count:
-                parts.append(f"{number(count)} {name} ({percent(count / n)})")
-        return f"{counted(n, 'design')}: {', '.join(parts)}."
 
-    def failures(self) -> Columns:
-        """Return the reasons of failures, the most frequent first."""
-        names = dict(zip(self.table.numbers.tolist(), self.table.names, strict=True))
-        reasons = alike(self.table.reasons.values())
-        first: dict[str, str] = {}
-        for test, reason in zip(self.table.reasons, reasons, strict=True):
-            first.setdefault(reason, names[test])
-        columns: Columns = {"designs": [], "reason": [], "first": []}
-        for reason, count in Counter(reasons).most_common(_REASONS):
-            columns["designs"].append(str(count))
-            columns["reason"].append(reason[:400])
-            columns["first"].append(first[reason])
-        return columns
+def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
+    """Return the value that comes nearest to keeping a constraint or limit."""
+    name = str(cost.name)
+    # Variables of several kinds are a matrix of objects.
+    values = table.column(name).astype(np.float64)
+    values = values[np.isfinite(values)]
+    if len(values) == 0:
+        return "—"
+    excess = np.maximum(cost["lower"] - values, values - cost["upper"])
+    if excess.min() <= 0:
+        return "kept by some"
+    return _with_unit(table, name, values[excess.argmin()])
 
-    def convergence(self) -> str:
-        """Return whether more tests would change the choice; empty if nothing is known of it."""
-        if "sampling" not in (self.table.problem or {}):  # tests in an order without a meaning
-            return ""
-        try:
-            steps = convergence(self.table)
-        except PsiError:  # whose reason is about the evenly spread tests only
-            return "Not known: it takes 8 evenly spread tests or more, some of them feasible."
-        if len(steps.tests) <= 1:
-            return ""
-        return steps.verdict()
 
-    # Limits
-
-    def limits(self) -> list[str]:
-        """Return the limits as they are written."""
-        return [written_limit(self.table, name, *ends) for name, ends in self.table.limits.items()]
-
-    def limit_costs(self) -> tuple[Columns, list[str]]:
-        """Return what the constraints and limits cost that cost most, and notes on all of them.
-
-        Without a feasible design it is said how near tests come to keeping them.
-        """
-        costs = constraint_costs(self.table)
-        columns_of_limits = {limit_text(n, *ends): n for n, ends in self.table.limits.items()}
-        costs["column"] = [columns_of_limits.get(text, text) for text in costs.index]
-        idle: list[str] = []
-        if self.ranking is not None:
-            rejects_none_alone = costs["alone"] == 0
-            idle = costs["column"][rejects_none_alone].tolist()
-            costs = costs[~rejects_none_alone]
-        notes = self._notes(idle)
-        if costs.empty:
-            return {}, notes
-        top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
-        columns = {
-            "constraint or limit": self._names(top),
-            "rejects": list(map(number, top["rejects"].tolist())),
-            "rejects alone": list(map(number, top["alone"].tolist())),
-        }
-        rows = [cost for _, cost in top.iterrows()]
-        if self.ranking is None:
-            columns["nearest value"] = list(map(self._nearest, rows))
-        else:
-            columns["best values without it"] = list(map(self._gain, rows))
-        return columns, notes
-
-    def _notes(self, idle: list[str]) -> list[str]:
-        """Return notes on constraints and limits, some of which reject no design alone."""
-        layout = self.table.layout
-        notes = []
-        if idle:
-            notes.append(f"No design is rejected by {listed(idle[:_IDLE], 'or')} alone.")
-        if layout.inequalities:
-            notes.append("A constraint is met where its value is 0 or less.")
-        if layout.equalities:
-            notes.append(f"An equality is met within {layout.eq_tolerance:g}.")
-        return notes
-
-    def _names(self, costs: pd.DataFrame) -> list[str]:
-        """Return constraints by name, and limits as they are written."""
-        names = []
-        for name, lower, upper in zip(costs["column"], costs["lower"], costs["upper"], strict=True):
-            if name not in self.table.layout.constraints:
-                name = written_limit(self.table, name, lower, upper)
-            names.append(str(name))
-        return names
-
-    def _nearest(self, cost: pd.Series[Any]) -> str:
-        """Return the value that comes nearest to keeping a constraint or limit."""
-        name = str(cost["column"])
-        # Variables of several kinds are a matrix of objects.
-        values = self.table.column(name).astype(np.float64)
-        values = values[np.isfinite(values)]
-        if len(values) == 0:
-            return "—"
-        excess = np.maximum(cost["lower"] - values, values - cost["upper"])
-        if excess.min() <= 0:
-            return "kept by some"
-        return _with_unit(self.table, name, float(values[excess.argmin()]))
-
-    def _gain(self, cost: pd.Series[Any]) -> str:
-        """Return the objectives in which designs that it alone rejects beat the feasible ones."""
-        layout = self.table.layout
-        gains = []
-        for name, sign in zip(layout.objectives, layout.sign, strict=True):
-            now = cost[f"{name}_feasible"]
-            best = cost[f"{name}_alone"]
-            if (now - best) * sign > 0:
-                gains.append(f"{name} {_with_unit(self.table, name, best)} instead of {cell(now)}")
-        return "; ".join(gains) or "no better in any objective"
+def _gain(table: TestTable, cost: pd.Series[Any]) -> str:
+    """Return the objectives in which designs that it alone rejects beat the feasible ones."""
+    gains = []
+    for name, sign in zip(table.layout.objectives, table.layout.sign, strict=True):
+        now = cost[f"{name}_feasible"]
+        best = cost[f"{name}_alone"]
+        if (now - best) * sign > 0:
+            gains.append(f"{name} {_with_unit(table, name, best)} instead of {cell(now)}")
+    return "; ".join(gains) or "no better in any objective"

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader
 from matplotlib import rc_context
 
 from pymoo_psi import plots
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._output import whole_file
+from pymoo_psi._output import write_document
 from pymoo_psi._validation import Received, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
-from pymoo_psi.report._contents import Choice, Columns, Tests
+from pymoo_psi.report import _contents
+from pymoo_psi.report._contents import Choice, Columns
 from pymoo_psi.table import TestTable
 
 _DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
@@ -47,7 +47,7 @@ class DecisionReport:
     about: tuple[str, ...]
     ranking: EfficiencyRanking | None
     cautions: tuple[str, ...]
-    _tests: Tests
+    _table: TestTable
     _choice: Choice | None
 
     def __str__(self) -> str:
@@ -55,7 +55,7 @@ class DecisionReport:
         choice = self._choice
         if choice is None:
             return f"{self.title}: no feasible design"
-        n = counted(int(choice.ranking.pareto.sum()), "Pareto-optimal design")
+        n = counted(choice.ranking.pareto.sum(), "Pareto-optimal design")
         return f"{self.title}: {choice.name} {choice.word} of {n}"
 
     def __repr__(self) -> str:
@@ -81,7 +81,8 @@ class DecisionReport:
         return environment.get_template("report.html").render(
             title=self.title,
             about=self.about,
-            tests=self._tests,
+            data=self._table,
+            contents=_contents,
             choice=self._choice,
             counted=counted,
             measured_in=measured_in,
@@ -104,10 +105,7 @@ class DecisionReport:
             ...     "Brackets" in path.read_text("utf-8")
             True
         """
-        html = self.html()
-        with whole_file(path) as temporary:
-            # A title may be a file name that is not Unicode.
-            temporary.write_text(html, encoding="utf-8", errors="replace")
+        write_document(path, self.html())
 
 
 def _printable(value: Any) -> Any:
@@ -187,19 +185,14 @@ def decision_report(
     instance("table", table, TestTable, remedy)
     if len(table) == 0 or not table.layout.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
-    rows = np.zeros(0, dtype=np.intp)
-    ranking = None
-    if table.eligible().any():
-        ranking = table.feasible_ranking()
-        rows = ranking.rows
-    chosen = None
+    eligible = table.eligible()
+    row = None
     if design is not None:
-        places = np.flatnonzero(rows == table.row_of(design))
-        if len(places) == 0:
+        row = table.row_of(design)
+        if not eligible[row]:
             raise invalid("design", "the number or label of a feasible test", design)
-        chosen = int(places[0])
-    tests = Tests(table, ranking)
-    if ranking is None:
-        return DecisionReport(title, tuple(about), None, (), tests, None)
-    choice = Choice(table, ranking, chosen, reason, selectors)
-    return DecisionReport(title, tuple(about), ranking, choice.cautions, tests, choice)
+    if not eligible.any():
+        return DecisionReport(title, tuple(about), None, (), table, None)
+    ranking = table.feasible_ranking()
+    choice = Choice(table, ranking, row, reason, selectors)
+    return DecisionReport(title, tuple(about), ranking, choice.cautions, table, choice)

@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import Array, integer, invalid
 
+Integers = NDArray[np.uint64]
+
 MAX_DIMENSIONS = 51  # as many as direction numbers of LPτ are published for
 
 _BITS = 52  # a coordinate is a multiple of 2^-52: exact in a float64
@@ -66,9 +68,6 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
     stop = start + n_points
     if stop > _LAST_NUMBER:
         raise invalid("first + n_points - 1", f"at most 2**{_BITS}", stop)
-    if n_points == 0:
-        return np.empty((0, n_dim))
-
     directions = _directions()[:n_dim]
     low_bits = (n_points - 1).bit_length()
     low = _table(directions, low_bits)
@@ -81,22 +80,18 @@ def lp_tau(n_points: int, n_dim: int, *, first: int = 1) -> Array:
         end = min(stop, offset + len(low))
         part = points[begin - start : end - start]
         part[:] = low[begin - offset : end - offset]
-        part ^= _point(directions, offset)
+        part ^= _points(directions, np.array([offset], dtype=np.uint64))
     return np.ldexp(points.astype(np.float64), -_BITS)
 
 
 def lp_tau_at(numbers: NDArray[np.int64], n_dim: int) -> Array:
     """Return the points of any ``(n,)`` numbers, from 1; slower than :func:`lp_tau`."""
     indices = numbers.astype(np.uint64) - np.uint64(1)
-    points = np.zeros((len(indices), n_dim), dtype=np.uint64)
-    directions = _directions()[:n_dim]
-    for k in range(int(indices.max(initial=0)).bit_length()):
-        bits = indices >> np.uint64(k) & np.uint64(1)
-        points ^= bits[:, None] * directions[:, k]
+    points = _points(_directions()[:n_dim], indices)
     return np.ldexp(points.astype(np.float64), -_BITS)
 
 
-def _table(directions: NDArray[np.uint64], bits: int) -> NDArray[np.uint64]:
+def _table(directions: Integers, bits: int) -> Integers:
     """Return the points of index 0 to 2^bits − 1 as integers, doubling the table bit by bit.
 
     Args:
@@ -112,17 +107,17 @@ def _table(directions: NDArray[np.uint64], bits: int) -> NDArray[np.uint64]:
     return table
 
 
-def _point(directions: NDArray[np.uint64], index: int) -> NDArray[np.uint64]:
-    """Return the (d,) point of one index as integers, as `_table` does."""
-    point = np.zeros(len(directions), dtype=np.uint64)
-    for k in range(index.bit_length()):
-        if index >> k & 1:
-            point ^= directions[:, k]
-    return point
+def _points(directions: Integers, indices: Integers) -> Integers:
+    """Return the (n, d) points of any (n,) indices as integers, as `_table` does."""
+    points = np.zeros((len(indices), len(directions)), dtype=np.uint64)
+    for k in range(int(indices.max(initial=0)).bit_length()):
+        bits = indices >> np.uint64(k) & np.uint64(1)
+        points ^= bits[:, None] * directions[:, k]
+    return points
 
 
 @lru_cache(maxsize=1)
-def _directions() -> NDArray[np.uint64]:
+def _directions() -> Integers:
     """Return V_jk · 2^52 for every dimension j and bit k, shape (51, 52)."""
     text = resources.files(__package__).joinpath("lp_tau_directions.json").read_text("utf-8")
     numbers = []

@@ -264,7 +264,7 @@ class Questions(Tests):
         objectives = Objectives(F, sign, self.layout.objectives, labels, numbers)
         normalize = self.formulation.normalize
         ends = self._fixed_ends()
-        return ranking_of(objectives, pareto, normalize=normalize, rows=rows, **ends)
+        return ranking_of(objectives, pareto, rows, normalize=normalize, **ends)
 
     def _fixed_ends(self) -> dict[str, Array]:
         """Return the points ``ideal`` and ``nadir`` of the ranges; empty if none are fixed."""
