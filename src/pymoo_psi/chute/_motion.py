@@ -48,7 +48,7 @@ class ChuteParameters:
             if wrong.size:
                 raise invalid(name, "positive", Received(str(wrong.flat[0])))
             object.__setattr__(self, name, _kept(array))
-        spins: tuple[Any, ...] = ()
+        spins = ()
         if np.iterable(self.omega0):
             spins = tuple(self.omega0)
         if len(spins) != 3:

@@ -252,7 +252,7 @@ def _named_files(sources: Sequence[str]) -> tuple[dict[str, Path], bool]:
     Raises:
         ArgumentValueError: A name is missing or occurs twice.
     """
-    files: dict[str, Path] = {}
+    files = {}
     named = False
     for source in sources:
         name = source

@@ -142,7 +142,7 @@ def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = Non
         designs: The designs of the rows, if they are that. What their columns are is written with
             the rows, unless the names of the columns tell it.
     """
-    head: dict[str, Any] = {}
+    head = {}
     if designs is not None:
         numeric = [*frame.select_dtypes(["number", "bool"])]
         head = designs_head(designs, [*frame], numeric)

@@ -98,7 +98,7 @@ def _test_problem(name: str) -> type[Problem]:
     from pymoo.problems import get_problem, many, multi, single
 
     # The names that get_problem knows are mostly those of the classes; it does not list them.
-    classes: dict[str, type[Problem]] = {}
+    classes = {}
     for module in (single, multi, many):
         for value in vars(module).values():
             if isinstance(value, type) and issubclass(value, Problem):
@@ -122,7 +122,7 @@ def _attribute(name: str) -> Any:
     if "" not in sys.path:  # an installed command has its own folder there, not the user's
         sys.path.insert(0, "")
     try:
-        value: Any = importlib.import_module(module)
+        value = importlib.import_module(module)
         for part in attribute.split("."):
             value = getattr(value, part)
         return value
@@ -145,7 +145,7 @@ def _construct(name: str, source: Any) -> Problem:
         name: The argument PROBLEM.
         source: The class, function or problem.
     """
-    names: list[str] = []
+    names = []
     if callable(source) and not isinstance(source, Problem):
         names = _argument_names(source)
     arguments = _arguments(name, names)
@@ -173,7 +173,7 @@ def _argument_names(source: Callable[..., Any]) -> list[str]:
     """Return the names of the arguments of a class or function, including those it passes on."""
     if inspect.isbuiltin(source):
         return []
-    functions: list[Callable[..., Any]] = [source]
+    functions = [source]
     if isinstance(source, type):
         # A class passes its **kwargs on to its base. The arguments of pymoo's base classes are no
         # options of users.
@@ -252,7 +252,7 @@ def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
     """
     variables = {variable.title: variable for variable in design_space(problem).variables}
     form = "variable=lower:upper or variable=value"
-    box: dict[str, Any] = {}
+    box = {}
     for name, text in pairs_in("--box", entries, form, variables).items():
         kind = variables[name].kind
         if kind is Kind.CHOICE:

@@ -29,7 +29,7 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
     """
     layout = designs.layout
     number_column = "test_point" if layout.label is None else "row"
-    columns: dict[str, Any] = {number_column: designs.numbers, **designs.extra}
+    columns = {number_column: designs.numbers, **designs.extra}
     for name in (*layout.variables, *layout.objectives, *layout.outputs):
         columns[name] = designs.column(name)
     columns["mu1"], columns["mu2"], columns["mu3"] = ranking.criteria.T

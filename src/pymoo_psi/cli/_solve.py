@@ -308,7 +308,7 @@ def _by_nsga3(
     with TemporaryDirectory() as folder:
         # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
         # names no study, a temporary one keeps the tests for the table.
-        recorded: Any = Recorded(
+        recorded = Recorded(
             FailureTolerant(problem),
             study=run.study or Path(folder, "tests.db"),
             study_key=run.study_key,
@@ -321,7 +321,7 @@ def _by_nsga3(
         result = nsga3(recorded, n_evaluations=points, seed=run.seed, callback=callback)
         table = recorded.table
     reasons = tuple(failure.reason for failure in recorded.failures)
-    n_not_run: int = getattr(problem, "n_not_run", 0)
+    n_not_run = getattr(problem, "n_not_run", 0)
     n_stored = points - recorded.n_evaluated - n_not_run
     counts = [f"{points - n_not_run} evaluated"]
     if n_stored and run.study is not None:

@@ -137,7 +137,7 @@ def pairs_in(
         >>> pairs_in("--units", ["mass=kg", '"time, s=s"'], "column=unit", ["mass", "time, s"])
         {'mass': 'kg', 'time, s': 's'}
     """
-    pairs: dict[str, str] = {}
+    pairs = {}
     for part in entries_of(entries or ()):
         name, _, value = map(str.strip, part.rpartition("="))
         if not (name and value):

@@ -147,7 +147,7 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Content]:
         optimal: ``(n,)`` which of the designs are Pareto optimal without limits.
     """
     layout = tables[0].layout
-    columns: list[Content] = []
+    columns = []
     for j, (role, name) in enumerate(_roles(tables[0])):
         column = {
             "field": f"c{j}",  # free of the user's characters
@@ -188,7 +188,7 @@ def values_of(name: str, *tables: TestTable) -> NDArray[Any]:
 
     Where a table lacks the column they are NaN or empty. The first table says which they are.
     """
-    cells: list[Any] = []
+    cells = []
     for table in tables:
         if name in table.extra:
             cells += table.extra[name].tolist()
@@ -302,7 +302,7 @@ def scale_of(values: Array) -> tuple[float, float, bool]:
 
 def _without_outliers(values: Array) -> Array:
     """Return the ``(n,)`` values without those that are far beyond the quartiles."""
-    measured: Array = values
+    measured = values
     # Values over decades are measured by their logarithms: of 1, 10, …, 1e6 none is an outlier.
     if values.min() > 0 and np.quantile(values, 0.75) / 10 > np.quantile(values, 0.25):
         measured = np.log(values)

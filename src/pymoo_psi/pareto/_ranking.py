@@ -544,9 +544,9 @@ class UtopianFrame:
         self.scale = np.ones_like(ideal)
         if normalize:
             self.scale = lengths
-        self.line: Array = np.where(self._varying, nadir - ideal, 0.0) / self.scale
+        self.line = np.where(self._varying, nadir - ideal, 0.0) / self.scale
         line = self.line / (self.line.max() or 1.0)
-        self._direction: Array = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
+        self._direction = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
 
     def scaled(self, F: Array) -> Array:
         """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""

@@ -287,7 +287,7 @@ def _groups(table: TestTable) -> dict[str, Group]:
 
 def _column(table: TestTable, name: str, chosen: TestTable | None) -> Column:
     layout = table.layout
-    options: tuple[Any, ...] = ()
+    options = ()
     mark = np.nan
     if name in layout.variables:
         places, ends, options = _places_of_variable(table, name)

@@ -159,7 +159,7 @@ def _table_info(
         raise invalid("variables", "one or more", Received("none"))
     if max(len(variables), len(objectives)) > MATRIX:
         objectives = []
-    drawn: list[str] = []
+    drawn = []
     if objectives:
         drawn = [*variables, *objectives]
     totals = {
@@ -341,7 +341,7 @@ def plot_ranking(
             ax.add_collection(_lines(info.shares, group))
             legend.append(Line2D([], [], **group.style(name)))
         if row is not None and row not in ranking.salukvadze:
-            style: Style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
+            style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
             ax.plot(np.arange(n), info.shares[row], "k--", label="chosen", zorder=7.0, **style)
         ax.set(xlim=(-0.4, n - 0.6), ylim=(-0.05, 1.05))
         ax.set_ylabel("share of the range (0 is best)")

@@ -136,7 +136,7 @@ class Choice:
         """Return the selectors of a report that names none."""
         formulation = self.table.formulation
         normalize = formulation.normalize
-        selectors: dict[str, Any] = {
+        selectors = {
             "knee": Knee(),
             "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
         }
@@ -281,7 +281,7 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
     """
     names = {limit_text(name, *ends): name for name, ends in table.limits.items()}
     costs = constraint_costs(table).rename(index=names)
-    idle: list[str] = []
+    idle = []
     last = "nearest value"
     describe = _nearest
     if table.eligible().any():
