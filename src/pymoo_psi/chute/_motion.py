@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -11,6 +10,9 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import Array, Received, finite_array, instance, invalid, known_name
 from pymoo_psi.chute._slip import NUMBERS, ROLLS, STALLS, TINY, follow_slip
+
+MODELS = ("full", "rolling")
+"""``"full"``: slip, then roll (Eqs. 2.16–2.21). ``"rolling"``: rolling from the start (2.20)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +154,10 @@ def motion(
         >>> round(float(m.time), 4), round(float(m.exit_speed), 4)
         (2.0459, 0.6917)
     """
-    solve = _SOLVERS[known_name("model", model, MODELS)]
+    known_name("model", model, MODELS)
+    solve = _slip_then_roll
+    if model == "rolling":
+        solve = _roll
     columns = broadcast(u1, v_p, parameters)
     return Motion(columns[0], columns[1], *solve(*columns))
 
@@ -297,9 +302,7 @@ def move(xp: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any
     return State(time + dt, speed, vx + slide, vy, left, stalls, grip_time, grip_way)
 
 
-def _roll(
-    u1: Array, v_p: Array, mu: Array, c: Array, r: Array, wx0: Array, wy0: Array, wz0: Array
-) -> tuple[Array, ...]:
+def _roll(*columns: Array) -> tuple[Array, ...]:
     """Return the fields of `Motion` after v_p for rolling from the start, Eq. (2.20) alone.
 
     Integrated from η = 0 with the initial spins kept as they are, it gives w(1) = c² + (10/7) u1
@@ -307,6 +310,7 @@ def _roll(
     3.5 μ, is left to the caller. ``dissipation`` is u1 + W − ΔE = 0.4 (c − r ω_Y0)(v1 − c), which
     is no physical loss: the sphere starts to roll with a spin that does not fit.
     """
+    u1, _, _, c, r, wx0, wy0, wz0 = columns
     speed = np.sqrt(c**2 + 10 / 7 * u1)  # (2.20): dw/dη = 2 (1 + u1²)^½ sin α / 1.4
     gained = 10 / 7 * u1 / (speed + c)  # v1 − c without cancellation
     time = 2 * np.sqrt(1 + u1**2) / (speed + c)  # uniform acceleration along sec α
@@ -316,9 +320,3 @@ def _roll(
     spin = np.stack([wx0, wy0 + gained / r, wz0], axis=-1)
     dissipation = 0.4 * (c - r * wy0) * gained
     return time, speed, slip_end, slip_time, spin, work, dissipation, np.ones_like(u1)
-
-
-_SOLVERS: dict[str, Callable[..., tuple[Any, ...]]] = {"full": _slip_then_roll, "rolling": _roll}
-
-MODELS = tuple(_SOLVERS)
-"""``"full"``: slip, then roll (Eqs. 2.16–2.21). ``"rolling"``: rolling from the start (2.20)."""

@@ -78,9 +78,9 @@ def run_reproduce(options: Options) -> int:
     out = options.out
     job_count("--jobs", options.jobs)
     mu = tuple(options.mu) or PAPER_MU
-    models = MODELS
+    models = [*MODELS]
     if options.model is not None:
-        models = (options.model,)
+        models = [options.model]
     folder = results_folder(out)
     places = []
     # Each model has its cases and then a set of figures.

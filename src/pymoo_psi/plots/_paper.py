@@ -65,7 +65,7 @@ _PANELS = (
     ("normal reactions", "$n$", ("$n_A$, plane", "$n_B$, guide-wall")),
 )
 # The panels of Figure 8: columns of salukvadze_functions.
-_FUNCTIONS: tuple[dict[str, str], ...] = (
+_FUNCTIONS = (
     {"f1": "$f_1^S$, time", "exit_speed": "$v_{Cf}^S$, exit speed"},
     {
         "f2": "$f_2^S$, energy balance",
@@ -262,7 +262,7 @@ def _coordinates(case: Case) -> dict[str, Array]:
 
 def _motion_figure(case: Case) -> Drawing:
     """Return Figure 7: the motion of the optimum, with the slip phase shaded."""
-    best = int(case.ranking.salukvadze[0])
+    best = case.ranking.salukvadze[0]
     u1, v_p = case.designs.X[best].tolist()
     parameters = ChuteParameters(mu=case.mu)
     motion = trajectory(u1, v_p, parameters)

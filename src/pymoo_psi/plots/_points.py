@@ -82,8 +82,8 @@ class Group:
     def style(self, name: str) -> Style:
         """Return the arguments of ``plot``. The larger the group, the smaller its markers."""
         shape, colour, size, level = self.marker
-        n = int(self.mask.sum())
-        shrink = float(np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0))
+        n = self.mask.sum()
+        shrink = np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0)
         edge = "black"
         if shape == "x":  # which is nothing but an edge
             edge = colour
@@ -233,7 +233,7 @@ class Points:
         text = f"{counted(len(table), 'design')} tested"
         if failed.any():
             text += f", {failed.sum()} failed"
-        n_far = int((outside & ~failed).sum())
+        n_far = (outside & ~failed).sum()
         if n_far:
             text += f". {counted(n_far, 'design')} outside the axes, far from the others"
         return f"{text}."
@@ -294,7 +294,7 @@ def _column(table: TestTable, name: str, chosen: TestTable | None) -> Column:
     else:
         places = table.column(name)
         if chosen is not None:
-            mark = float(chosen.column(name)[0])
+            mark = chosen.column(name)[0]
         ends = _ends_of_dependent(places, table.feasible(), mark)
     label = layout.label_of(name)
     limits = table.limits.get(name, _OPEN)

@@ -7,7 +7,7 @@ objective.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +24,6 @@ from pymoo_psi.plots._points import (
     ORANGE,
     PARETO,
     Group,
-    Points,
     checked,
     name_axis,
     points_of_table,
@@ -96,133 +95,84 @@ def plot_table(
         >>> len(plot_table(table.under(limits={"f1": 1.5})).axes)
         6
     """
-    info = _table_info(checked(table), variables, objectives)
-    n_columns = min(len(info.variables), MATRIX)
-    n_rows = 1 + len(info.objectives)
-    with panels(len(info.variables) * n_rows, n_columns) as (figure, axes):
-        tops = axes[: len(info.variables)]
-        for ax, bars in zip(tops, info.histograms, strict=True):
-            _draw_histogram(ax, bars, info)
-        for ax in tops[::n_columns]:
+    layout = checked(table).layout
+    tops = _known("variables", variables, layout.variables, layout)
+    rows = _known("objectives", objectives, layout.objectives, layout)
+    if not tops:
+        raise invalid("variables", "one or more", Received("none"))
+    if max(len(tops), len(rows)) > MATRIX:
+        rows = []
+    drawn = []
+    if rows:
+        drawn = [*tops, *rows]
+    points = points_of_table(table, drawn)
+    histograms = [histogram(table, name) for name in tops]
+    totals = {
+        "tested": len(table),
+        "feasible": table.feasible().sum(),
+        "pareto": table.pareto().sum(),
+    }
+    n_columns = min(len(tops), MATRIX)
+    with panels(len(tops) * (1 + len(rows)), n_columns) as (figure, axes):
+        first_row = axes[: len(tops)]
+        for ax, bars in zip(first_row, histograms, strict=True):
+            _draw_histogram(ax, bars, layout, totals)
+            name_axis(ax, "y", "")
+            label = layout.label_of(bars.variable)
+            if rows:  # the planes below have the name
+                label = ""
+            name_axis(ax, "x", label, bars.values)
+            if rows and not bars.values:  # options have an interval each, and are aligned
+                ax.set_xlim(points.columns[bars.variable].ends)
+        for ax in first_row[::n_columns]:
             ax.set_ylabel("% of each group")
-        highest = max(ax.get_ylim()[1] for ax in tops)
-        for ax in tops:
+        highest = max(ax.get_ylim()[1] for ax in first_row)
+        for ax in first_row:
             ax.set_ylim(0, highest)
 
-        for row, objective in enumerate(info.objectives, start=1):
-            for j, variable in enumerate(info.variables):
-                ax = axes[row * n_columns + j]
-                info.points.draw(ax, variable, objective)
-                ax.label_outer()
+        planes = product(rows, tops)
+        for ax, (objective, variable) in zip(axes[len(tops) :], planes, strict=True):
+            points.draw(ax, variable, objective)
+            ax.label_outer()
         legend_of(figure, axes)
         sentences = ["Histograms: the share of each group in each interval."]
-        if info.objectives:
+        if rows:
             sentences.append("Below, objectives against variables.")
-        figure.describe(title, *sentences, info.points.counts(table), _outside(info))
+        figure.describe(title, *sentences, points.counts(table), _outside(histograms))
     return figure
 
 
-@dataclass(frozen=True)
-class _TableInfo:
-    """What :func:`plot_table` draws.
-
-    Attributes:
-        layout: Layout of the table.
-        variables: Names of the columns of the matrix.
-        objectives: Names of its rows; empty for histograms only.
-        histograms: A histogram of each variable.
-        totals: Numbers of designs that are tested, feasible and Pareto optimal.
-        points: The designs over variables and objectives.
-    """
-
-    layout: Layout
-    variables: list[str]
-    objectives: list[str]
-    histograms: list[Histogram]
-    totals: dict[str, int]
-    points: Points
-
-
-def _table_info(
-    table: TestTable,
-    variables: Sequence[str] | None,
-    objectives: Sequence[str] | None,
-) -> _TableInfo:
-    layout = table.layout
-    if variables is None:
-        variables = layout.variables
-    if objectives is None:
-        objectives = layout.objectives
-    variables = _known("variables", variables, layout)
-    objectives = _known("objectives", objectives, layout)
-    if not variables:
-        raise invalid("variables", "one or more", Received("none"))
-    if max(len(variables), len(objectives)) > MATRIX:
-        objectives = []
-    drawn = []
-    if objectives:
-        drawn = [*variables, *objectives]
-    totals = {
-        "tested": len(table),
-        "feasible": int(table.feasible().sum()),
-        "pareto": int(table.pareto().sum()),
-    }
-    return _TableInfo(
-        layout,
-        variables,
-        objectives,
-        [histogram(table, name) for name in variables],
-        totals,
-        points_of_table(table, drawn),
-    )
-
-
-def _known(argument: str, names: Sequence[str], layout: Layout) -> list[str]:
+def _known(
+    argument: str, names: Sequence[str] | None, default: Sequence[str], layout: Layout
+) -> list[str]:
+    """Return the names of columns of a table, by default those given."""
+    if names is None:
+        names = default
     return [known_name(argument, name, layout.columns) for name in names]
 
 
-def _draw_histogram(axes: Axes, bars: Histogram, info: _TableInfo) -> None:
-    """Draw the histogram of a column and name its axis, or align it with the planes below."""
-    groups = dict(_BARS)
-    # The intervals of a dependent column span the feasible designs; other tests are outside.
-    if bars.variable not in info.layout.variables:
-        del groups["tested"]
-    _draw_bars(axes, bars, groups, info.totals)
-    name_axis(axes, "y", "")
-    if not info.objectives:
-        name_axis(axes, "x", info.layout.label_of(bars.variable), bars.values)
-        return
-    name_axis(axes, "x", "", bars.values)
-    if not bars.values:  # options have an interval each, and are aligned
-        axes.set_xlim(info.points.columns[bars.variable].ends)
-
-
-def _draw_bars(
-    axes: Axes,
-    bars: Histogram,
-    groups: Mapping[str, _Bars],
-    totals: Mapping[str, int],
-) -> None:
+def _draw_histogram(axes: Axes, bars: Histogram, layout: Layout, totals: Mapping[str, int]) -> None:
     """Draw the share of each group in each interval.
 
     Args:
         axes: The axes.
         bars: Edges of the intervals, and the numbers of designs in them.
-        groups: The bars of each group.
+        layout: Layout of the table.
         totals: The number of designs in each group.
     """
     edges = bars.edges
     widths = np.diff(edges)
     if len(widths) > 1 and not np.allclose(widths, widths[0]):
         axes.set_xscale("log")
-    for group, (left, right, style) in groups.items():
+    for group, (left, right, style) in _BARS.items():
+        # The intervals of a dependent column span the feasible designs; other tests are outside.
+        if group == "tested" and bars.variable not in layout.variables:
+            continue
         n = totals[group]
         name = group.replace("pareto", PARETO)
-        starts = edges[:-1] + left * widths
-        heights = 100.0 * getattr(bars, group) / max(n, 1)
         axes.bar(
-            starts,
-            heights,
+            edges[:-1] + left * widths,
+            100.0 * getattr(bars, group) / max(n, 1),
             (right - left) * widths,
             align="edge",
             linewidth=0.5,
@@ -233,10 +183,10 @@ def _draw_bars(
         axes.set_xlim(edges[0], edges[-1])
 
 
-def _outside(info: _TableInfo) -> str:
+def _outside(histograms: Sequence[Histogram]) -> str:
     """Return a sentence on values outside the histograms; empty if there are none."""
     parts = []
-    for bars in info.histograms:
+    for bars in histograms:
         n = sum(bars.outside)
         if n:
             parts.append(f"{counted(n, 'value')} of {bars.variable}")
@@ -276,9 +226,7 @@ def plot_objectives(
         3
     """
     layout = checked(table).layout
-    if objectives is None:
-        objectives = layout.objectives
-    names = _known("objectives", objectives, layout)
+    names = _known("objectives", objectives, layout.objectives, layout)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
@@ -330,24 +278,24 @@ def plot_ranking(
         ['share of the range (0 is best)']
     """
     instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) returns one")
-    info = _ranking_info(ranking, units or {})
-    n = len(info.labels)
+    shares, labels, rotation = _ranking_info(ranking, units or {})
+    n = len(labels)
     height = 60.0
     if n > MATRIX:
         height = 90.0
     with panels(1, 1, height=height) as (figure, (ax,)):
         legend = []
         for name, group in ranked_groups(ranking).items():
-            ax.add_collection(_lines(info.shares, group))
+            ax.add_collection(_lines(shares, group))
             legend.append(Line2D([], [], **group.style(name)))
         if row is not None and row not in ranking.salukvadze:
             style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
-            ax.plot(np.arange(n), info.shares[row], "k--", label="chosen", zorder=7.0, **style)
+            ax.plot(np.arange(n), shares[row], "k--", label="chosen", zorder=7.0, **style)
         ax.set(xlim=(-0.4, n - 0.6), ylim=(-0.05, 1.05))
         ax.set_ylabel("share of the range (0 is best)")
-        ax.set_xticks(np.arange(n), info.labels, rotation=info.rotation)
+        ax.set_xticks(np.arange(n), labels, rotation=rotation)
         legend_of(figure, [ax], *legend, fontsize=8)
-        optimal = counted(int(ranking.pareto.sum()), "Pareto-optimal design")
+        optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
         figure.describe(
             title,
             f"{optimal} of {len(ranking.rank)}, by rank of efficiency.",
@@ -356,22 +304,20 @@ def plot_ranking(
     return figure
 
 
-@dataclass(frozen=True)
-class _RankingInfo:
-    """What :func:`plot_ranking` draws.
+def _ranking_info(
+    ranking: EfficiencyRanking, units: Mapping[Any, str]
+) -> tuple[Array, list[str], int]:
+    """Return what :func:`plot_ranking` draws.
 
-    Attributes:
-        shares: ``(n, m)`` the values of the designs as shares of the way from best to worst.
-        labels: Name, best and worst value of each objective.
-        rotation: Angle of the labels, so that they do not overlap.
+    Args:
+        ranking: The ranking.
+        units: Units of objectives by name.
+
+    Returns:
+        ``(n, m)`` the values of the designs as shares of the way from best to worst; name, best
+        and worst value of each objective; and the angle of these labels, so that they do not
+        overlap.
     """
-
-    shares: Array
-    labels: list[str]
-    rotation: int
-
-
-def _ranking_info(ranking: EfficiencyRanking, units: Mapping[Any, str]) -> _RankingInfo:
     values = ranking.objectives.values
     sign = ranking.objectives.sign
     front = values[ranking.pareto] * sign
@@ -389,7 +335,7 @@ def _ranking_info(ranking: EfficiencyRanking, units: Mapping[Any, str]) -> _Rank
     rotation = 0
     if (longest + 2) * len(labels) > _LETTERS:
         rotation = 90
-    return _RankingInfo((values - best) / lengths, labels, rotation)
+    return (values - best) / lengths, labels, rotation
 
 
 def _lines(shares: Array, group: Group) -> LineCollection:
