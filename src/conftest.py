@@ -40,7 +40,6 @@ def test_table() -> Any:
 # What the examples of a file go on with; to compute it for each would take most of their time.
 SHARED = {
     "table/_tests.py": ["TestTable"],
-    "table/_questions.py": ["TestTable"],
     "comparison/_comparison.py": ["bnh", "result"],
     "comparison/_quality.py": ["bnh", "result"],
     "comparison/_runs.py": ["result"],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, flat, invalid
 from pymoo_psi.table._designs import design_matrix, first_rows, joined_designs
+from pymoo_psi.table._formulation import ATTRIBUTES
 from pymoo_psi.table._layout import ORIGIN, Layout, joined_layout
 
 if TYPE_CHECKING:
@@ -84,6 +86,22 @@ def _stacked_extra(tables: Sequence[TestTable]) -> dict[str, NDArray[Any]]:
             parts.append(table.extra.get(name, none))
         columns[name] = np.concatenate(parts)
     return columns
+
+
+def require_one_formulation(tables: Sequence[TestTable]) -> None:
+    """Refuse to join tables of which different things are asked."""
+    formulations = []
+    for table in tables:
+        if table.layout.columns:
+            formulations.append(replace(table.formulation, chosen=None, reason="", page={}))
+    for formulation in formulations[1:]:
+        for name in ATTRIBUTES:
+            value = getattr(formulations[0], name)
+            other = getattr(formulation, name)
+            if (value or None) != (other or None):
+                received = Received(f"{name} {value} against {other}")
+                remedy = "ask each of them by the same table.under(...)"
+                raise invalid("tables", "under one formulation to be joined", received, remedy)
 
 
 def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) -> None:

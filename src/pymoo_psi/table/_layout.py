@@ -265,7 +265,7 @@ class Layout:
             >>> Layout.of(["width", "height"], 1).variable("height")
             1
         """
-        return _index("variable", key, self.variables)
+        return index_of("variable", key, self.variables)
 
     def objective(self, key: Key) -> int:
         """Return the index of an objective given by name or index.
@@ -274,7 +274,7 @@ class Layout:
             >>> Layout.of(1, ["mass", "cost"]).objective("cost")
             1
         """
-        return _index("objective", key, self.objectives)
+        return index_of("objective", key, self.objectives)
 
 
 def joined_layout(layout: Layout, other: Layout) -> Layout:
@@ -320,7 +320,8 @@ def unit_texts(units: Any) -> dict[str, str]:
     return texts
 
 
-def _index(kind: str, key: Key, names: tuple[str, ...]) -> int:
+def index_of(kind: str, key: Key, names: Sequence[str]) -> int:
+    """Return the index of a column that is given by its name or index."""
     # Stricter than Python, where -1 is the last one and True is 1.
     if isinstance(key, (int, np.integer)) and not isinstance(key, bool):
         if not 0 <= key < len(names):

@@ -12,16 +12,14 @@ import csv
 import numbers
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Received, invalid, known_name, mapping, wrong_type
 from pymoo_psi.table._designs import real_column
-
-if TYPE_CHECKING:
-    from pymoo_psi.table._layout import Layout
+from pymoo_psi.table._layout import Layout, index_of
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -200,6 +198,19 @@ def _is_end(value: Any) -> bool:
     return isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_))
 
 
+def limits_by_name(limits: Limits | None, objectives: Sequence[str]) -> dict[str, Any]:
+    """Return limits in any of their forms by the names of columns; an index is of an objective."""
+    limit_by_name: dict[str, Any] = {}
+    for key, limit in limits_of(limits).items():
+        name = key
+        if not isinstance(key, str):
+            name = objectives[index_of("objective", key, objectives)]
+        if name in limit_by_name:
+            raise invalid("limits", "given once for a column", limits)
+        limit_by_name[str(name)] = limit
+    return limit_by_name
+
+
 def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
     """Return what limits allow, in the order of the table's columns.
 
@@ -210,14 +221,11 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
     """
     bounds: Bounds = {}
     free = [name for name in layout.columns if name not in layout.constraints]
-    for key, limit in limits_of(limits).items():
-        name = key if isinstance(key, str) else layout.objectives[layout.objective(key)]
+    for name, limit in limits_by_name(limits, layout.objectives).items():
         remedy = ""
         if name in layout.constraints:
             remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
         known_name("a limit", name, free, remedy)
-        if name in bounds:
-            raise invalid("limits", "given once for a column", limits)
         bounds[name] = ends(name, limit)
         if name in layout.maximize and not isinstance(limit, (tuple, list)):
             argument = f"the limit on {name!r}, which is maximised,"
