@@ -1,8 +1,12 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
+from ._analysis import Convergence as Convergence
 from ._analysis import Histogram as Histogram
 from ._analysis import constraint_costs as constraint_costs
+from ._analysis import convergence as convergence
+from ._analysis import even_part as even_part
 from ._analysis import histogram as histogram
+from ._analysis import sensitivities as sensitivities
 from ._cells import Cells as Cells
 from ._formats import FORMATS as FORMATS
 from ._formats import FileFormat as FileFormat
@@ -10,16 +14,13 @@ from ._formats import SourceFile as SourceFile
 from ._formulation import Formulation as Formulation
 from ._layout import Kind as Kind
 from ._layout import Layout as Layout
-from ._samples import Convergence as Convergence
-from ._samples import convergence as convergence
-from ._samples import even_part as even_part
-from ._samples import sensitivities as sensitivities
 from ._source import read_table as read_table
 from ._table import TestTable as TestTable
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._analysis import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._analysis import alike as alike
 from ._designs import design_keys as design_keys
 from ._designs import design_matrix as design_matrix
@@ -45,6 +46,5 @@ from ._limits import excess as excess
 from ._limits import limit_text as limit_text
 from ._limits import limits_of as limits_of
 from ._limits import sides_of_text as sides_of_text
-from ._samples import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._source import designs_head as designs_head
 from ._tests import STATUSES as STATUSES

@@ -1,4 +1,4 @@
-"""Histograms, costs of constraints, and alike failures.
+"""Analysis of tests: histograms, costs of constraints, sensitivities and convergence.
 
 A constraint whose limit is negotiable (a soft limit) can be looked at as an objective more, a
 pseudo-criterion (Statnikov and Matusov, Multicriteria Optimization and Engineering, 1995,
@@ -8,7 +8,7 @@ Chapter 1): ``Formulation(objectives=[..., constraint])``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._validation import instance, integer
+from pymoo_psi._output import Shown
+from pymoo_psi._validation import Received, counted, instance, integer, invalid, known_name
+from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Key
 from pymoo_psi.table._table import TestTable
@@ -26,9 +28,22 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 _FOLDER = re.compile(r"; see \S.*$")
 _DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
+PROPOSAL_ROUND = "proposal_round"
+"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
+_COSINES = 10  # that show the effect of a variable with many values
+_LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
+_LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide
+_FIRST = 8  # tests of the first row of a convergence; fewer have no front to speak of
+# Of the hypervolume, in units of the last front's range: a little beyond its worst values, so that
+# the designs at its ends count, too.
+_REFERENCE = 1.1
+# What share of its μ1 the best design must have come nearer, or of itself the hypervolume must have
+# grown, for the last tests to be worth it.
+_WORTH = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,25 +105,25 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
     if isinstance(variable, str) and variable in layout.columns[len(layout.variables) :]:
         name = variable
         places = table.column(name)
-        counted = np.isfinite(places)
-        edges = _edges_of_dependent(places[counted], feasible[counted], bins)
+        present = np.isfinite(places)
+        edges = _edges_of_dependent(places[present], feasible[present], bins)
     else:
         j = layout.variable(variable)
         name = layout.variables[j]
-        counted = np.ones(len(table), dtype=bool)
+        present = np.ones(len(table), dtype=bool)
         places, edges, values = _places_of_variable(table, j, bins)
 
     def count(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
-        return np.histogram(places[mask & counted], edges)[0]
+        return np.histogram(places[mask & present], edges)[0]
 
-    inside = places[feasible & counted]
+    inside = places[feasible & present]
     n_below = int((inside < edges[0]).sum())
     n_above = int((inside > edges[-1]).sum())
     return Histogram(
         variable=name,
         edges=edges,
         values=values,
-        tested=count(counted),
+        tested=count(present),
         feasible=count(feasible),
         pareto=count(table.pareto()),
         outside=(n_below, n_above),
@@ -231,3 +246,416 @@ def _best(values: Array) -> float:
     # Objectives of infeasible designs need not be finite, and -inf would be the best of all.
     finite = values[np.isfinite(values)]
     return float(finite.min()) if len(finite) else float("nan")
+
+
+# Of an even sample of the bounds
+
+
+def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.DataFrame:
+    """Return the first-order sensitivity of columns to each variable, from the tests at hand.
+
+    The index S_i of a variable is the share of a column's variance that the variable explains by
+    itself: Var(E[y | x_i]) / Var(y). What the S_i lack to 1 is interaction. E[y | x_i] is the mean
+    of each value of a variable with few of them, binary ones and choices among these, and else a
+    sum of ten cosines of its rank, as in the given-data estimates of Plischke (Reliability
+    Engineering and System Safety 95, 2010). The share that as many terms explain by chance is
+    taken off; what a stronger variable explains is taken off before, as few points of a sequence
+    may confound two. So an estimate may be below 0 where a variable explains nothing. A jump in a
+    real variable loses up to 4 % of its share.
+
+    All tests whose value is finite count, feasible or not: the variables must be independent and
+    uniform within the bounds, which is not so of the feasible designs only, nor where many fail.
+    Of a surrogate's study the points before the first proposal count; see :func:`even_part`.
+
+    Args:
+        table: The tests of one investigation.
+        columns: Names of objectives, constraints and further outputs; all of them unless given.
+
+    Returns:
+        Index ``(column, variable)``; ``first_order``, the index S_i; ``lower`` and ``upper``, the
+        ends of its band, which holds the true value at 95 %. Variables with one value are left
+        out; NaN where a column is constant.
+
+    Raises:
+        ArgumentValueError: The tests are no even sample; there is no such column, it is a
+            variable, or it has too few values.
+
+    Example:
+        Of x1 + 2 x2 the first variable explains 1/5 of the variance, the second 4/5.
+
+        >>> from pymoo_psi import lp_tau
+        >>> X = lp_tau(1024, 2)
+        >>> table = TestTable.of(range(1, 1025), X, (X @ [1, 2])[:, None])
+        >>> sensitivities(table)["first_order"].round(2).tolist()
+        [0.2, 0.8]
+    """
+    import pandas as pd
+
+    table, _ = even_part(table)
+    layout = table.layout
+    dependent = []
+    for name in layout.columns[len(layout.variables) :]:
+        if name != PROPOSAL_ROUND:
+            dependent.append(name)
+    variables = []
+    for name in layout.variables:
+        if len(set(table.column(name).tolist())) > 1:
+            variables.append(name)
+    rows: list[tuple[Any, ...]] = []
+    # The bases are those of all columns that are known of the same tests.
+    bases_by_tests: dict[bytes, list[Array]] = {}
+    for name in dependent if columns is None else columns:
+        known_name("a column", name, dependent)
+        values = table.column(name)
+        finite = np.isfinite(values)
+        y = values[finite]
+        if len(y) < _LEAST_TESTS:
+            received = Received(counted(len(y), "finite value"))
+            rule = f"known of {_LEAST_TESTS} tests or more"
+            raise invalid(name, rule, received, "test more points")
+        key = finite.tobytes()
+        if key not in bases_by_tests:
+            bases_by_tests[key] = [_basis(table.column(v)[finite]) for v in variables]
+        shares = np.full((len(variables), 3), np.nan)
+        if y.min() < y.max():
+            shares = _shares(bases_by_tests[key], y)
+        for variable, row in zip(variables, shares, strict=True):
+            rows.append((name, variable, *row))
+    frame = pd.DataFrame(rows, columns=["column", "variable", "first_order", "lower", "upper"])
+    return frame.set_index(["column", "variable"])
+
+
+def _basis(column: NDArray[Any]) -> Array:
+    """Return ``(n, p)`` orthonormal functions of a variable, each of mean 0."""
+    values, ranks = value_ranks(column)
+    if len(values) <= _COSINES + 1 or isinstance(values[0], str):
+        functions = np.eye(len(values))[ranks][:, 1:]
+    else:
+        counts = np.bincount(ranks)
+        midpoints = (np.cumsum(counts) - counts / 2) / len(column)
+        functions = np.cos(np.pi * np.outer(midpoints[ranks], np.arange(1, _COSINES + 1)))
+    basis: Array = np.linalg.qr(functions - functions.mean(axis=0))[0]
+    return basis
+
+
+def _shares(bases: list[Array], y: Array) -> Array:
+    """Return ``(n_var, 3)`` the share of the variance that each basis explains, and its band."""
+    n = len(y)
+    y = y / np.abs(y).max()  # so that no square overflows
+    y = (y - y.mean()) / y.std()
+    strengths = [float(((Q.T @ y) ** 2).sum()) - Q.shape[1] for Q in bases]
+    shares = np.full((len(bases), 3), np.nan)
+    unexplained = y
+    for j in np.argsort(strengths)[::-1]:  # the strongest first
+        Q = bases[j]
+        p = Q.shape[1]
+        free = n - p - 1
+        if free < 1:
+            continue
+        fit = Q @ (Q.T @ unexplained)
+        fit_of_y = Q @ (Q.T @ y)
+        explained = (fit**2).mean()
+        share = explained - p / free * ((unexplained - fit) ** 2).mean()
+        half = _half_width(y, fit_of_y, p, free)
+        # A sequence may be so even that nothing is explained by chance: then `explained` is right.
+        shares[j] = share, share - half, max(share + half, explained)
+        if share > half:
+            unexplained = unexplained - fit
+    return shares
+
+
+def _half_width(y: Array, fit: Array, p: int, free: int) -> float:
+    """Return half the width of the band about a share of the variance that p terms explain.
+
+    The standard error of 1 - left as a ratio of two means, and what p terms have by chance.
+    """
+    left = ((y - fit) ** 2).mean()
+    ratio = left * y**2 - (y - fit) ** 2
+    half: float = 1.96 * np.sqrt((ratio**2).mean() / free + 2 * p * left**2 / (len(y) * free))
+    return half
+
+
+def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tuple[str, ...]]:
+    """Return the tests that are an even sample of the bounds, and what must be known of them.
+
+    Sensitivities and convergence are of these tests only: what an algorithm has chosen says where
+    it looked. Where it is unknown how designs were sampled, their values decide.
+
+    Args:
+        table: Tests of any origin.
+        ordered: Whether the first tests must be an even sample, too.
+
+    Returns:
+        The tests, in their order, and sentences: which ones these are, and how many have failed.
+
+    Raises:
+        ArgumentValueError: There is none.
+
+    Example:
+        >>> from pymoo_psi import lp_tau
+        >>> table, sentences = even_part(TestTable.of(range(1, 65), lp_tau(64, 2), lp_tau(64, 2)))
+        >>> len(table), sentences
+        (64, ('It is unknown how designs were sampled; they lie evenly within their range.',))
+    """
+    layout = instance("table", table, TestTable).layout
+    rule = "an even sample of one set of bounds"
+    sampling = str((table.problem or {}).get("sampling") or "")
+    sentences = []
+    n = len(table)
+    if len(table.experiments) > 1:
+        raise invalid("the tests", rule, Received(f"those of {listed(table.experiments)}"))
+    if "an algorithm" in sampling:
+        raise invalid("the tests", rule, Received("those that an algorithm has chosen"))
+    if PROPOSAL_ROUND in layout.outputs:
+        # Tests that failed have no round.
+        proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
+        table = table.rows(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
+        if len(table) < n:
+            sentences.append(
+                f"By the first {len(table)} of {n} tests, the points of a sequence: surrogates "
+                "proposed the others."
+            )
+    elif not sampling:
+        if not _lies_evenly(table, ordered):
+            received = Received("tests of unknown sampling that crowd, or whose variables depend")
+            raise invalid("the tests", rule, received)
+        sentences.append(
+            "It is unknown how designs were sampled; they lie evenly within their range."
+        )
+    # A requirement has rejected a design that is infeasible without objectives.
+    lost = int(np.sum((table.status == "failed") | ~np.isfinite(table.F).all(axis=1)))
+    if lost:
+        tests = counted(len(table), "test")
+        sentence = f"Of {tests} {lost} failed or were rejected and do not count."
+        if lost > _LOST * len(table):
+            sentence += " The others are not spread evenly, so that sensitivities are rough."
+        sentences.append(sentence)
+    return table, tuple(sentences)
+
+
+def _lies_evenly(table: TestTable, ordered: bool) -> bool:
+    """Whether designs may be an even sample by what they are; a chance of 1 in 1000 to be wrong."""
+    from scipy import stats
+
+    p_values = [1.0]
+    ranked_columns = []
+    if ordered:
+        ranked_columns.append(np.arange(len(table)))
+    for column in table.X.T:
+        values, ranks = value_ranks(column)
+        if len(values) < 2:
+            continue
+        if len(values) <= len(column) / 5 or isinstance(values[0], str):
+            p_values.append(stats.chisquare(np.bincount(ranks)).pvalue)
+        else:
+            p_values.append(_uniformity(column.astype(np.float64)))
+        ranked_columns.append(stats.rankdata(ranks))
+    if len(ranked_columns) > 1 and len(table) > 2:
+        correlations = np.asarray(np.corrcoef(ranked_columns))
+        pairs = correlations[np.triu_indices(len(ranked_columns), 1)]
+        p_values += (2 * stats.norm.sf(np.abs(pairs) * np.sqrt(len(table) - 1))).tolist()
+    return min(p_values) * len(p_values) > 1e-3
+
+
+def _uniformity(x: Array) -> float:
+    """Return the chance that a uniform sample, of the values or their logarithms, is less even."""
+    from scipy import stats
+
+    scales = [x]
+    if x.min() > 0:
+        scales.append(np.log(x))
+    units = [(scale - scale.min()) / np.ptp(scale) for scale in scales]
+    return max(float(stats.kstest(unit, "uniform").pvalue) for unit in units)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Convergence(Shown):
+    """What the first n tests would have decided, n doubling from row to row up to all of them.
+
+    Distances are those of the ranking of all tests, so that rows can be compared. Where one design
+    is the best in every objective they have no unit, and ``mu1``, ``hypervolume`` and ``moved``
+    are NaN.
+
+    Attributes:
+        tests: ``(k,)`` numbers n of tests, increasing.
+        feasible: ``(k,)`` how many are feasible.
+        pareto: ``(k,)`` how many of these are Pareto optimal among the first n.
+        hypervolume: ``(k,)`` what their front dominates, as a share of what the last one does.
+        volume_error: ``(k,)`` standard error of that share; 0 where it is exact.
+        optimum: ``(k,)`` the test point nearest to U by the ranking of the first n; 0 where no
+            design is feasible.
+        mu1: ``(k,)`` its distance to the U of all tests; infinite where there is none.
+        moved: ``(k,)`` how far it lies from that of the row before: the largest difference in an
+            objective, in units of the objective's range over the last front; NaN where there was
+            none before.
+        best: ``(k, m)`` its objectives, in the original directions; NaN where there is none.
+        objectives: Their m names.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
+        >>> steps = convergence(table.under(normalize=False))
+        >>> steps.tests[-4:], steps.optimum[-4:]
+        (array([ 128,  256,  512, 1024]), array([  35,  205,  205, 1021]))
+    """
+
+    tests: Integers
+    feasible: Integers
+    pareto: Integers
+    hypervolume: Array
+    volume_error: Array
+    optimum: Integers
+    mu1: Array
+    moved: Array
+    best: Array
+    objectives: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        """Return how many tests there are, and what they decide."""
+        return f"Convergence({self.tests[-1]} tests: the best is no. {self.optimum[-1]})"
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the rows, with index ``tests`` and a column for each other array.
+
+        Example:
+            >>> from pymoo_psi import VectorizedSphereChute, investigate
+            >>> steps = convergence(investigate(VectorizedSphereChute(0.4, model="rolling"), 64))
+            >>> print(steps.to_frame()[["pareto", "optimum", "mu1"]].round(2))
+                   pareto  optimum   mu1
+            tests
+            8           6        5  0.78
+            16         12       13  0.58
+            32         18       21  0.49
+            64         36       21  0.49
+        """
+        import pandas as pd
+
+        names = ("feasible", "pareto", "hypervolume", "optimum", "mu1", "moved")
+        frame = pd.DataFrame({name: getattr(self, name) for name in names})
+        return frame.set_index(pd.Index(self.tests, name="tests"))
+
+    def verdict(self) -> str:
+        """Say what the last doubling of the tests changed in the decision, and what is not known.
+
+        What the next one will change is not foretold: on known problems no estimate from the
+        doublings before is right often enough.
+
+        Example:
+            >>> from pymoo_psi import VectorizedSphereChute, investigate
+            >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 1024)
+            >>> print(convergence(table.under(normalize=False)).verdict())
+            The last doubling, from 512 to 1024 tests, still mattered: it brought ...
+        """
+        n = int(self.tests[-1])
+        if len(self.tests) < 2 or not self.optimum[-2]:
+            return (
+                f"Too few tests to tell: {int(self.feasible[-1])} of {n} are feasible, and half of "
+                "the tests must have had some."
+            )
+        doubling = f"The last doubling, from {self.tests[-2]} to {n} tests,"
+        unknown = (
+            "Not known: whether there is a better region between the tests, and how right the "
+            "model is."
+        )
+        changes = self._changes()
+        if np.isnan(self.moved[-1]):
+            change = "did not change it"
+            if changes:
+                change = f"changed {listed(changes)}"
+            distances = "One design is the best in every objective, so that distances have no unit"
+            return f"{distances}. {doubling} {change}. {unknown}"
+        before, now = self.mu1[-2:].tolist()
+        nearer = max(0.0, before - now) / (before or 1.0)
+        volume = float(self.hypervolume[-2])
+        larger = np.inf
+        growth = "from nothing"
+        if volume > 0:
+            larger = 1 / volume - 1
+        if np.isfinite(larger):
+            growth = f"by {percent(larger)}"
+        mattered = "hardly mattered"
+        if max(nearer, larger - 2 * self.volume_error[-2]) > _WORTH:
+            mattered = "still mattered"
+        moved = ""
+        if changes:
+            moved = f", which moved by {percent(self.moved[-1])} of a range"
+        return (
+            f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the "
+            f"ideal point{moved}, and enlarged the hypervolume {growth}. {unknown}"
+        )
+
+    def _changes(self) -> list[str]:
+        """Say which objectives of the best design the last doubling changed."""
+        changes = []
+        for objective, before, now in zip(self.objectives, *self.best[-2:], strict=True):
+            if before != now:
+                changes.append(f"{objective} from {number(before)} to {number(now)}")
+        return changes
+
+
+@asked_under_a_formulation
+def convergence(table: TestTable) -> Convergence:
+    """Return what a half, a quarter, … of the tests would have decided, in the order of testing.
+
+    Args:
+        table: The tests of an investigation.
+
+    Raises:
+        ArgumentValueError: There is no feasible design, or fewer than eight tests; or the first
+            ones are no smaller investigation within the same bounds, see :func:`even_part`.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> table = investigate(VectorizedSphereChute(0.4, model="rolling"), 64)
+        >>> convergence(table).pareto
+        array([ 6, 12, 18, 36])
+    """
+    table, _ = even_part(table, ordered=True)
+    if len(table) < _FIRST:
+        received = Received(counted(len(table), "test"))
+        raise invalid("the table", f"of {_FIRST} tests or more", received)
+    frame = table.ranking().frame
+    scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
+    sizes = [len(table)]
+    while sizes[-1] // 2 >= _FIRST:
+        sizes.append(sizes[-1] // 2)
+    sizes.reverse()
+    n_feasible, fronts, optima = [], [], []
+    for n in sizes:
+        first = table.rows(np.arange(n))
+        n_feasible.append(int(first.feasible().sum()))
+        front = np.zeros(0, dtype=np.intp)
+        optimum = -1
+        if first.eligible().any():
+            ranking = first.ranking()
+            front = ranking.rows
+            optimum = int(front[ranking.salukvadze[0]])
+        fronts.append(front)
+        optima.append(optimum)
+    rows = np.array(optima)
+    exists = rows >= 0
+    volumes, errors = _volumes(scaled, fronts)
+    mu1 = np.where(exists, frame.distances(table.F[rows])[:, 0], np.inf)
+    steps = np.abs(np.diff(scaled[rows], axis=0)).max(axis=1)
+    moved = np.append(np.nan, np.where(exists[:-1], steps, np.nan))
+    if not frame.line.any():
+        mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
+    return Convergence(
+        tests=np.array(sizes),
+        feasible=np.array(n_feasible),
+        pareto=np.array([len(front) for front in fronts]),
+        hypervolume=volumes,
+        volume_error=errors,
+        optimum=np.where(exists, table.numbers[rows], 0),
+        mu1=mu1,
+        moved=moved,
+        best=np.where(exists[:, None], table.F[rows] * table.layout.sign, np.nan),
+        objectives=table.layout.objectives,
+    )
+
+
+def _volumes(scaled: Array, fronts: list[NDArray[np.intp]]) -> tuple[Array, Array]:
+    """Return the hypervolumes of fronts, as shares of the last one, and their standard errors."""
+    pairs = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
+    volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)
+    return volumes, errors
