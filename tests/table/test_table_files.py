@@ -161,7 +161,7 @@ def replaced(old, new):
     ("damage", "message"),
     [
         (head(pymoo_psi_test_table=5), "its format is 5, this version reads 2 to 4"),
-        (replaced('"test_point","α"', '"test_point","a"'), "the columns 'α' are missing"),
+        (replaced('"test_point","α"', '"test_point","a"'), "the column or entry 'α' is missing"),
         (replaced("\n1,0.2,7", "\n3,0.2,7"), "must be distinct, got test point 3 twice"),
         (replaced("\n1,0.2,7", "\n1,0.2,7.5"), "the column 'teeth' holds other than integer values"),
         (replaced("\n1,0.2,7", "\n1,0_2,7"), "the column 'α' holds other than real values"),

@@ -6,7 +6,6 @@ frame or a file with the type that it had.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import Received, finite_array, invalid, wrong_type
+from pymoo_psi._validation import Received, finite_array, finite_number, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 
 _KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY, str: Kind.CHOICE}
@@ -57,37 +56,28 @@ def design_matrix(
         raise invalid(name, rule, Received(f"shape {array.shape}"))
     matrix = _normal(name, array, listed=listed and not kinds)
     # Another number of columns is refused where the table is put together.
-    if len(kinds) != matrix.shape[1] or column_kinds(matrix) == _stored_kinds(kinds):
+    stored = tuple(Kind.REAL if kind.real else kind for kind in kinds)
+    if len(kinds) != matrix.shape[1] or column_kinds(matrix) == stored:
         return matrix
     result = np.empty(matrix.shape, dtype=object)
-    for j, kind in enumerate(kinds):
+    for j, kind in enumerate(stored):
         cells = [_as_kind(cell, kind) for cell in matrix[:, j].tolist()]
-        column = f"x{j + 1}"
-        if variables is not None:
-            column = variables[j]
-        _require_kind(name, column, cells, kind)
+        for cell in cells:
+            if kind not in (Kind.CHOICE, _KIND_OF_TYPE[type(cell)]):
+                column = f"x{j + 1}"
+                if variables is not None:
+                    column = variables[j]
+                problem = f"{name} must hold {kind.value} values for {column}, got {cell!r:.80}"
+                raise ArgumentTypeError(problem)
         result[:, j] = cells
     return result.astype(common_dtype(kinds))
-
-
-def _require_kind(name: str, column: str, cells: list[Any], kind: Kind) -> None:
-    """Refuse values of another kind; those of a choice may be of any type."""
-    if kind is Kind.CHOICE:
-        return
-    (stored,) = _stored_kinds([kind])
-    for cell in cells:
-        if _KIND_OF_TYPE[type(cell)] is not stored:
-            rule = f"{name} must hold {kind.value} values for {column}, got {cell!r:.80}"
-            raise ArgumentTypeError(rule)
 
 
 def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Return the rows of several design matrices in normal form, their values of the same types."""
     # A matrix without rows may be float64 whatever its variables are, and makes no other objects.
-    filled = [block for block in blocks if len(block)]
-    if not filled:
-        filled = [blocks[0]]
-    if any(block.dtype != filled[0].dtype for block in filled):
+    filled = [block for block in blocks if len(block)] or [blocks[0]]
+    if len({block.dtype for block in filled}) > 1:
         # Before they are joined: NumPy would make floats of integers, integers of booleans.
         return np.concatenate([block.astype(object) for block in filled])
     return np.concatenate(filled)
@@ -141,11 +131,9 @@ def value_ranks(column: NDArray[Any]) -> tuple[list[Any], NDArray[np.intp]]:
 
 def common_dtype(kinds: Sequence[Kind]) -> Any:
     """Return the dtype of a matrix of variables of these kinds; float64 if there is none."""
-    stored = set(_stored_kinds(kinds))
-    if not stored:
-        return np.float64
-    if len(stored) == 1:
-        return DTYPES[stored.pop()]
+    dtypes = {DTYPES[kind] for kind in kinds} or {np.float64}
+    if len(dtypes) == 1:
+        return dtypes.pop()
     return np.object_
 
 
@@ -183,9 +171,7 @@ def _array(name: str, value: Any, variables: Sequence[str] | None) -> NDArray[An
         raise wrong_type(name, "an array or rows, or a frame of pandas", value)
     rows = list(value)
     if rows and isinstance(rows[0], Mapping):
-        if variables is None:
-            variables = list(rows[0])
-        rows = _rows_of_mappings(name, rows, variables)
+        rows = _rows_of_mappings(name, rows, variables or list(rows[0]))
     try:
         return np.array(rows, dtype=object)
     except ValueError as error:  # rows of unequal length
@@ -212,10 +198,9 @@ def _normal(name: str, array: NDArray[Any], *, listed: bool) -> NDArray[Any]:
     """
     if array.dtype.kind == "f":
         return np.array(finite_array(name, array), order="C")
-    if array.dtype.kind == "b":
-        return np.array(array, dtype=bool, order="C")
-    if array.dtype.kind in "iu":
-        return np.array(array, dtype=np.int64, order="C")
+    if array.dtype.kind in "biu":
+        dtype = np.bool_ if array.dtype.kind == "b" else np.int64
+        return np.array(array, dtype=dtype, order="C")
     types: set[type] = set()
     cells = []
     for row in array.tolist():
@@ -231,20 +216,10 @@ def _normal(name: str, array: NDArray[Any], *, listed: bool) -> NDArray[Any]:
     return matrix
 
 
-def _stored_kinds(kinds: Sequence[Kind]) -> tuple[Kind, ...]:
-    """Return the kinds that the values of variables show: real numbers on either scale are real."""
-    stored = []
-    for kind in kinds:
-        if kind.real:
-            kind = Kind.REAL
-        stored.append(kind)
-    return tuple(stored)
-
-
 def _as_kind(cell: Any, kind: Kind) -> Any:
     """Return the number of a kind that is equal to a cell, or the cell if there is none."""
     # Exact types, since True is an int for isinstance.
-    if type(cell) is int and kind.real and float(cell) == cell:
+    if type(cell) is int and kind is Kind.REAL and float(cell) == cell:
         return float(cell)
     if type(cell) is float and kind is Kind.INTEGER and cell.is_integer() and abs(cell) < 2**63:
         return int(cell)
@@ -260,17 +235,11 @@ def _plain(name: str, cell: Any) -> float | int | bool | str:
     if isinstance(cell, bool):
         return cell
     if isinstance(cell, float):
-        if not math.isfinite(cell):
-            raise invalid(name, "finite", cell)
-        return float(cell)
-    rule = "an integer within int64 or Unicode text"
-    remedy = "name options of a choice by text"
-    if isinstance(cell, int):
-        if not -(2**63) <= cell < 2**63:
-            raise invalid(f"a value of {name}", rule, Received("a larger integer"), remedy)
+        return finite_number(name, cell)
+    if isinstance(cell, int) and -(2**63) <= cell < 2**63:
         return int(cell)
-    if isinstance(cell, str):
-        if not is_writable(cell):
-            raise invalid(f"a value of {name}", rule, cell, remedy)
+    if isinstance(cell, str) and is_writable(cell):
         return str(cell)
-    raise wrong_type(name, "of numbers, booleans or text", cell)
+    rule = "a number, an integer within int64, True, False or Unicode text"
+    error = invalid if isinstance(cell, (int, str)) else wrong_type
+    raise error(f"a value of {name}", rule, cell, "name options of a choice by text")

@@ -35,7 +35,8 @@ MARKS = (MARK, DESIGNS_MARK)
 HEAD_REMEDY = "remove that line, and say --objectives and --maximize"
 
 _FORMAT = 4  # of the head
-_OPTIONAL = ("outputs", "maximize", "units", "label")  # in a head only if there are any
+# Entries that are in a head only if there are any.
+_OPTIONAL = ("outputs", "maximize", "units", "label", "extra", "problem")
 
 
 class StoredTests(NamedTuple):
@@ -73,24 +74,16 @@ def head_of(table: Any) -> Head:
     kinds = layout.kinds
     if len(table):
         kinds = table.kinds
-    values: Head = {}
-    for field in fields(layout):
-        if field.name not in _OPTIONAL:
-            values[field.name] = getattr(layout, field.name)
+    values: Head = {field.name: getattr(layout, field.name) for field in fields(layout)}
     values["lower"] = layout.lower.tolist()
     values["upper"] = layout.upper.tolist()
     values["kinds"] = [kind.value for kind in kinds]
-    optional = {name: getattr(layout, name) for name in _OPTIONAL}
-    optional["extra"] = [*table.extra]
-    optional["problem"] = table.problem
-    for name, value in optional.items():
-        if value:
-            values[name] = value
-    values |= formulation_head(table.formulation)
-    for name, value in values.items():
-        if isinstance(value, tuple):
-            values[name] = list(value)
-    return values
+    values["extra"] = [*table.extra]
+    values["problem"] = table.problem
+    for name in _OPTIONAL:
+        if not values[name]:
+            del values[name]
+    return values | formulation_head(table.formulation)
 
 
 def formulation_head(formulation: Formulation) -> Head:
@@ -221,10 +214,6 @@ def table_of(
     with described(where):
         layout = _layout_of(head)
         extra = head.get("extra", ())
-        required = kinds_of_columns(layout, extra)
-        missing = [name for name in required if name not in columns]
-        if missing:
-            raise ValueError(f"the columns {', '.join(map(repr, missing))} are missing")
         numbers = np.asarray(columns["test_point"], dtype=np.int64)
         status = np.array(list(columns["status"]), dtype=str)
         # A reason is kept for what has failed only; "" stands for none in a column of texts.
@@ -241,7 +230,9 @@ def table_of(
                 column = choice_values(column)
             X[:, j] = column
         if len(numbers):  # units of outputs that no test has brought say nothing any more
-            layout = replace(layout, units=_known_units(layout))
+            known = layout.columns
+            units = {name: unit for name, unit in layout.units.items() if name in known}
+            layout = replace(layout, units=units)
         return make(
             layout,
             numbers,
@@ -277,7 +268,7 @@ def described(where: object) -> Iterator[None]:
     except Exception as error:
         problem = str(error)
         if isinstance(error, KeyError):
-            problem = f"{error} is missing"
+            problem = f"the column or entry {error} is missing"
         rule = "a table of tests, of to_csv or 'pymoo-psi export'"
         raise ArgumentValueError(f"{where} must be {rule}: {problem}") from None
 
@@ -297,10 +288,6 @@ def _layout_of(head: Mapping[str, Any]) -> Layout:
         if field.name in head:
             arguments[field.name] = head[field.name]
     return Layout(**arguments)
-
-
-def _known_units(layout: Layout) -> dict[str, str]:
-    return {name: unit for name, unit in layout.units.items() if name in layout.columns}
 
 
 def _kinds(layout: Layout) -> tuple[Kind, ...]:
@@ -334,13 +321,17 @@ def tests_of_rows(
     if not set(map(len, tests)) <= {len(names)}:
         raise ValueError("its rows differ in length, so that one was cut or edited")
     # By name, not by place: people rearrange columns and add their own, which are not read.
-    cells_by_name: dict[str, Sequence[Any]] = dict.fromkeys(map(text, names), ())
-    if tests:
-        cells_by_name = dict(zip(map(text, names), zip(*tests, strict=True), strict=True))
+    cells = [*zip(*tests, strict=True)] or [()] * len(names)
+    cells_by_name = dict(zip(map(text, names), cells, strict=True))
+    readers: dict[Kind, Callable[[Any], Any]] = {
+        Kind.INTEGER: _integer,
+        Kind.BINARY: _boolean,
+        Kind.CHOICE: lambda cell: text(_text(cell)),
+    }
     columns = {}
     for name, kind in kinds.items():
         if name in cells_by_name:
-            value = _reader(kind, text)
+            value = readers.get(kind, _real)
             try:
                 columns[name] = np.fromiter(map(value, cells_by_name[name]), DTYPES[kind], n)
             except ValueError:
@@ -373,17 +364,6 @@ def _filled(rows: Iterable[Sequence[Any]]) -> list[Sequence[Any]]:
         if any(cell not in ("", None) for cell in row):
             filled.append(row)
     return filled
-
-
-def _reader(kind: Kind, text: Callable[[str], str]) -> Callable[[Any], Any]:
-    """Return the function that gives the value in a cell of a column."""
-    if kind is Kind.INTEGER:
-        return _integer
-    if kind is Kind.BINARY:
-        return _boolean
-    if kind is Kind.CHOICE:
-        return lambda cell: text(_text(cell))
-    return _real
 
 
 def _text(cell: Any) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymoo_psi._validation import Received, flat, invalid
 from pymoo_psi.table._designs import design_matrix, first_rows, joined_designs
 from pymoo_psi.table._formulation import ATTRIBUTES
-from pymoo_psi.table._layout import ORIGIN, Layout, joined_layout
+from pymoo_psi.table._layout import Layout, joined_layout
 
 if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable
@@ -131,10 +131,11 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
             differing &= ~(blank(one) | blank(two))
         if differing.any():
             i = differing.argmax()
-            names = [_full_name(table, row) for row in (first[again[i]], again[i])]
-            tests = names[0]
-            if names[1] != names[0]:
-                tests = f"{names[0]} and {names[1]}, the same design"
+            earlier = _full_name(table, first[again[i]])
+            later = _full_name(table, again[i])
+            tests = earlier
+            if later != earlier:
+                tests = f"{earlier} and {later}, the same design"
             received = Received(f"{one[i]} and {two[i]} as {name} of {tests}")
             rule = "of one result for each test point and design"
             remedy = "do not join runs of different problems, bounds or versions"
@@ -143,11 +144,9 @@ def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) 
 
 def _full_name(table: TestTable, row: Any) -> str:
     """Return the name of a test, with its experiment if it has one."""
-    test = table.rows([row])
     if not table.experiments:
-        return test.names[0]
-    experiment, number = (test.extra[name][0] for name in ORIGIN)
-    return f"test point {number} of {experiment}"
+        return table.rows([row]).names[0]
+    return f"test point {table.extra['number'][row]} of {table.extra['experiment'][row]}"
 
 
 def blank(column: NDArray[Any]) -> Mask:

@@ -136,7 +136,8 @@ class TestTable(Tests, Shown):
         changes: dict[str, Any] = {"layout": layout, "formulation": formulation, "_tested": self}
         # Failed for an objective, a design may count under others; failed in its evaluation, it
         # has no values.
-        rows, reasons = self._failed_in_evaluation()
+        reasons = self._failed_in_evaluation()
+        rows = np.isin(self.numbers, list(reasons))
         if formulation.without_columns() != formulation:
             changes |= blocks_of(layout, columns, len(self))
             changes["problem"] = facts_of(self.problem, "sampling")
@@ -152,17 +153,15 @@ class TestTable(Tests, Shown):
         remarks = [f"The limit {limit} rejects no design." for limit in table._idle_limits()]
         return table._with(remarks=(*self.remarks, *remarks))
 
-    def _failed_in_evaluation(self) -> tuple[list[int], dict[int, str]]:
-        """Return the rows of tests that failed for more than an objective, and the reasons."""
-        rows: list[int] = []
+    def _failed_in_evaluation(self) -> dict[int, str]:
+        """Return the reasons of tests that failed for more than an objective, by number."""
         reasons: dict[int, str] = {}
         for row in np.flatnonzero(self.status == "failed"):
             number = int(self.numbers[row])
             reason = self.reasons.get(number, "")
             if reason != lack(self, row):
-                rows.append(int(row))
                 reasons[number] = reason
-        return rows, reasons
+        return reasons
 
     def _idle_limits(self) -> list[str]:
         """Return the limits, each end by itself, that no design exceeds, as they are written."""
@@ -174,9 +173,9 @@ class TestTable(Tests, Shown):
             values = real_column(name, self.column(name)[tested])
             if not np.isfinite(values).all():  # what is not finite keeps no limit
                 continue
-            if low > -np.inf and values.min() >= low:
+            if -np.inf < low <= values.min():
                 idle.append(limit_text(name, low, np.inf))
-            if high < np.inf and values.max() <= high:
+            if values.max() <= high < np.inf:
                 idle.append(limit_text(name, -np.inf, high))
         return idle
 

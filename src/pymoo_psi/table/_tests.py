@@ -16,6 +16,7 @@ from pymoo_psi._validation import (
     Received,
     counted,
     instance,
+    integer,
     invalid,
     known_name,
     mapping,
@@ -158,7 +159,7 @@ class Tests:
             for row in np.flatnonzero(lost):
                 reasons[int(self.numbers[row])] = lack(self, row)
             failed |= lost
-        status = _statuses(violates, failed)
+        status = np.where(failed, "failed", np.where(violates, "infeasible", "ok"))
         self._set({"status": status, "reasons": reasons})
         if given is None:
             return
@@ -237,35 +238,23 @@ class Tests:
             >>> table.status.tolist()
             ['ok', 'infeasible']
         """
-        F = real_array("F", F)
-        n = len(F) if F.ndim else 0
-        G = np.zeros((n, 0)) if G is None else real_array("G", G)
-        H = np.zeros((n, 0)) if H is None else real_array("H", H)
         if layout is None:
             X = design_matrix("X", X)
-            layout = Layout.of(X.shape[1], _width(F), _width(G), _width(H))
-        columns = mapping("outputs", {} if outputs is None else outputs, "names to values")
+            layout = Layout.of(X.shape[1], _width("F", F), _width("G", G), _width("H", H))
+        columns = mapping("outputs", outputs or {}, "names to values")
         names = tuple(dict.fromkeys((*layout.outputs, *columns)))
         if names != layout.outputs:
             layout = replace(layout, outputs=names)
-        further = np.full((n, len(names)), np.nan)
+        shape = np.shape(numbers)
+        further = np.full((*shape, len(names)), np.nan)
         for name, column in columns.items():
             values = real_array(f"the output {name!r}", column)
-            if values.shape != (n,):
+            if values.shape != shape:
                 received = Received(f"shape {values.shape}")
-                raise invalid(f"the output {name!r}", f"of shape {(n,)}", received)
+                raise invalid(f"the output {name!r}", f"of shape {shape}", received)
             further[:, names.index(name)] = values
-        return cls(
-            layout,
-            numbers,  # type: ignore[arg-type]
-            X,
-            F,
-            G,
-            H,
-            reasons=reasons or {},
-            extra=extra or {},
-            outputs=further,
-        )
+        arrays: Any = {"numbers": numbers, "X": X, "F": F, "G": G, "H": H, "outputs": further}
+        return cls(layout, reasons=reasons or {}, extra=extra or {}, **arrays)
 
     @classmethod
     def empty(cls, layout: Layout | None = None) -> Self:
@@ -389,8 +378,7 @@ class Tests:
         """
         if isinstance(design, str):
             return self._row_of_name(design)
-        if isinstance(design, bool) or not isinstance(design, (int, np.integer)):
-            raise wrong_type("design", "the number of a test or a label", design)
+        integer("design", design, minimum=1)
         label = self.layout.label
         if label is not None:
             labels = self.extra[label].tolist()
@@ -545,14 +533,6 @@ class Tests:
             object.__setattr__(self, name, value)
 
 
-def _statuses(violates: Mask, failed: Mask) -> NDArray[np.str_]:
-    """Return the status of each test, one of STATUSES."""
-    status = np.full(len(violates), "ok", dtype=f"<U{max(map(len, STATUSES))}")
-    status[violates] = "infeasible"
-    status[failed] = "failed"
-    return status
-
-
 def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
     """Return reasons without what no file can hold: they are only to be read."""
     writable = {}
@@ -569,9 +549,11 @@ def lack(table: Tests, row: np.intp) -> str:
     return ""
 
 
-def _width(array: Array) -> int:
-    """Return how many columns a matrix has, 0 if it is none."""
-    return array.shape[1] if array.ndim == 2 else 0
+def _width(name: str, array: ArrayLike | None) -> int:
+    """Return how many columns a matrix has."""
+    if array is None:
+        return 0
+    return int(np.atleast_1d(real_array(name, array)).shape[-1])
 
 
 def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
