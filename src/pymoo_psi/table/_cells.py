@@ -34,6 +34,8 @@ from pymoo_psi.errors import ArgumentValueError
 Array: TypeAlias = NDArray[np.float64]
 # The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
 _Readings: TypeAlias = dict[str, list[float | None]]
+Rows: TypeAlias = dict[int, list[Any]]
+"""The cells of each row by the number of the line on which it ends."""
 
 EMPTY = "it is empty; it must hold a line of column names, then the designs"
 
@@ -96,6 +98,13 @@ class Cells:
             return f"row {self.rows[i]} (line {self.lines[i]})"
         return f"row {self.rows[i]}"
 
+    def place(self, name: str, i: int) -> str:
+        """Return what the i-th row holds in a column, for messages."""
+        content = repr(self.columns[name][i])
+        if is_blank(self.columns[name][i]):
+            content = "no number"
+        return f"{self.where(i)} holds {content:.40} in the column {name!r}"
+
     def line(self, i: int) -> int:
         """Return the number by which ``skip_rows`` leaves the i-th row out."""
         numbers = self.lines or self.rows
@@ -139,10 +148,13 @@ def in_a_line(name: str) -> str:
     return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
 
 
-def cells_of_rows(
-    rows: list[list[Any]], ends: list[int], separator: str, head: Mapping[str, Any] | None = None
-) -> Cells:
+def cells_of_rows(rows: Rows, separator: str = "", head: Mapping[str, Any] | None = None) -> Cells:
     """Return rows as columns under the names in the first row.
+
+    Args:
+        rows: The cells of each row by the number of its line.
+        separator: The mark between the cells of a text.
+        head: What the source says of its columns.
 
     Raises:
         ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
@@ -150,13 +162,13 @@ def cells_of_rows(
     """
     if not rows:
         raise UnfitError(EMPTY)
-    _require_one_length(rows, ends)
-    header = _names(rows[0])
-    if len(rows) == 1:
+    _require_one_length(rows)
+    header, *designs = rows.values()
+    if not designs:
         raise UnfitError("it holds column names, but no row")
     names = []
     columns = {}
-    for name, cells in zip(header, zip(*rows[1:], strict=True), strict=True):
+    for name, cells in zip(_names(header), zip(*designs, strict=True), strict=True):
         if name == "":
             if all(map(is_blank, cells)):  # a comma at the end of every line
                 continue
@@ -167,12 +179,12 @@ def cells_of_rows(
         if count > 1:
             problem = f"its header names the column {name!r} {count} times"
             raise UnfitError(f"{problem}; rename all but one, or leave titles out by --skip-rows")
-    return Cells(columns, ends[1:], separator, head)
+    return Cells(columns, [*rows][1:], separator, head)
 
 
-def _require_one_length(rows: list[list[Any]], ends: list[int]) -> None:
-    usual, _ = Counter(map(len, rows)).most_common(1)[0]
-    for end, row in zip(ends, rows, strict=True):
+def _require_one_length(rows: Rows) -> None:
+    usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
+    for end, row in rows.items():
         if len(row) != usual:
             problem = f"line {end} has {counted(len(row), 'cell')}, most lines {usual}"
             remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
@@ -352,7 +364,7 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: Collection[st
         i = ambiguous[0]
         numbers = f"{readings[_OTHER[decimal]][i]:.15g} or {readings[decimal][i]:.15g}"
         remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
-        problem = f"{_where(cells, name, i)}, either {numbers}; {remedy}"
+        problem = f"{cells.place(name, i)}, either {numbers}; {remedy}"
         return Column(name, column, problem=problem)
     return Column(name, column, np.array(readings[decimal]))
 
@@ -381,7 +393,7 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     if not others:
         return ""
     return (
-        f"{_where(cells, name, others[0])}, {rule}; write it without a unit, settle it by "
+        f"{cells.place(name, others[0])}, {rule}; write it without a unit, settle it by "
         "--decimal and --thousands, leave its line out by --skip-rows "
         f"{cells.line(others[0])}, or name the objectives by --objectives"
     )
@@ -389,10 +401,6 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
 
 def _looks_like_number(cell: Any) -> bool:
     return _NUMBERLIKE.match(str(cell).strip()[:_LONGEST]) is not None
-
-
-def _where(cells: Cells, name: str, i: int) -> str:
-    return f"{cells.where(i)} holds {cells.columns[name][i]!r:.40} in the column {name!r}"
 
 
 # Rows that summarise others

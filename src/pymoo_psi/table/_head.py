@@ -298,6 +298,7 @@ def _kinds(layout: Layout) -> tuple[Kind, ...]:
 
 
 def tests_of_rows(
+    where: object,
     head: Mapping[str, Any] | None,
     rows: Iterable[Sequence[Any]],
     text: Callable[[str], str],
@@ -305,39 +306,42 @@ def tests_of_rows(
     """Return the tests in a file by its head and its rows, names first.
 
     Args:
+        where: What they come from, for messages.
         head: As :func:`marked` returns it.
         rows: Texts, or the values in the cells of a workbook; blank ones are skipped.
         text: Gives the text that is meant by one in a cell.
 
     Raises:
-        ValueError: They are those of no table, or damaged.
+        ArgumentValueError: They are those of no table, or damaged; the message says where.
     """
-    head, n, kinds = _checked(head)
-    names, *tests = _filled(rows) or [()]
-    # A file cut at the end of a line is one with fewer tests; the number in the head tells.
-    if len(tests) != n:
-        problem = f"it holds {len(tests)} of {n} tests, so it was cut or edited"
-        raise ValueError(f'{problem}; if that is meant, set "tests" in its head to {len(tests)}')
-    if not set(map(len, tests)) <= {len(names)}:
-        raise ValueError("its rows differ in length, so that one was cut or edited")
-    # By name, not by place: people rearrange columns and add their own, which are not read.
-    cells = [*zip(*tests, strict=True)] or [()] * len(names)
-    cells_by_name = dict(zip(map(text, names), cells, strict=True))
-    readers: dict[Kind, Callable[[Any], Any]] = {
-        Kind.INTEGER: _integer,
-        Kind.BINARY: _boolean,
-        Kind.CHOICE: lambda cell: text(_text(cell)),
-    }
-    columns = {}
-    for name, kind in kinds.items():
-        if name in cells_by_name:
-            value = readers.get(kind, _real)
-            try:
-                columns[name] = np.fromiter(map(value, cells_by_name[name]), DTYPES[kind], n)
-            except ValueError:
-                problem = f"the column {name!r} holds other than {kind.value} values"
-                raise ValueError(problem) from None
-    return StoredTests(head, columns)
+    with described(where):
+        head, n, kinds = _checked(head)
+        names, *tests = _filled(rows) or [()]
+        # A file cut at the end of a line is one with fewer tests; the number in the head tells.
+        if len(tests) != n:
+            problem = f"it holds {len(tests)} of {n} tests, so it was cut or edited"
+            remedy = f'if that is meant, set "tests" in its head to {len(tests)}'
+            raise ValueError(f"{problem}; {remedy}")
+        if not set(map(len, tests)) <= {len(names)}:
+            raise ValueError("its rows differ in length, so that one was cut or edited")
+        # By name, not by place: people rearrange columns and add their own, which are not read.
+        cells = [*zip(*tests, strict=True)] or [()] * len(names)
+        cells_by_name = dict(zip(map(text, names), cells, strict=True))
+        readers: dict[Kind, Callable[[Any], Any]] = {
+            Kind.INTEGER: _integer,
+            Kind.BINARY: _boolean,
+            Kind.CHOICE: lambda cell: text(_text(cell)),
+        }
+        columns = {}
+        for name, kind in kinds.items():
+            if name in cells_by_name:
+                value = readers.get(kind, _real)
+                try:
+                    columns[name] = np.fromiter(map(value, cells_by_name[name]), DTYPES[kind], n)
+                except ValueError:
+                    problem = f"the column {name!r} holds other than {kind.value} values"
+                    raise ValueError(problem) from None
+        return StoredTests(head, columns)
 
 
 def _checked(head: Mapping[str, Any] | None) -> tuple[Head, int, dict[str, Kind]]:

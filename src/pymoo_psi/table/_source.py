@@ -32,7 +32,6 @@ from pymoo_psi.table._head import (
     HEAD_REMEDY,
     Head,
     StoredTests,
-    described,
     formulation_head,
     formulation_of_head,
     is_of_tests,
@@ -223,8 +222,7 @@ def _content(
         content = file_format.read(file)
     if isinstance(content, Cells) and is_of_tests(content.head):
         rows = zip(*content.columns.values(), strict=True)
-        with described(path):
-            return tests_of_rows(content.head, [[*content.columns], *rows], str)
+        return tests_of_rows(path, content.head, [[*content.columns], *rows], str)
     return content
 
 
@@ -300,19 +298,14 @@ def _designs(cells: Cells, decimal: str | None, thousands: str | None) -> _Desig
 
 def _feasible_rows(cells: Cells, n_rows: int) -> list[int]:
     """Return the rows with feasible designs that are no prototypes of the page."""
+    taken = np.ones(n_rows, dtype=bool)
     status = [*map(str, cells.columns.get("status", ()))]
-    marks = cells.columns.get("mark", ())
     # A column "status" with other words in it is another program's, and selects nothing.
-    by_status = bool(status) and {*status} <= {*STATUSES}
-    by_mark = _is_export(cells)
-    rows = []
-    for i in range(n_rows):
-        if by_status and status[i] != "ok":
-            continue
-        if by_mark and marks[i] == "prototype":
-            continue
-        rows.append(i)
-    return rows
+    if status and {*status} <= {*STATUSES}:
+        taken &= np.array(status) == "ok"
+    if _is_export(cells):
+        taken &= np.array(cells.columns["mark"], dtype=object) != "prototype"
+    return np.flatnonzero(taken).tolist()
 
 
 def _is_export(cells: Cells) -> bool:
@@ -452,10 +445,9 @@ def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
     try:
         for key in ("objectives", "maximized", "variables", "chosen"):
             checked[key] = tuple(map(in_a_line, head.get(key, ())))
-        units = head.get("units", {})
-        checked["units"] = {in_a_line(name): str(unit) for name, unit in units.items()}
-        ranges = head.get("ranges", {})
-        checked["ranges"] = {in_a_line(name): [*ends] for name, ends in ranges.items()}
+        for key in ("units", "ranges"):
+            entries = head.get(key, {})
+            checked[key] = {in_a_line(name): value for name, value in entries.items()}
     except (TypeError, AttributeError):
         problem = "what it says of its columns is damaged or of a later version"
         raise UnfitError(f"{problem}; {HEAD_REMEDY}") from None
@@ -542,12 +534,7 @@ def _incomplete(
     if len(rows) == len(F):
         raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
     if not drop:
-        name = objectives[lacking[rows[0]].argmax()]
-        cell = cells.columns[name][rows[0]]
-        content = "no number"
-        if not is_blank(cell):
-            content = str(cell).strip()
-        place = f"{cells.where(rows[0])} holds {content:.40} in the column {name!r}"
+        place = cells.place(objectives[lacking[rows[0]].argmax()], rows[0])
         raise UnfitError(f"{place}; leave out such designs by --drop-incomplete")
     places = ", ".join(map(cells.where, rows[:_N_LISTED]))
     if len(rows) > _N_LISTED:

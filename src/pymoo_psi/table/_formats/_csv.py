@@ -14,13 +14,22 @@ import json
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from pymoo_psi._validation import invalid
-from pymoo_psi.table._cells import EMPTY, Cells, UnfitError, cells_of_rows, is_blank, is_number
+from pymoo_psi.table._cells import (
+    EMPTY,
+    Cells,
+    Rows,
+    UnfitError,
+    cells_of_rows,
+    is_blank,
+    is_number,
+)
 from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
@@ -32,7 +41,6 @@ from pymoo_psi.table._head import (
     MARKS,
     Head,
     StoredTests,
-    described,
     is_of_tests,
     tests_of_rows,
 )
@@ -70,8 +78,7 @@ class CsvFile(FileFormat):
             raise UnfitError(f"{error}; {HEAD_REMEDY}") from None
         if is_of_tests(head):
             rows = csv.reader(StringIO(text.removeprefix("#\n"), newline=""))
-            with described(file.path):
-                return tests_of_rows(head, rows, written_text)
+            return tests_of_rows(file.path, head, rows, written_text)
         cells = cells_of_text(text, file.skip_rows)
         if head is None:
             return cells
@@ -205,36 +212,35 @@ def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
         raise UnfitError(EMPTY)
     separator = _separator(lines)
     try:
-        rows, ends = _rows(lines, separator)
+        rows = _rows(lines, separator)
     except csv.Error as error:
         raise UnfitError(f"it is no text in rows and columns: {error}") from None
-    rows, ends = _without_comments(rows, ends)
-    return cells_of_rows(rows, ends, separator)
+    return cells_of_rows(_without_comments(rows), separator)
 
 
-def _without_comments(rows: list[list[str]], ends: list[int]) -> tuple[list[list[str]], list[int]]:
-    """Return the rows that are no comments, and their lines.
+def _without_comments(rows: Rows) -> Rows:
+    """Return the rows that are no comments.
 
     Raises:
         ArgumentValueError: A row may be a comment or a design.
     """
-    comments = set()
-    for k, row in enumerate(rows):
-        if row[0].startswith("#") and not is_blank(row[0]):
-            comments.add(k)
-    if len(comments) >= len(rows) - 1:  # the names of all designs begin so
-        return rows, ends
-    kept_rows = []
-    kept_ends = []
-    for k, (row, end) in enumerate(zip(rows, ends, strict=True)):
-        if k not in comments:
-            kept_rows.append(row)
-            kept_ends.append(end)
-        elif len(row) == len(rows[0]) > 1 and all(row):
+    designs = {}
+    comments = {}
+    for end, row in rows.items():
+        is_comment = row[0].startswith("#") and not is_blank(row[0])
+        if is_comment:
+            comments[end] = row
+        else:
+            designs[end] = row
+    if len(designs) < 2:  # the names of all designs begin so
+        return rows
+    n_cells = len(next(iter(rows.values())))
+    for end, row in comments.items():
+        if len(row) == n_cells > 1 and all(row):
             problem = f"line {end} begins with # and has a cell in each column"
             remedy = f"leave it out by --skip-rows {end} if it is a comment"
             raise UnfitError(f"{problem}; {remedy}, or begin its name otherwise")
-    return kept_rows, kept_ends
+    return designs
 
 
 def _separator(lines: Sequence[Line]) -> str:
@@ -245,26 +251,23 @@ def _separator(lines: Sequence[Line]) -> str:
     # The first line may be a title without any mark, the last one is a design.
     last = next(line for _, line in reversed(lines) if line.strip())
     ends = lines[0][1] + last
-    readings: dict[str, list[list[str]]] = {}
+    merits = {}
     for mark in _SEPARATORS:
         if mark in ends:
-            try:
-                rows, _ = _rows(lines, mark)
-            except csv.Error:  # quotation marks that stand elsewhere than at cells
-                continue
-            if rows:
-                readings[mark] = rows
-    if readings:
-        return max(readings, key=lambda mark: _merit(readings[mark]))
-    spaced, _ = _rows(lines, " ")
-    lengths = set(map(len, spaced))
-    if len(lengths) == 1 and len(spaced[0]) > 1:
+            with suppress(csv.Error):  # quotation marks that stand elsewhere than at cells
+                merits[mark] = _merit([*_rows(lines, mark).values()])
+    if merits:
+        return max(merits, key=merits.__getitem__)
+    lengths = set(map(len, _rows(lines, " ").values()))
+    if len(lengths) == 1 and lengths != {1}:
         return " "
     return ","
 
 
 def _merit(rows: list[list[str]]) -> tuple[bool, float, int]:
     """Return by what the best of several separators is chosen, the most important first."""
+    if not rows:
+        return False, 0, 0
     usual, count = Counter(map(len, rows)).most_common(1)[0]
     # Of uneven readings that with the longest usual row, so that the message names the row that
     # differs.
@@ -279,17 +282,12 @@ def _merit(rows: list[list[str]]) -> tuple[bool, float, int]:
     return True, n_numbers / max(1, n_cells), usual
 
 
-def _rows(lines: Sequence[Line], separator: str) -> tuple[list[list[str]], list[int]]:
-    """Return the rows that are not blank, and the line on which each ends."""
-    rows = []
-    ends = []
+def _rows(lines: Sequence[Line], separator: str) -> Rows:
+    """Return the rows that are not blank."""
     if separator == " ":
         # Not csv, which finds empty cells between the spaces that align printed columns.
-        for number, line in lines:
-            if line.strip():
-                rows.append(line.split())
-                ends.append(number)
-        return rows, ends
+        return {number: line.split() for number, line in lines if line.strip()}
+    rows = {}
     reader = csv.reader(
         (line for _, line in lines),
         delimiter=separator,
@@ -299,7 +297,7 @@ def _rows(lines: Sequence[Line], separator: str) -> tuple[list[list[str]], list[
     )
     for row in reader:
         if any(cell.strip() for cell in row):
-            rows.append(row)
             # csv counts the lines it was given, users those of the file.
-            ends.append(lines[reader.line_num - 1][0])
-    return rows, ends
+            number, _ = lines[reader.line_num - 1]
+            rows[number] = row
+    return rows

@@ -13,14 +13,14 @@ from zipfile import ZipFile, is_zipfile
 
 from pymoo_psi._validation import counted, invalid, known_name
 from pymoo_psi.errors import PsiError
-from pymoo_psi.table._cells import Cells, UnfitError, cells_of_rows
+from pymoo_psi.table._cells import Cells, Rows, UnfitError, cells_of_rows
 from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
     blocks_of_rows,
     texts_in,
 )
-from pymoo_psi.table._head import Head, StoredTests, described, is_of_tests, tests_of_rows
+from pymoo_psi.table._head import Head, StoredTests, is_of_tests, tests_of_rows
 
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
 _OLE = b"\xd0\xcf\x11\xe0"  # a compound file
@@ -28,7 +28,6 @@ _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # by which the command knows what it may overwrite
 _WIDTHS = 8192  # rows by whose texts the columns get their widths
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
-_Rows = dict[int, list[Any]]
 
 
 class WorkbookFile(FileFormat):
@@ -49,15 +48,12 @@ class WorkbookFile(FileFormat):
             raise UnfitError(f"{problem}; save it as .xlsx without one, or as CSV")
         head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
         if is_of_tests(head):
-            with described(file.path):
-                return tests_of_rows(head, rows.values(), str)
-        numbers = []
-        kept = []
+            return tests_of_rows(file.path, head, rows.values(), str)
+        kept = {}
         for number, row in rows.items():
             if number not in file.skip_rows:
-                numbers.append(number)
-                kept.append(list(map(_typed, row)))
-        return cells_of_rows(kept, numbers, "", head)
+                kept[number] = list(map(_typed, row))
+        return cells_of_rows(kept, head=head)
 
     def save(
         self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
@@ -139,7 +135,7 @@ def _openpyxl() -> Any:
 
 def _rows_of_workbook(
     content: bytes, skip_rows: Collection[int], name: str | None
-) -> tuple[Head | None, _Rows]:
+) -> tuple[Head | None, Rows]:
     """Return what a sheet of ours says of the rows, and these by number, of one length.
 
     Raises:
@@ -218,7 +214,7 @@ def _hidden_rows(sheet: Any) -> set[int]:
     return hidden
 
 
-def _of_one_length(rows: _Rows) -> _Rows:
+def _of_one_length(rows: Rows) -> Rows:
     """Return rows up to the last column that holds anything."""
     width = 0
     for row in rows.values():
