@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -241,7 +242,7 @@ def _solve(
     return time, end.speed, end.grip_way / length, end.grip_time, spin, work, lost, reached
 
 
-class State(NamedTuple):
+class State(namedtuple("State", "time speed vx vy left stalls grip_time grip_way")):
     """The state of spheres after a given way; every entry is an (n,) array or a float.
 
     Attributes:
@@ -254,15 +255,6 @@ class State(NamedTuple):
         grip_time: time when rolling begins, NaN if it does not.
         grip_way: way when rolling begins, NaN if it does not.
     """
-
-    time: Any
-    speed: Any
-    vx: Any
-    vy: Any
-    left: Any
-    stalls: Any
-    grip_time: Any
-    grip_way: Any
 
 
 def move(xp: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any) -> State:

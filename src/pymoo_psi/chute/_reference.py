@@ -120,11 +120,11 @@ def _slip(start: _State, b: float, tau: float, length: float) -> tuple[_State, b
         pull = tau * rho
         return [rho / b, v_c * rho / b, pull - v_x, pull - 3.5 * v_x, -2.5 * v_y, rho**2]
 
-    def exit_reached(s: float, y: _State) -> float:
-        return float(y[1] - length)
+    def exit_reached(s: float, y: _State) -> Any:
+        return y[1] - length
 
-    def stalled(s: float, y: _State) -> float:
-        return float(y[2])
+    def stalled(s: float, y: _State) -> Any:
+        return y[2]
 
     def slip_ended(s: float, y: _State) -> float:
         return math.hypot(y[3], y[4]) - _STILL

@@ -34,9 +34,10 @@ from __future__ import annotations
 
 import operator
 from bisect import bisect_left
+from collections import namedtuple
 from math import copysign, sqrt
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import Legendre
@@ -121,7 +122,7 @@ LONGEST = (0.0045, 0.1, 0.4, 0.75, 1e300)
 LONG = 4
 
 
-class Slip(NamedTuple):
+class Slip(namedtuple("Slip", "t vx y left v b tau invariant longest")):
     """A slipping sphere; every entry is an (n,) array or a float.
 
     Attributes:
@@ -136,18 +137,8 @@ class Slip(NamedTuple):
         longest: the longest step allowed: half the last one if that went too far, else infinite.
     """
 
-    t: Any
-    vx: Any
-    y: Any
-    left: Any
-    v: Any
-    b: Any
-    tau: Any
-    invariant: Any
-    longest: Any
 
-
-class Aim(NamedTuple):
+class Aim(namedtuple("Aim", "rho dt ds w turn stops")):
     """Where the slip leads in constant acceleration; every entry is an (n,) array or a float.
 
     Attributes:
@@ -158,13 +149,6 @@ class Aim(NamedTuple):
         turn: change of cos θ on the way there.
         stops: whether the sphere comes to rest before the exit.
     """
-
-    rho: Any
-    dt: Any
-    ds: Any
-    w: Any
-    turn: Any
-    stops: Any
 
 
 def follow_slip(

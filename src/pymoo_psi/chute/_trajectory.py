@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from pymoo_psi._validation import Array, Mask, integer, invalid
 from pymoo_psi.chute._motion import ChuteParameters, broadcast, motion, move
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """The motion of one sphere along the way under the full model.
 
@@ -41,16 +41,20 @@ class Trajectory:
         0.0
     """
 
-    eta: Array = field(repr=False)
-    time: Array = field(repr=False)
-    speed: Array = field(repr=False)
-    spin: Array = field(repr=False)
-    slip_velocity: Array = field(repr=False)
-    friction: Array = field(repr=False)
-    normal: Array = field(repr=False)
-    slipping: Mask = field(repr=False)
+    eta: Array
+    time: Array
+    speed: Array
+    spin: Array
+    slip_velocity: Array
+    friction: Array
+    normal: Array
+    slipping: Mask
     slip_end: float
     slip_time: float
+
+    def __repr__(self) -> str:
+        """Return when the slip ends."""
+        return f"Trajectory(slip_end={self.slip_end!r}, slip_time={self.slip_time!r})"
 
 
 def trajectory(

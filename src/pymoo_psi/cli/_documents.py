@@ -116,9 +116,7 @@ def run_report(options: Options) -> int:
     )
     report.save(out)
     say_source(path, table, formulation)
-    for caution in report.cautions:
-        say(caution)
-    say(f"{report}: open {out} in a browser, or print it")
+    say(*report.cautions, f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
 
 
@@ -174,8 +172,7 @@ def run_analyze(options: Options) -> int:
         write_frame(steps.to_frame().reset_index(), out / "convergence.csv")
 
     say_source(path, table, formulation, ranked=False)
-    for remark in remarks:
-        say(remark)
+    say(*remarks)
     if indices is not None:
         _say_sensitivities(indices)
     if steps is not None:

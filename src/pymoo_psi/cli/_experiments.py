@@ -59,9 +59,7 @@ def run_compare(options: Options) -> int:
     medians["seconds"] = medians["seconds"].map("{:.4f}".format)
     headings = {"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
     print_frame(medians.rename(columns=headings), f"{name}: medians over the runs")
-    for sentence in conclusions(result):
-        say(sentence)
-    say(f"Tables, the figure and the runs written to {out}")
+    say(*conclusions(result), f"Tables, the figure and the runs written to {out}")
     return 0
 
 
@@ -125,7 +123,6 @@ def run_reproduce(options: Options) -> int:
         # The rolling model first, from which the paper's tables follow.
         ordered = table.sort_values(["model", "mu"], ascending=[False, True], kind="stable")
         print_frame(ordered.round(4), _TITLES[number])
-    for line in _HEADINGS.splitlines():
-        say(line)
+    say(*_HEADINGS.splitlines())
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")
     return 0

@@ -26,12 +26,14 @@ def width() -> int | None:
     return None
 
 
-def say(line: str) -> None:
-    """Print a line, wrapped if there is a width."""
+def say(*lines: object) -> None:
+    """Print lines, wrapped if there is a width."""
     columns = width()
-    if columns is not None:
-        line = wrapped([line], columns)
-    _print(line)
+    for line in lines:
+        text = str(line)
+        if columns is not None:
+            text = wrapped([text], columns)
+        _print(text)
 
 
 def _print(text: str) -> None:

@@ -281,11 +281,9 @@ def _interval_in(text: str, form: str) -> Any:
 def write_example(name: str) -> int:
     """Write the commented example of a program's file, unless the file exists."""
     path = Path(name).expanduser()
-    rule = "used with a new file, such as bracket.toml"
-    if path.exists():
-        raise invalid("--new", rule, name, "it is not overwritten")
-    if path.suffix != ".toml":
-        raise invalid("--new", rule, name, "give it the suffix .toml")
+    if path.exists() or path.suffix != ".toml":
+        rule = "used with a new file of the suffix .toml, such as bracket.toml"
+        raise invalid("--new", rule, name, "an existing file is not overwritten")
     text = files("pymoo_psi.problems").joinpath("program.toml").read_text(encoding="utf-8")
     path.write_text(text.replace("bracket", path.stem), encoding="utf-8")
     say(f"{path} written. Edit it; then: pymoo-psi solve {shlex.quote(name)} --try")

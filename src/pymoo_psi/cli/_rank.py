@@ -40,12 +40,12 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
 
 def most_violated(table: TestTable) -> str:
     """Say which constraint or limit most designs violate, and how many violate it alone."""
-    n_computed = int((table.status != "failed").sum())
+    n_computed = (table.status != "failed").sum()
     costs = constraint_costs(table)
     if not costs["rejects"].any():
         return f"{n_computed} of {counted(len(table), 'design')} could be computed"
     worst = costs.sort_values("rejects", ascending=False, kind="stable").iloc[0]
-    n_infeasible = n_computed - int(table.feasible().sum())
+    n_infeasible = n_computed - table.feasible().sum()
     return (
         f"Infeasible: {n_infeasible} of {n_computed} that were computed; "
         f"{worst.name} rejects most: {worst['rejects']:.0f}, {worst['alone']:.0f} of them alone"
@@ -64,18 +64,16 @@ def say_source(
         ranked: Whether infeasible designs are left out of the result.
     """
     layout = table.layout
-    for remark in table.remarks:
-        say(remark)
+    say(*table.remarks)
     if not formulation.objectives:
         say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
-    n_feasible = int((table.status == "ok").sum())
+    n_feasible = (table.status == "ok").sum()
     if n_feasible < len(table):
         sentence = f"{n_feasible} of {counted(len(table), 'design')} are feasible"
         if ranked:
             sentence += "; the others are left out"
         say(f"{sentence}.")
-    for remark in decision_remarks(path, table, formulation):
-        say(remark)
+    say(*decision_remarks(path, table, formulation))
 
 
 def decision_remarks(path: Path, table: TestTable, formulation: Formulation) -> list[str]:
@@ -109,7 +107,7 @@ def _remark_on_choice(table: TestTable, chosen: str, page: Mapping[str, Any]) ->
     for name in table.layout.objectives:
         value = table.column(name)[row]
         if name in values and values[name] != value:
-            changes.append(f"{name} was {values[name]} and is {number(float(value), 6)}")
+            changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
     if changes:
         return f"{warning} has changed: {', '.join(changes)}."
     if not table.eligible()[row]:
@@ -149,7 +147,7 @@ def _say_set(path: Path, designs: TestTable, ranking: EfficiencyRanking) -> None
     optima = [ranking.name_of(row) for row in ranking.salukvadze.tolist()]
     if len(optima) > 5:
         optima = [*optima[:5], "…"]
-    size = f"{counted(len(ranking.rank), 'design')}, {int(ranking.pareto.sum())} Pareto optimal"
+    size = f"{counted(len(ranking.rank), 'design')}, {ranking.pareto.sum()} Pareto optimal"
     say(f"{path}: {size}; Salukvadze optimum: {'; '.join(optima)}")
     origin = "of the Pareto set"
     if designs.formulation.ranges:
@@ -204,5 +202,4 @@ def say_best(
     say(f"{measured_in(ranking)} {option}.")
     units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
     explanation = explain(ranking, units=units)
-    for sentence in explanation.sentences[:_N_REASONS]:
-        say(sentence)
+    say(*explanation.sentences[:_N_REASONS])

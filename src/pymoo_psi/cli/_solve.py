@@ -121,8 +121,7 @@ def run_solve(options: Options) -> int:
     title = f"{name} by {algorithm}: {size}, {search.counts}, best compromises first"
     labelled = frame.rename(columns=designs.layout.label_of)
     say_best(labelled, title, ranking, designs.layout.units, options.out)
-    for line in (*search.table.remarks, *_failures(search.reasons)):
-        say(line)
+    say(*search.table.remarks, *_failures(search.reasons))
     if formulation.limits and not options.box:
         _say_box(search.table)
     n_searched = len(space.searched)
@@ -135,9 +134,7 @@ def run_solve(options: Options) -> int:
 def _say_infeasible(problem: Problem, search: Search, out: Path | None) -> None:
     """Print that no design is feasible, and why."""
     say(f"{problem_name(problem)}: no feasible design, {search.counts}")
-    say(f"{most_violated(search.table)}.")
-    for line in _failures(search.reasons):
-        say(line)
+    say(f"{most_violated(search.table)}.", *_failures(search.reasons))
     if out is not None:
         say(f"{out} is not written.")
 
@@ -283,9 +280,9 @@ def _search(
         if violated.any():
             violations.append(f"{rule.text} ({violated.sum()})")
     table = _under(tests, formulation)
-    n_run = int(has_run.sum())
-    n_failed = int((table.status == "failed").sum())
-    n_stored = n_run - int(table.repeats[has_run].sum()) - n_evaluated
+    n_run = has_run.sum()
+    n_failed = (table.status == "failed").sum()
+    n_stored = n_run - table.repeats[has_run].sum() - n_evaluated
     counts = [f"{n_run} tested"]
     if n_stored:
         counts.append(f"{n_stored} of them from the study")

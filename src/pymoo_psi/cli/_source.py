@@ -104,7 +104,7 @@ def _kept_on_page(path: Path, table: TestTable, formulation: Formulation) -> Tes
     texts = []
     for name, categories in formulation.page["state"]["categories"].items():
         texts.append(f"{name} = {' or '.join(map(str, categories)) or 'none'}")
-    n_removed = counted(int((~kept).sum()), "design")
+    n_removed = counted((~kept).sum(), "design")
     remark = f"{n_removed} left out: the decision keeps only {'; '.join(texts)}."
     if not kept.any():
         raise PsiError(f"{path}: no design is left: {remark}")

@@ -498,10 +498,11 @@ def _place_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> i
     """Return the row in the ranking of a design that is given by its label or its number."""
     if not is_table(F):
         return ranking.row_of(design)
-    places = np.flatnonzero(ranking.rows == F.row_of(design))
-    if not len(places):
+    rows = ranking.rows.tolist()
+    row = F.row_of(design)
+    if row not in rows:
         raise invalid("design", "a feasible design", design)
-    return int(places[0])
+    return int(rows.index(row))
 
 
 def _place_of_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:

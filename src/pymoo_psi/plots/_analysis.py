@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._validation import Received, Rows, counted, instance, integer, known_name, wrong_type
+from pymoo_psi._validation import Received, Rows, counted, instance, integer, wrong_type
 from pymoo_psi.plots._points import checked
 from pymoo_psi.plots._style import Drawing, curves, legend_of, literal, panels
 from pymoo_psi.table import TestTable
@@ -201,11 +201,7 @@ def plot_indicator(comparison: Comparison, indicator: str, ax: Axes) -> None:
         comparison: From :func:`pymoo_psi.compare`.
         indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
         ax: Axes to draw on.
-
-    Raises:
-        ArgumentValueError: The indicator is unknown.
     """
-    known_name("indicator", indicator, _INDICATORS)
     frame = comparison.summary().set_index("algorithm")
     columns = [indicator, f"{indicator}_q1", f"{indicator}_q3"]
     values = frame[columns].to_numpy(float)
