@@ -73,7 +73,7 @@ def test_given_ideal_and_nadir():
     seed=st.integers(0, 2**32 - 1),
     m=st.integers(1, 6),
     levels=st.sampled_from([2, 5, 1000]),
-    n=st.sampled_from([70, 300]),  # beyond 128 by moocore
+    n=st.sampled_from([70, 300]),
 )
 def test_nondominated_agrees_with_all_pairs(seed, m, levels, n):
     """Many values are equal, and some are a zero with a sign."""

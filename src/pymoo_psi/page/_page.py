@@ -244,10 +244,8 @@ def _frame_of(source: Any, formulation: Formulation) -> tuple[pd.DataFrame, Form
         X = np.atleast_2d(X)
         frame[[f"x{j + 1}" for j in range(X.shape[1])]] = X
     if not formulation.objectives:
-        maximize = list(formulation.maximize)
-        for name, sign in zip(names, objectives.sign, strict=True):
-            if sign < 0:
-                maximize.append(name)
+        maximized = np.array(names)[objectives.sign < 0].tolist()
+        maximize = [*formulation.maximize, *maximized]
         formulation = replace(formulation, objectives=names, maximize=maximize)
     return frame, formulation
 

@@ -50,7 +50,11 @@ def payload(
     labels = _labels(table)
     tables = [table]
     if prototype is not None:
-        names += _names_apart(prototype.names, set(names))
+        others = set(names)
+        for name in prototype.names:
+            if name in others:
+                name = f"{name} (existing)"
+            names.append(name)
         labels += _labels(prototype)
         tables.append(prototype)
     optimal = nondominated(table.F)
@@ -90,16 +94,6 @@ def _labels(table: TestTable) -> list[Any]:
         else:
             labels.append(str(cell))
     return labels
-
-
-def _names_apart(names: Sequence[str], others: set[str]) -> list[str]:
-    """Return names of existing designs, marked where another design has the same name."""
-    apart = []
-    for name in names:
-        if name in others:
-            name = f"{name} (existing)"
-        apart.append(name)
-    return apart
 
 
 def _csv_head(table: TestTable) -> Content:

@@ -19,7 +19,7 @@ from importlib import resources
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import Array, Rows, counted, invalid, known_name
+from pymoo_psi._validation import Array, Rows, counted, invalid, job_count, known_name
 from pymoo_psi.algorithms import investigate
 from pymoo_psi.chute import MODELS, criteria, motion
 from pymoo_psi.parallel import in_parallel
@@ -217,6 +217,7 @@ def reproduce(
         0  rolling  0.2          18
         1  rolling  0.4          35
     """
+    n_jobs = job_count("n_jobs", n_jobs)
     if len(mu) == 0 or len(models) == 0:
         raise invalid("mu and models", "one or more each", [list(mu), list(models)])
     pairs = []

@@ -15,8 +15,6 @@ Levels = Rows
 
 _WORST = np.iinfo(np.intp).max
 
-_FEW = 128  # up to here rows are compared in pairs: importing moocore takes 50 ms
-
 EQ_TOLERANCE = 1e-4
 """pymoo's tolerance: an equality constraint is met where |h| <= 1e-4."""
 
@@ -82,9 +80,7 @@ def nondominated(F: Array) -> Mask:
     n, m = F.shape
     if m == 1:  # moocore takes two objectives or more
         return np.asarray(F[:, 0] == F[:, 0].min(), dtype=bool)
-    if n <= _FEW:
-        return _undominated(F)
-    import moocore
+    import moocore  # which takes some 20 ms
 
     # moocore (0.3) first sorts by this column: sorted rows save it an eighth to a half of the time.
     column = F[:, -1]
@@ -94,15 +90,6 @@ def nondominated(F: Array) -> Mask:
     mask = np.empty(n, dtype=bool)
     mask[order] = moocore.is_nondominated(F[order], keep_weakly=True)
     return mask
-
-
-def _undominated(F: Array) -> Mask:
-    """Compare every row with every other; see `nondominated`."""
-    columns = np.ascontiguousarray(F.T)  # rows next to each other: ten times faster
-    row = columns[:, :, None]
-    other = columns[:, None, :]
-    dominates = (row <= other).all(axis=0) & (row < other).any(axis=0)
-    return np.asarray(~dominates.any(axis=0))
 
 
 def nondominated_pair(a: Levels, b: Levels, other: Levels) -> Mask:

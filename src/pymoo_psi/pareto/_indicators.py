@@ -52,8 +52,10 @@ def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
     low = points.min(axis=0)  # nothing is dominated below
     shares = []
     for probes in _shifted_probes(m):
-        places = low + (1 - low) * probes
-        shares.append(_dominated_share(places, points))
+        free = low + (1 - low) * probes
+        for point in points:
+            free = free[~(point <= free).all(axis=1)]
+        shares.append(1 - len(free) / _PROBES)
     volumes = np.array(shares) * np.prod(1 - low)
     return float(volumes.mean()), float(volumes.std(ddof=1) / np.sqrt(_SHIFTS))
 
@@ -69,14 +71,6 @@ def _shifted_probes(m: int) -> Iterator[Array]:
     probes = lp_tau(_PROBES, m)
     for shift in shifts:
         yield (probes + shift) % 1
-
-
-def _dominated_share(places: Array, points: Array) -> float:
-    """Return the share of places that a point dominates."""
-    free = places
-    for point in points:
-        free = free[~(point <= free).all(axis=1)]
-    return 1 - len(free) / len(places)
 
 
 def spread_subset(F: Array, size: int) -> Rows:

@@ -17,8 +17,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.ticker import MaxNLocator
 
-from pymoo_psi._validation import Array, Mask, Received, counted, instance, invalid, known_name
-from pymoo_psi.chute import MODELS, ChuteParameters, Trajectory, trajectory
+from pymoo_psi._validation import Array, Mask, Received, counted, instance, invalid
+from pymoo_psi.chute import ChuteParameters, Trajectory, trajectory
 from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_functions
 from pymoo_psi.pareto import percent
 from pymoo_psi.plots._points import Column, Points, ranked_groups
@@ -125,7 +125,6 @@ def shown_case(reproduction: Reproduction, model: str) -> Case:
         >>> shown_case(small, "full").mu
         0.4
     """
-    known_name("model", model, MODELS)
     cases = [case for case in reproduction.cases if case.model == model]
     if not cases:
         received = Received(repr(reproduction))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -46,18 +46,11 @@ _MOST = 2000  # lines of a group; more would be one grey area, and take long to 
 _LETTERS = 100  # of text over the width of a figure, in the size of ticks
 
 
-class _Bars(NamedTuple):
-    """Bars of a group in a histogram: their sides in shares of the interval, and their style."""
-
-    left: float
-    right: float
-    style: Style
-
-
-_BARS = {
-    "tested": _Bars(0.0, 1.0, {"facecolor": "0.9", "edgecolor": "0.55"}),
-    "feasible": _Bars(0.08, 0.5, {"facecolor": BLUE}),
-    "pareto": _Bars(0.5, 0.92, {"facecolor": ORANGE, "edgecolor": "white", "hatch": "////"}),
+# Bars of the groups in a histogram: their sides in shares of the interval, and their style.
+_BARS: dict[str, tuple[float, float, Style]] = {
+    "tested": (0.0, 1.0, {"facecolor": "0.9", "edgecolor": "0.55"}),
+    "feasible": (0.08, 0.5, {"facecolor": BLUE}),
+    "pareto": (0.5, 0.92, {"facecolor": ORANGE, "edgecolor": "white", "hatch": "////"}),
 }
 
 
