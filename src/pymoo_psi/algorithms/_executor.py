@@ -16,7 +16,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._validation import mapping
 from pymoo_psi.algorithms._options import RunOptions
@@ -30,7 +30,6 @@ from pymoo_psi.parallel import (
     stream_tasks,
 )
 from pymoo_psi.problems import (
-    DesignSpace,
     columns_of_values,
     design_space,
     evaluate_designs,
@@ -45,6 +44,7 @@ from pymoo_psi.study import LAST
 from pymoo_psi.table import PROPOSAL_ROUND, RESERVED, Layout, TestTable
 
 Array = NDArray[np.float64]
+Filter = Callable[[TestTable], TestTable]
 
 # Points that may wait for workers: as many as can be held easily.
 _WAITING = 4096
@@ -65,18 +65,27 @@ _PIECES = 8
 _PIECES_AHEAD = 4
 
 
-class Tested(NamedTuple):
-    """What an executor gives: tests of points.
+class Block(NamedTuple):
+    """Tests of points.
 
     Attributes:
         numbers: ``(n,)`` the numbers of the points.
         tests: Their tests; fewer where an executor filters.
-        seconds: ``(n,)`` what the evaluation of each took.
+        n_called: For how many of the points the model was called.
+        seconds: ``(n,)`` what the evaluation of each took; 0 if the model was not called.
     """
 
     numbers: NDArray[np.int64]
     tests: TestTable
-    seconds: Array
+    n_called: int = 0
+    seconds: ArrayLike = 0.0
+
+    def rows(self, rows: NDArray[np.bool_]) -> Block:
+        """Return some of a block that has all tests of its points."""
+        n_called = 0
+        if self.n_called:  # for all of them
+            n_called = int(np.count_nonzero(rows))
+        return Block(self.numbers[rows], self.tests.rows(rows), n_called)
 
 
 class Executor:
@@ -136,7 +145,7 @@ class Executor:
         """Wait until more is evaluated; return what it took, in seconds of a worker."""
         raise NotImplementedError
 
-    def take(self) -> Tested:
+    def take(self) -> Block:
         """Return the tests of the evaluated points, in the order in which they were evaluated."""
         raise NotImplementedError
 
@@ -187,16 +196,14 @@ class Model:
         violations: Array = self.problem.amounts(X)
         return violations
 
-    def tests(self, points: Points, values: Sequence[Values], X: Any = None) -> TestTable:
+    def tests(self, points: Points, values: Sequence[Values]) -> TestTable:
         """Return the tests of points.
 
         Args:
             points: The points.
             values: The values of each, as the problem without its requirements gives them.
-            X: Their ``(n, n_var)`` designs where these are not those of the points.
         """
-        if X is None:
-            X = points.matrix(self.space)
+        X = points.matrix(self.space)
         # Requirements follow the model's own constraints; they are computed, whatever happened.
         n_ieq = self.inner.n_ieq_constr
         rows = []
@@ -207,6 +214,17 @@ class Model:
         out = columns_of_values(self.inner, rows)
         out["G"] = np.hstack([out["G"], self.violations(X)])
         return table_of_values(self.layout, points, X, out)
+
+    def evaluated(self, kept: Filter | None, points: Points) -> tuple[TestTable, float]:
+        """Return the kept tests of points, and the seconds of one; it is sent to processes."""
+        began = time.monotonic()
+        X = points.matrix(self.space)
+        out = evaluate_designs(self.problem, self.space.designs(X))
+        seconds = (time.monotonic() - began) / len(points)
+        tests = table_of_values(self.layout, points, X, out)
+        if kept is not None:
+            tests = kept(tests)
+        return tests, seconds
 
 
 class OneByOne(Executor):
@@ -255,7 +273,7 @@ class OneByOne(Executor):
         del self._pending[number]
         return seconds
 
-    def take(self) -> Tested:
+    def take(self) -> Block:
         """Return the tests of the evaluated points."""
         numbers, values, seconds = zip(*self._evaluated, strict=True)
         self._evaluated.clear()
@@ -264,7 +282,8 @@ class OneByOne(Executor):
         is_left = np.ones(len(self._points), dtype=bool)
         is_left[rows] = False
         self._points = self._points.at(is_left)
-        return Tested(points.numbers, self._model.tests(points, values), np.array(seconds))
+        tests = self._model.tests(points, values)
+        return Block(points.numbers, tests, len(points), seconds)
 
 
 class InPieces(Executor):
@@ -333,14 +352,14 @@ class InPieces(Executor):
         self._cut()
         return seconds * len(piece)
 
-    def take(self) -> Tested:
+    def take(self) -> Block:
         """Return the tests of the evaluated points."""
         pieces, tables, seconds = zip(*self._evaluated, strict=True)
         self._evaluated.clear()
         numbers = np.concatenate([piece.numbers for piece in pieces])
         sizes = [len(piece) for piece in pieces]
         tests = tables[0].extended(*tables[1:])
-        return Tested(numbers, tests, np.repeat(seconds, sizes))
+        return Block(numbers, tests, len(numbers), np.repeat(seconds, sizes))
 
 
 def executor_of(
@@ -350,7 +369,7 @@ def executor_of(
     n_points: int | None = None,
     n_jobs: int = 1,
     whole: bool = True,
-    kept: Callable[[TestTable], TestTable] | None = None,
+    kept: Filter | None = None,
 ) -> Executor:
     """Return the executor for a model.
 
@@ -366,7 +385,7 @@ def executor_of(
         return OneByOne(model, whole)
     if n_jobs != 1:
         n_jobs = active_workers(n_jobs)
-    task = partial(_tested, model.problem, model.space, model.layout, kept)
+    task = partial(model.evaluated, kept)
     if n_points is None:
         return InPieces(task, LAST, LAST, None, n_jobs)
     least = _LEAST
@@ -385,24 +404,6 @@ def executor_of(
         share = -(-n_points // (_PIECES * n_jobs))
         size = min(size, max(_LEAST, share))
     return InPieces(task, largest, size, timed, n_jobs)
-
-
-def _tested(
-    problem: Any,
-    space: DesignSpace,
-    layout: Layout,
-    kept: Callable[[TestTable], TestTable] | None,
-    points: Points,
-) -> tuple[TestTable, float]:
-    """Return the kept tests of points, and the seconds of one; it is sent to processes."""
-    began = time.monotonic()
-    X = points.matrix(space)
-    out = evaluate_designs(problem, space.designs(X))
-    seconds = (time.monotonic() - began) / len(points)
-    tests = table_of_values(layout, points, X, out)
-    if kept is not None:
-        tests = kept(tests)
-    return tests, seconds
 
 
 # What pymoo knows by itself and its users put beside the outputs of a model; and our reasons.

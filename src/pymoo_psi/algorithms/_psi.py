@@ -247,7 +247,7 @@ class PointAlgorithm(Algorithm):
             names = ("F", "G", "H", "failure", *individual.data.get("outputs", ()))
             values.append({name: individual.get(name) for name in names})
         X = self._run.model.space.to_matrix(infills.get("X"))
-        return self._run.model.tests(points, values, X)
+        return self._run.model.tests(replace(points, designs=X), values)
 
     def _give_values(self, block: Population, tests: TestTable) -> None:
         """Give individuals the values of their tests; pymoo then does not evaluate them."""

@@ -15,13 +15,13 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import identity_text, integer
-from pymoo_psi.algorithms._executor import Executor, Model, Tested, executor_of, values_of_table
+from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of, values_of_table
 from pymoo_psi.algorithms._limits import kept_tests, require_limits
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import PlannedPoints, Points, Source, points_of_sequence
@@ -38,27 +38,6 @@ SECONDS = 1.0
 # Seconds of computing, by all workers together, after which there is a commit in any case: results
 # of slow designs that arrive together must not wait for the next one, perhaps for hours.
 COMPUTED = 20.0
-
-
-class Block(NamedTuple):
-    """Tests of a run.
-
-    Attributes:
-        numbers: ``(n,)`` the numbers of the points.
-        tests: Their tests; fewer where the executor filters.
-        n_called: For how many of the points the model was called.
-    """
-
-    numbers: Numbers
-    tests: TestTable
-    n_called: int
-
-    def rows(self, rows: NDArray[np.bool_]) -> Block:
-        """Return some of a block that has all tests of its points."""
-        n_called = 0
-        if self.n_called:  # for all of them
-            n_called = int(np.count_nonzero(rows))
-        return Block(self.numbers[rows], self.tests.rows(rows), n_called)
 
 
 class Run:
@@ -219,13 +198,13 @@ class Run:
                     is_late = computed >= COMPUTED or time.monotonic() - began >= SECONDS
                     is_complete = executor.n_pending == 0 or executor.first_pending > self._last
                     if is_late or is_complete or self.source.eager:
-                        yield from self._receive(executor.take())
+                        yield from self._keep(executor.take())
                         began = time.monotonic()
                         computed = 0.0
                     yield from self._open(recall, self._n_awaited + executor.ahead)
             finally:
                 if executor.n_evaluated:
-                    for _ in self._receive(executor.take()):
+                    for _ in self._keep(executor.take()):
                         pass  # it is stored; nobody waits for it
                 executor.close()
 
@@ -240,7 +219,7 @@ class Run:
             stored = recall(points.numbers)
             if len(stored):
                 points = points.at(~np.isin(points.numbers, stored.numbers))
-                yield from self._arrive(stored.numbers, stored, n_called=0)
+                yield from self._arrive(Block(stored.numbers, stored))
             if len(points):
                 yield from self._submit(points)
 
@@ -276,26 +255,24 @@ class Run:
         if len(points):
             self.executor.submit(points)
 
-    def _receive(self, tested: Tested) -> Iterator[Block]:
-        """Keep and yield tests for which the model was called."""
-        self.store.keep(tested.tests, tested.seconds)
-        yield from self._arrive(tested.numbers, tested.tests, n_called=len(tested.numbers))
-
     def _answer(self, points: Points, values: Sequence[Values]) -> Iterator[Block]:
         """Keep and yield tests whose values are known without the model."""
-        tests = self.model.tests(points, values)
-        self.store.keep(tests, 0.0)
-        yield from self._arrive(points.numbers, tests, n_called=0)
+        yield from self._keep(Block(points.numbers, self.model.tests(points, values)))
 
-    def _arrive(self, numbers: Numbers, tests: TestTable, n_called: int) -> Iterator[Block]:
+    def _keep(self, block: Block) -> Iterator[Block]:
+        """Store and yield tests."""
+        self.store.keep(block.tests, block.seconds)
+        yield from self._arrive(block)
+
+    def _arrive(self, block: Block) -> Iterator[Block]:
         """Yield tests that are stored, and those of the same designs that waited for them."""
-        self.source.tell(tests)
+        self.source.tell(block.tests)
         repeated: list[int] = []
         if self._repeats is not None:
-            repeated, values = self._repeats.learn(tests)
+            repeated, values = self._repeats.learn(block.tests)
             rows = np.searchsorted(self._issued.numbers, repeated)
             points = self._issued.at(rows)
-        yield Block(numbers, tests, n_called)
+        yield block
         if repeated:
             yield from self._answer(points, values)
 
