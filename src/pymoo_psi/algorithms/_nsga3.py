@@ -110,11 +110,9 @@ def nsga3(
 
 def _undo_logarithms(result: Result, scaled: LogScaled) -> None:
     """Replace the logarithms in a result by the values of the variables."""
-    individuals = {}  # each once, as those of the optimum are in the population, too
-    for individual in [*result.pop, *result.opt]:
-        individuals[id(individual)] = individual
-    population = Population.create(*individuals.values())
-    population.set("X", scaled.original(population.get("X")))
+    optimum = scaled.original(result.opt.get("X"))
+    result.pop.set("X", scaled.original(result.pop.get("X")))
+    result.opt.set("X", optimum)  # which are in the population, too
     result.problem = scaled.wrapped
     if result.X is not None:
         result.X = result.opt.get("X")

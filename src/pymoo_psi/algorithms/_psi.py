@@ -203,8 +203,8 @@ class PointAlgorithm(Algorithm):
         if len(points) == 0:
             return None
         space = self._run.model.space
-        block = Population.new("X", space.designs(points.matrix(space)))
-        block.set("test_point", points.numbers)
+        designs = space.designs(points.matrix(space))
+        block = Population.new("X", designs, "test_point", points.numbers)
         stored = self._run.store.recall(points.numbers)
         self._give_values(block[np.searchsorted(points.numbers, stored.numbers)], stored)
         return block
@@ -277,12 +277,10 @@ class PointAlgorithm(Algorithm):
         if n_known < self.n_tested:
             tests = self._tests.rows(np.arange(n_known, self.n_tested))
             designs = self._run.model.space.designs(tests.X.copy())
-            block = Population.empty(len(tests))
-            iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[n_known:]
-            rows = zip(block, designs, tests.numbers.tolist(), iterations.tolist(), strict=True)
-            for individual, x, number, iteration in rows:
-                individual.X = x
-                individual.data = {"test_point": number, "n_gen": iteration, "n_iter": iteration}
+            block = Population.new("X", designs, "test_point", tests.numbers.tolist())
+            iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)
+            iterations = iterations[n_known:].tolist()
+            block.set("n_gen", iterations, "n_iter", iterations)
             self._give_values(block, tests)
             self._population = Population.merge(self._population, block)
         return self._population

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
-from pymoo_psi._validation import Received, invalid, wrong_type
+from pymoo_psi._validation import Received, invalid
 from pymoo_psi.algorithms._executor import Model, executor_of, values_of_table
 from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
 from pymoo_psi.algorithms._run import Run, table_of_run
@@ -107,8 +107,6 @@ class Recorded(WrappedProblem):
         self, problem: Any, study: str | PathLike[str], **options: Unpack[StudyKeywords]
     ) -> None:
         require_known_keywords("Recorded", object, options, more=StudyKeywords.__annotations__)
-        if study is None:
-            raise wrong_type("study", "the name of a file", study)
         require_problem(problem)
         problem = tolerance_outside(problem)
         self._tolerant = None
@@ -175,7 +173,7 @@ class Recorded(WrappedProblem):
         keys = design_keys(design_matrix("X", designs, layout.variables, layout.kinds))
         if answers.missing(keys):
             # The inner context has the lock, which is given back before the process ends.
-            with stored_at_termination(self._store), self._store.writing():
+            with stored_at_termination(self._store), self._store.study.writing():
                 self._read()  # what another process stored before this one got the lock
                 rows = answers.missing(keys)
                 if rows:

@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -48,16 +48,12 @@ class Store:
         """
         yield self.recall
 
-    def writing(self) -> AbstractContextManager[None]:
-        """Keep others from testing points of the study while the body runs."""
-        return nullcontext()
-
     def recall(self, numbers: Numbers) -> TestTable:
         """Return the stored tests of increasing numbers, without those to be retried."""
         return self.empty
 
-    def known(self, first: int = 1, count: int = LAST) -> TestTable:
-        """Return the stored ones of ``count`` tests from a number on, but those to be retried."""
+    def known(self) -> TestTable:
+        """Return all stored tests, without those to be retried."""
         return self.empty
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
@@ -99,12 +95,8 @@ class StudyStore(Store):
         self.study = Study(path)
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
+        self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"
         self.study.begin(head_of(table), options.part if options.part.of > 1 else None)
-
-    @property
-    def advice(self) -> str:  # type: ignore[override]
-        """What is kept when a run is interrupted, and how it goes on."""
-        return f"tests are kept in study {self.study.path}; the same call goes on from there"
 
     @contextmanager
     def session(self) -> Iterator[Recall]:
@@ -117,7 +109,7 @@ class StudyStore(Store):
                 if not self._has_written:
                     self._look(numbers)
                 if not is_locked and not np.isin(numbers, self._stored).all():
-                    lock.enter_context(self.writing())
+                    lock.enter_context(self.study.writing())
                     is_locked = True
                     self._has_written = True
                     self._look(numbers)  # another process may have stored some meanwhile
@@ -131,10 +123,6 @@ class StudyStore(Store):
         """Learn which tests are stored, from the first of increasing numbers on."""
         if not np.isin(numbers, self._stored).all():
             self._stored = self.study.numbers(int(numbers[0]), failed=not self._retry)
-
-    def writing(self) -> AbstractContextManager[None]:
-        """Keep others from testing points of the study while the body runs."""
-        return self.study.writing()
 
     def recall(self, numbers: Numbers) -> TestTable:
         """Return the stored tests of increasing numbers, without those to be retried."""

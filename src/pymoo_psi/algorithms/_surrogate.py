@@ -300,11 +300,8 @@ class SurrogateSource(Source):
         n_obj = problem.n_obj
         n_inequalities = n_obj + problem.n_ieq_constr
         n_outputs = n_inequalities + problem.n_eq_constr
-        bounds = []
-        for j in range(n_obj, n_inequalities):
-            bounds.append((j, -np.inf, 0.0))
-        for j in range(n_inequalities, n_outputs):
-            bounds.append((j, 0.0, 0.0))
+        bounds = [(j, -np.inf, 0.0) for j in range(n_obj, n_inequalities)]
+        bounds += [(j, 0.0, 0.0) for j in range(n_inequalities, n_outputs)]
         further: list[str] = []
         for name, (least, greatest) in table.under(limits=self._limits).limits.items():
             if name in layout.maximize:
@@ -323,10 +320,7 @@ class SurrogateSource(Source):
         used = {name for output in expressions.values() for name in output.operands}
         if not used:
             return goal, further
-        learned = []
-        for name in sorted(used):
-            if name in layout.outputs and name not in expressions:
-                learned.append(name)
+        learned = sorted(used & {*layout.outputs} - {*expressions})
         places = {name: n_outputs + len(further) + j for j, name in enumerate(learned)}
         places |= {name: j for j, name in enumerate(problem.objectives)}
         compute = partial(_computed, problem, space, places)

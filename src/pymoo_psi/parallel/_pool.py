@@ -36,6 +36,7 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._evaluation import Cost, Function, Result, Waiting, one_line
 
+_LONG = 1e6  # seconds to wait where nothing has a deadline; infinity is none to the system
 _PATIENCE = 2.0  # seconds for a worker to end by itself, which takes some hundredths
 # Seconds for a guard to end its worker with all that was started there, as many as a busy machine
 # may need. Some of it is left behind if the guard is killed before.
@@ -222,11 +223,8 @@ class _Run:
                     self._feed(worker)
             now = monotonic()
             seconds_left = min(worker.deadline for worker in self.workers) - now
-            timeout = None
-            if seconds_left < math.inf:
-                timeout = max(0.0, seconds_left)
             channels = [worker.channel for worker in self.workers]
-            ready = connection.wait(channels, timeout)
+            ready = connection.wait(channels, max(0.0, min(seconds_left, _LONG)))
             for worker in list(self.workers):
                 if worker.channel in ready:  # what has arrived counts, even if it is read late
                     yield from self._handle(worker, *worker.receive())
