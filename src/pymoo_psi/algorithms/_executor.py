@@ -88,11 +88,16 @@ class Block(NamedTuple):
         return Block(self.numbers[rows], self.tests.rows(rows), n_called)
 
 
-class Executor:
+class _Executor:
     """Evaluates points; it knows nothing of studies, of points still to come, or of algorithms.
 
-    Points are submitted in the order of their numbers, also while others are evaluated. Copies have
-    the settings; what is being evaluated stays with the executor.
+    Copies have the settings; what is being evaluated stays with the executor. A subclass writes
+
+    - ``room``: how many more points to submit now; 0 while enough of them wait.
+    - ``submit(points)``: take points to evaluate, with numbers above those of all before, also
+      while others are evaluated.
+    - ``wait()``: wait until more is evaluated; return what it took, in seconds of a worker.
+    - ``take()``: return the tests of the evaluated points, in the order of their evaluation.
 
     Attributes:
         n_workers: How many workers evaluate designs without waiting for one another, or 0.
@@ -115,12 +120,7 @@ class Executor:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the settings, and no points."""
-        return vars(self) | vars(Executor())
-
-    @property
-    def room(self) -> int:
-        """How many more points to submit now; 0 while enough of them wait."""
-        raise NotImplementedError
+        return vars(self) | vars(_Executor())
 
     @property
     def n_pending(self) -> int:
@@ -136,18 +136,6 @@ class Executor:
     def n_evaluated(self) -> int:
         """How many points, or pieces of points, are evaluated and not taken yet."""
         return len(self._evaluated)
-
-    def submit(self, points: Points) -> None:
-        """Take points to evaluate, with numbers above those of all before."""
-        raise NotImplementedError
-
-    def wait(self) -> float:
-        """Wait until more is evaluated; return what it took, in seconds of a worker."""
-        raise NotImplementedError
-
-    def take(self) -> Block:
-        """Return the tests of the evaluated points, in the order in which they were evaluated."""
-        raise NotImplementedError
 
     def close(self) -> None:
         """Give up what is pending and not taken; workers with nothing to do are kept."""
@@ -227,7 +215,7 @@ class Model:
         return tests, seconds
 
 
-class OneByOne(Executor):
+class OneByOne(_Executor):
     """Gives designs to workers that do not wait for one another, or evaluates them here.
 
     Args:
@@ -258,7 +246,7 @@ class OneByOne(Executor):
         numbers = points.numbers.tolist()
         # with their designs, which are not computed again for the tests
         points = replace(points, designs=matrix)
-        self._points = self._points.joined(points)  # those that are not taken
+        self._points = self._points.joined(points)  # from the first one that is not taken
         self._pending |= dict.fromkeys(numbers)
         designs = self._model.space.designs(matrix)
         self._waiting.extend(zip(numbers, designs, strict=True))
@@ -277,16 +265,13 @@ class OneByOne(Executor):
         """Return the tests of the evaluated points."""
         numbers, values, seconds = zip(*self._evaluated, strict=True)
         self._evaluated.clear()
-        rows = np.searchsorted(self._points.numbers, numbers)
-        points = self._points.at(rows)
-        is_left = np.ones(len(self._points), dtype=bool)
-        is_left[rows] = False
-        self._points = self._points.at(is_left)
+        points = self._points.at(np.searchsorted(self._points.numbers, numbers))
+        self._points = self._points.at(self._points.numbers >= self.first_pending)
         tests = self._model.tests(points, values)
         return Block(points.numbers, tests, len(points), seconds)
 
 
-class InPieces(Executor):
+class InPieces(_Executor):
     """Evaluates points by calls for many, in this process or in others.
 
     Args:
@@ -360,6 +345,9 @@ class InPieces(Executor):
         sizes = [len(piece) for piece in pieces]
         tests = tables[0].extended(*tables[1:])
         return Block(numbers, tests, len(numbers), np.repeat(seconds, sizes))
+
+
+Executor = OneByOne | InPieces
 
 
 def executor_of(

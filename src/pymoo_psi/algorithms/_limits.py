@@ -13,20 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi.pareto import constraint_violation
-from pymoo_psi.table import Layout, Limits, TestTable, bounds_of, excess, limits_of
-
-
-def require_limits(limits: Limits | None, layout: Layout) -> None:
-    """Refuse limits that are wrong by themselves, or on the columns that a problem promises."""
-    if not _missing_columns(limits, layout):
-        bounds_of(limits, layout)
+from pymoo_psi.table import Limits, TestTable, excess, limits_of
 
 
 def under_limits(tests: TestTable, limits: Limits | None) -> TestTable:
     """Return tests of a run, perhaps not yet all of them, under its limits."""
     if not limits:
         return tests
-    missing = _missing_columns(limits, tests.layout)
+    names = [name for name in limits_of(limits) if isinstance(name, str)]
+    missing = [name for name in names if name not in tests.layout.columns]
     if missing:
         outputs = (*tests.layout.outputs, *missing)
         unknown = np.full((len(tests), len(missing)), np.nan)
@@ -57,9 +52,3 @@ def total_violation(tests: TestTable, limits: Limits | None) -> NDArray[np.float
     total = constraint_violation(tests.G, tests.H, tests.layout.eq_tolerance)
     total = total + excess(table.limits, table.column, len(table))
     return np.where(tests.status == "failed", np.inf, total)
-
-
-def _missing_columns(limits: Limits | None, layout: Layout) -> list[str]:
-    """Return the columns with limits that no test has had so far."""
-    names = [name for name in limits_of(limits) if isinstance(name, str)]
-    return [name for name in names if name not in layout.columns]

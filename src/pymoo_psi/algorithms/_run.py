@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import identity_text, integer
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of, values_of_table
-from pymoo_psi.algorithms._limits import kept_tests, require_limits
+from pymoo_psi.algorithms._limits import kept_tests, under_limits
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import PlannedPoints, Points, Source, points_of_sequence
 from pymoo_psi.algorithms._store import Numbers, Recall, Store, store_of, stored_at_termination
@@ -345,7 +345,7 @@ def run_of_sequence(
             the source of the run.
     """
     model = Model(problem, options)
-    require_limits(options.limits, model.layout)
+    under_limits(TestTable.empty(model.layout), options.limits)  # wrong ones are refused here
     integer("n_points", n_points, minimum=1)
     points, n_all = points_of_sequence(options, n_points, model.problem, model.space)
     sampling = options.sampling_in(points.n_dim)
