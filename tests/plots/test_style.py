@@ -9,7 +9,7 @@ import pytest
 from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 
-from pymoo_psi import plots
+from pymoo_psi import PsiError, plots
 
 
 @pytest.mark.parametrize(
@@ -73,5 +73,10 @@ def test_figures_are_saved_all_or_none(tmp_path):
     paths = plots.save_figures(figures(failing=False), tmp_path, 20, ".png")
     assert sorted(tmp_path.iterdir()) == sorted(paths)
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
-    with pytest.raises(OSError, match="absent"):
-        plots.save_figures(figures(failing=False), tmp_path / "absent", 20, ".png")
+    made = plots.save_figures([("one", Figure(figsize=(1, 1)))], tmp_path / "new" / "folder", 20)
+    assert made[0].parent == tmp_path / "new" / "folder"
+    never = (pytest.fail("a figure was drawn in vain") for _ in range(1))
+    with pytest.raises(OSError, match="two.png"):
+        plots.save_figures(never, tmp_path / "two.png", 20)
+    with pytest.raises(PsiError, match="suffix must be one of "):
+        plots.save_figures(never, tmp_path, 20, ".mp3")

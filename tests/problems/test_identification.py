@@ -130,3 +130,41 @@ def test_wrong_arguments_are_refused(change, match):
 def test_a_model_that_gives_another_series_fails_the_design(result):
     wrong = Identification(lambda *_: result, {"decay": measured()["decay"]}, BOX)
     assert investigate(wrong, 1).status.tolist() == ["failed"]
+
+
+def test_series_are_compared_by_name(tmp_path):
+    """Whatever the order of a frame's columns is; numbers of a file are those that it says."""
+    data = pd.DataFrame({"t": [0.0, 1.0, 2.0], "a": [1.0, 2.0, 3.0], "b": [30.0, 20.0, 10.0]})
+    path = tmp_path / "measured.csv"
+    data.to_csv(path, index=False, sep=";", decimal=",")
+    weights = {"a": 1.0, "b": 1.0}
+
+    def model(answer):
+        return Identification(
+            lambda parameters, data: answer(data), {"run": path}, {"x": (0, 1)}, weights=weights
+        )
+
+    exact = model(lambda data: data[["b", "t", "a"]])
+    assert exact.values({"x": 0.5}) == {"run": 0.0}
+    assert model(lambda data: {"b": data["b"], "a": data["a"]}).values({"x": 0.5}) == {"run": 0.0}
+    with pytest.raises(PsiError, match="at the values of 't' of 'run'"):
+        model(lambda data: data.assign(t=data["t"] + 1)).values({"x": 0.5})
+    with pytest.raises(PsiError, match="a measured series must be one of"):
+        model(lambda data: data[["t", "a"]]).values({"x": 0.5})
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("t,y\n0,1,5\n1,2,7\n", "line 1 has 2 cells, most lines 3"),
+        ("t,y\n0,1\n1\n2,3\n", "line 3 has 1 cell, most lines 2"),
+        ("t,y\n0,1\n1,2 m\n2,3\n", "holds '2 m' in the column 'y'"),
+        ("t;y\n0;1.250\n1;2.500\n", "either 1250 or 1.25"),
+        ("0,1\n1,2\n", "its first line must name the columns"),
+    ],
+)
+def test_a_file_that_is_no_table_of_numbers_is_refused(tmp_path, text, match):
+    path = tmp_path / "measured.csv"
+    path.write_text(text)
+    with pytest.raises(PsiError, match=match):
+        Identification(oscillator, {"decay": path}, BOX)

@@ -2,8 +2,12 @@
 
 import json
 import re
+import signal
+import sqlite3
+import subprocess
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +16,7 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, JoblibRunner, ProgramProblem, PsiError, investigate, nsga3
 from pymoo_psi.errors import StudyMismatchError
+from tests.processes import gone, posix, until
 
 # A solver as one writes it: reads a deck, prints a log, leaves a table and JSON.
 SOLVER = """
@@ -172,6 +177,154 @@ def test_a_hanging_program_ends_with_all_it_started(beam, tmp_path):
 def test_what_cannot_be_read_fails_the_design(beam, old, new, match):
     table = investigate(beam((old, new)), 1)
     assert re.search(match, table.reasons[1])
+
+
+def shell(tmp_path, script, outputs, template=None, **program):
+    """A program of one variable, a script of the shell in a template."""
+    folder = tmp_path / "template"
+    folder.mkdir(exist_ok=True)
+    (folder / "run.sh").write_text(script)
+    for name, text in (template or {}).items():
+        (folder / name).write_text(text)
+    return ProgramProblem(
+        {"x": {"bounds": [0, 1]}},
+        {"command": "sh run.sh {x}", "template": str(folder), "folder": str(tmp_path / "runs")}
+        | program,
+        outputs,
+        {"minimize": [*outputs]},
+    )
+
+
+@pytest.mark.parametrize(
+    ("table", "cell", "flaw"),
+    [
+        ("w m\n5 10", 10, None),
+        ("  w     m  \n  5    10  \n", 10, None),
+        ('"tip speed" "m"\n1 10\n', 10, None),
+        ("w|m\n5|10\n", 10, None),
+        ("# made by hand\nw,m\n5,10\n", 10, None),
+        ("w;m\n1,5;10\n", 10, None),
+        ("w m\n1 5 10", None, "line 2 has 3 cells, most lines 2"),  # R: names of rows in front
+        ("     w   m\n0  5  10\n1  6  11", None, "line 1 has 2 cells, most lines 3"),  # pandas
+        ("tip speed m\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
+        ("w m n\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
+        ("w,m\n1,5,10\n", None, "line 2 has 3 cells, most lines 2"),
+        ("w;m\n5;1,5\n", None, "'1,5' in out is no plain number"),
+        ("w,m\n5,\n", None, "'' in out is no plain number"),
+        ("w,m,m\n5,1,2\n", None, "names the column 'm' 2 times"),
+        ("# w m\n5 10\n6 11\n", None, "its first line must name the columns"),
+        ("w,m\n", None, "no row"),
+        ("", None, "it is empty"),
+    ],
+)
+def test_a_column_of_a_table_is_never_taken_for_its_neighbour(tmp_path, table, cell, flaw):
+    problem = shell(tmp_path, f"printf '{table}' > out", {"m": {"file": "out", "column": "m"}})
+    run = problem.run({"x": 0.5})
+    if flaw is None:
+        assert (run.outputs, run.flaw) == ({"m": cell}, "")
+    else:
+        assert flaw in run.flaw
+
+
+def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
+    """A program that writes no file fails; the file of an earlier run stays in the template."""
+    outputs = {"m": {"file": "out", "pattern": "(.+)"}, "n": {"file": "in", "pattern": "n=(.+)"}}
+    problem = shell(tmp_path, "echo n=2 > in", outputs, {"out": "7", "in": "n=1\n"})
+    run = problem.run({"x": 0.5})
+    assert run.outputs == {"n": 2.0}
+    assert "left no file out" in run.flaw
+    assert (tmp_path / "template" / "out").read_text() == "7"
+    with pytest.raises(
+        PsiError, match="files must be inputs, and none of them an output, got './in'"
+    ):
+        shell(tmp_path, "", outputs, files=["./in"])
+
+
+@pytest.mark.parametrize("path", ["{}/in", "../in", "a/../../in", "C:\\in", "\\\\server\\in"])
+def test_paths_stay_in_the_folder_of_a_run(tmp_path, path):
+    (tmp_path / "in").write_text("{x}")
+    path = path.format(tmp_path)
+    with pytest.raises(PsiError, match="file must be a relative path inside the folder"):
+        shell(tmp_path, "", {"m": {"file": path, "pattern": "(.+)"}})
+    with pytest.raises(PsiError, match="files must be a relative path inside the folder"):
+        shell(tmp_path, "", {"m": {"file": "out", "pattern": "(.+)"}}, files=[path])
+    assert (tmp_path / "in").read_text() == "{x}"
+
+
+def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
+    """Linked folders and hidden files, too; a study of version 0.3 did not know them."""
+    outputs = {"m": {"file": "stdout.txt", "pattern": "(.+)"}}
+    study, linked = tmp_path / "runs.db", tmp_path / "elsewhere"
+    linked.mkdir()
+    (linked / "data").write_text("1")
+    problem = shell(tmp_path, "cat .hidden link/data", outputs, {".hidden": ""})
+    (tmp_path / "template" / "link").symlink_to(linked)
+    investigate(problem, 2, study=study)
+    for changed in (linked / "data", tmp_path / "template" / ".hidden"):
+        before = changed.read_text()
+        changed.write_text("2")
+        with pytest.raises(StudyMismatchError, match="hidden and linked files"):
+            investigate(problem, 2, study=study)
+        changed.write_text(before)
+    with closing(sqlite3.connect(study)) as db:
+        (text,) = db.execute("SELECT value FROM study WHERE name = 'head'").fetchone()
+        head = json.loads(text)
+        del head["problem"]["parameters"]["hidden and linked files"]
+        db.execute("UPDATE study SET value = ? WHERE name = 'head'", [json.dumps(head)])
+        db.commit()
+    (linked / "data").write_text("3")
+    assert investigate(problem, 4, study=study).F.tolist() == [[1], [1], [3], [3]]
+
+
+@posix
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_what_a_program_leaves_running_ends_and_its_numbers_do_not_count(tmp_path, jobs):
+    """In its group and outside of it; what ends within a moment is waited for."""
+    half = "(printf 1; echo $$ > pid; sleep 60; printf 2) > out & setsid sleep 61 &\necho $! > pid2"
+    problem = shell(tmp_path, half, {"m": {"file": "out", "pattern": "(.+)"}})
+    problem.elementwise_runner = JoblibRunner(jobs)
+    table = investigate(problem, 2)
+    assert all("let the command wait for them" in reason for reason in table.reasons.values())
+    for pid in tmp_path.glob("runs/*/pid*"):
+        assert gone(int(pid.read_text()))
+    late = shell(
+        tmp_path, "(sleep 0.1; echo 12 > out) &", {"m": {"file": "out", "pattern": "(.+)"}}
+    )
+    assert late.run({"x": 0.5}).outputs == {"m": 12.0}
+
+
+@posix
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_a_program_ends_with_the_process_that_has_started_it(tmp_path, how):
+    script = "echo $$ > ../../pid; setsid sleep 62 & echo $! > ../../pid2; sleep 63"
+    shell(tmp_path, script, {"m": {"file": "out", "pattern": "(.+)"}})
+    code = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from pymoo_psi import ProgramProblem
+ProgramProblem(
+    {"x": {"bounds": [0, 1]}},
+    {"command": "sh run.sh {x}", "template": "template"},
+    {"m": {"file": "out", "pattern": "(.+)"}},
+    {"minimize": ["m"]},
+).run({"x": 0.5})
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", code], cwd=tmp_path, stderr=subprocess.PIPE
+    ) as run:
+        pids = [tmp_path / "pid", tmp_path / "pid2"]
+        assert until(lambda: all(pid.exists() and pid.read_text() for pid in pids))
+        run.send_signal(how)
+    assert all(gone(int(pid.read_text())) for pid in pids)
+
+
+def test_one_file_that_is_missing_is_one_flaw(tmp_path):
+    outputs = {name: {"file": "stdout.txt", "pattern": f"{name} = (.*)"} for name in "abcd"}
+    run = shell(tmp_path, "echo a = 1; echo done", outputs).run({"x": 0.5})
+    assert run.outputs == {"a": 1.0}
+    assert run.flaw == (
+        "output b: stdout.txt has no match of 'b = (.*)' (nor can c, d be read there)"
+    )
 
 
 def printing(text, folder):

@@ -21,6 +21,7 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
+from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.table import read_table
 
 
@@ -181,6 +182,36 @@ def test_a_study_continues_with_them(tmp_path):
     assert read.equals(whole)
     with pytest.raises(PsiError):
         investigate(Plain(), 48, study=tmp_path / "run.db", requirements=["height <= width"])
+
+
+def at_least(limit):
+    def enough(columns):
+        return columns["width"] + columns["height"] >= limit
+
+    return enough
+
+
+def test_each_of_several_functions_of_one_name_counts():
+    problem = Required(Plain(), [at_least(0.5), at_least(1.5), at_least(1.0)])
+    table = investigate(problem, 64)
+    total = table.X.sum(axis=1)
+    for name, limit in {"enough": 0.5, "enough 2": 1.5, "enough 3": 1.0}.items():
+        np.testing.assert_array_equal(table.column(name) > 0, total < limit)
+
+
+def test_a_study_knows_what_a_function_requires(tmp_path):
+    """Its code, and the constants that it uses; not only its name."""
+    study = tmp_path / "plain.db"
+    table = investigate(Required(Plain(), [at_least(0.5)]), 8, study=study)
+    assert investigate(Required(Plain(), [at_least(0.5)]), 8, study=study).equals(table)
+    with pytest.raises(StudyMismatchError, match="functions"):
+        investigate(Required(Plain(), [at_least(0.6)]), 8, study=study)
+
+    def enough(columns):
+        return columns["width"] >= 0.5
+
+    with pytest.raises(StudyMismatchError, match="functions"):
+        investigate(Required(Plain(), [enough]), 8, study=study)
 
 
 def test_those_who_ask_and_tell_are_not_asked_for_a_model_run():

@@ -38,6 +38,7 @@ from pymoo_psi.problems import (
 from pymoo_psi.table import entries_of
 
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
+_N_LINES = 10  # of a file that a program has left
 _TRIALS = 1000  # designs that are tried against the requirements
 
 
@@ -318,11 +319,26 @@ def try_program(name: str, problem: Any, points: int) -> int:
     say(f"Took {run.seconds:.1f} s.")
     if run.flaw:
         say(f"Wrong: {run.flaw}")
+        unread = [
+            place.file for output, place in problem.outputs.items() if output not in run.outputs
+        ]
+        for file in dict.fromkeys(filter(None, unread)):
+            say(_end_of(run.folder / file))
         return 1
     study = shlex.quote(f"{Path(name).stem}.db")
     command = f"pymoo-psi solve {shlex.quote(name)} --points {points} --study {study}"
     say(f"Nothing is wrong; next: {command}")
     return 0
+
+
+def _end_of(path: Path) -> str:
+    """Return the last lines of a file, for a message."""
+    if not path.is_file():
+        return f"There is no file {path}."
+    lines = path.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
+    if not lines:
+        return f"{path} is empty."
+    return "\n".join([f"The end of {path}:", *lines[-_N_LINES:]])
 
 
 def _trial_design(problem: Any, labels: Mapping[str, str]) -> dict[str, Any]:

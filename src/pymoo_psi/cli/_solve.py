@@ -32,6 +32,7 @@ from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
 from pymoo_psi.parallel import progress_bar
 from pymoo_psi.problems import FailureTolerant, design_space, problem_layout, problem_name, required
 from pymoo_psi.sequences import MAX_DIMENSIONS
+from pymoo_psi.study import Study
 from pymoo_psi.table import Formulation, TestTable, alike, suffixes_for
 
 _N_REASONS = 3  # of failures, the most frequent ones
@@ -122,6 +123,10 @@ def run_solve(options: Options) -> int:
     labelled = frame.rename(columns=designs.layout.label_of)
     say_best(labelled, title, ranking, designs.layout.units, options.out)
     say(*search.table.remarks, *_failures(search.reasons))
+    if run.study is not None and run.share is None:
+        n_stored = len(Study(run.study).numbers())
+        if n_stored > points:
+            say(f"The study has {n_stored} tests, of which this run asked for {points}.")
     if formulation.limits and not options.box:
         _say_box(search.table)
     n_searched = len(space.searched)

@@ -17,7 +17,7 @@ import os
 import statistics
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined]
 from time import perf_counter
 from typing import Any
@@ -35,6 +35,7 @@ Result = tuple[int, Any, float]  # a design's index, its values, the seconds of 
 MOMENT = 1e-3  # seconds between two measurements: long beside one, short beside sending a design
 # Seconds that a chunk of designs takes: long beside the message that brings it, some 0.1 ms.
 CHUNK = 0.05
+_LONGEST = 10_000  # characters of an error's message that are looked at
 
 
 class Cost:
@@ -77,7 +78,10 @@ class Cost:
 
 def one_line(error: BaseException) -> str:
     """Return the type and the message of an exception as one line."""
-    text = " ".join(f"{type(error).__name__}: {error}".split()).removesuffix(":")
+    message = ""
+    with suppress(BaseException):  # the class of a model's error may fail to say what it is
+        message = str(error)[:_LONGEST]
+    text = " ".join(f"{type(error).__name__}: {message}".split()).removesuffix(":")
     if len(text) > 400:  # some lines of a terminal, or a cell of a table
         return f"{text[:397]}..."
     return text

@@ -1,16 +1,20 @@
-"""The program of a worker process: a guard, and its child that evaluates what it is sent.
+"""The programs of guards: of a worker process, and of the programs of users.
 
-The pool runs this file as a script. The guard only waits for the end of its child or of the channel
-to the pool, and then kills the child with all that a model has started in it. A thread in the
-worker could not do so while a model holds the interpreter's lock in C code. A signal at the death
-of the parent (Linux) would come at the end of the thread that started the worker, and would not
-reach what the model started. On Linux the guard also finds processes that left the worker's group.
+The pool runs this file as a script: a guard, and its child that evaluates what it is sent. The
+guard only waits for the end of its child or of the channel to the pool, and then kills the child
+with all that a model has started in it. A thread in the worker could not do so while a model holds
+the interpreter's lock in C code. A signal at the death of the parent (Linux) would come at the end
+of the thread that started the worker, and would not reach what the model started. On Linux the
+guard also finds processes that left the worker's group.
 
 Messages to the worker: the path and the arguments of the program; then pairs of a pickled function,
 or None for the one that it has, and designs; None at the end. Messages from it: ``("ready", None)``
 when it has loaded a function, or ``("unusable", text)`` if it cannot; for each design, in turn and
 as soon as it is done, ``("done", Result)``, ``("raised", error)`` or ``("lost", reason)``;
 ``("left", None)`` if it leaves the rest of a chunk to other workers.
+
+With the argument "programs" it is the guard of programs: it runs one after the other, as lines of
+JSON on its standard input say, and ends each with all that it has started.
 """
 
 from __future__ import annotations
@@ -24,7 +28,7 @@ import signal
 import sys
 import threading
 from functools import partial
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any
 
 # From <linux/prctl.h>: a signal at the end of the parent; orphans below become own children.
@@ -78,24 +82,30 @@ def _guard() -> None:
 
 
 def _kill_at_hang_up(worker: int) -> None:
-    """Kill the worker when the pool has disconnected or is gone.
+    """Kill the worker when the pool has disconnected or is gone."""
+    _wait_for_hang_up()
+    os.killpg(worker, signal.SIGKILL)
 
-    A fork of the pool's process may hold the pipe open; therefore the parent's number is checked.
+
+def _wait_for_hang_up() -> None:
+    """Wait until nothing is at the other end of the standard input.
+
+    A fork of the parent may hold the pipe open; therefore the parent's number is checked.
     """
     parent = os.getppid()
     poller = select.poll()
     poller.register(0, 0)  # a hang-up of the standard input is always reported, messages are not
     while not poller.poll(1000) and os.getppid() == parent:
         pass
-    os.killpg(worker, signal.SIGKILL)
 
 
-def _kill_descendants(worker: int) -> None:
-    """Kill what a dead worker has left: its group and, on Linux, what has left the group."""
+def _kill_descendants(group: int) -> None:
+    """Kill a process group, if one is given, and all children, on Linux orphans below them too."""
     guard = os.getpid()
     while True:
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(worker, signal.SIGKILL)
+        if group:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(group, signal.SIGKILL)
         with contextlib.suppress(OSError), open(f"/proc/{guard}/task/{guard}/children") as file:
             for pid in file.read().split():
                 os.kill(int(pid), signal.SIGKILL)
@@ -108,6 +118,79 @@ def _kill_descendants(worker: int) -> None:
 def _prctl(option: int, value: int) -> None:
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
+
+
+# Programs of users
+
+_GRACE = 1.0  # seconds in which processes may end that a program has started
+
+
+def run_programs() -> None:
+    """Run the programs that the lines of the standard input name; answer each with a line."""
+    import json
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _prctl(_PR_SET_CHILD_SUBREAPER, 1)
+    if hasattr(select, "poll"):
+        threading.Thread(target=_end_at_hang_up, daemon=True).start()
+    for line in sys.stdin.buffer:
+        print(json.dumps(_ran(**json.loads(line))), flush=True)
+
+
+def _ran(
+    words: list[str], folder: str, timeout: float | None, environment: dict[str, str]
+) -> dict[str, Any]:
+    """Run a program; say how it ended, and whether something that it had started went on."""
+    import subprocess
+
+    out = os.path.join(folder, "stdout.txt")
+    err = os.path.join(folder, "stderr.txt")
+    try:
+        with open(out, "wb") as stdout, open(err, "wb") as stderr:
+            process = subprocess.Popen(
+                words,
+                cwd=folder,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=stdout,
+                stderr=stderr,
+                start_new_session=True,
+            )
+    except (OSError, ValueError) as error:
+        return {"error": str(error)}
+    code = None
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        code = process.wait(timeout)
+    if not hasattr(os, "killpg"):
+        process.kill()
+        return {"code": code}
+    left_some = code is not None and _goes_on(process.pid)
+    _kill_descendants(process.pid)
+    process.wait()
+    return {"code": code, "left_some": left_some}
+
+
+def _goes_on(group: int) -> bool:
+    """Whether processes of a program that has ended are still running after a moment."""
+    end = perf_counter() + _GRACE
+    while perf_counter() < end:
+        try:
+            pid, _ = os.waitpid(-1, os.WNOHANG)
+        except ChildProcessError:  # there are none, or the system gives orphans to others
+            try:
+                os.killpg(group, 0)
+            except OSError:
+                return False
+            pid = 0
+        if pid == 0:
+            sleep(0.005)
+    return True
+
+
+def _end_at_hang_up() -> None:
+    _wait_for_hang_up()
+    _kill_descendants(0)
+    os._exit(1)
 
 
 def _is_past(end: float, left: int) -> bool:
@@ -153,4 +236,7 @@ def _serve(channel: Any) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:] == ["programs"]:
+        run_programs()
+    else:
+        main()

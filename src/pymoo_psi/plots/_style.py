@@ -24,7 +24,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Array
+from pymoo_psi._validation import Array, known_name
 
 Style: TypeAlias = dict[str, Any]
 
@@ -251,7 +251,7 @@ def save_figures(
 
     Args:
         figures: Pairs of a file name without suffix and a figure.
-        directory: Existing folder of the files.
+        directory: Folder of the files; it is made if necessary.
         dpi: Resolution in dots per inch.
         suffix: Suffix of a format of matplotlib, such as ``.png`` or ``.pdf``.
 
@@ -259,7 +259,8 @@ def save_figures(
         The files of the figures.
 
     Raises:
-        OSError: A file cannot be written.
+        OSError: The folder or a file cannot be written.
+        ArgumentValueError: matplotlib writes no files with the suffix.
 
     Example:
         >>> import tempfile
@@ -267,6 +268,9 @@ def save_figures(
         ...     [path.name for path in save_figures([("one", Figure())], folder, 20, ".png")]
         ['one.png']
     """
+    # Before the figures, whose computation may take long.
+    known_name("suffix", suffix, [f".{name}" for name in Figure().canvas.get_supported_filetypes()])
+    Path(directory).mkdir(parents=True, exist_ok=True)
     paths = []
     contents = {}
     for name, figure in figures:

@@ -17,7 +17,7 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, collection, invalid, known_name, mapping, wrong_type
 from pymoo_psi.problems._pymoo import problem_name
-from pymoo_psi.problems._wrapped import layers
+from pymoo_psi.problems._wrapped import WrappedProblem, checks_requirements, layers
 
 if TYPE_CHECKING:
     from pymoo_psi.table import Layout
@@ -353,9 +353,9 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
 
     Name, variables and sizes are not enough, as a model has constants. So numbers and texts that
     the problem was made with are included, or else what its method ``fingerprint()`` returns, such
-    as the chute's.
+    as the chute's; for a wrapper with such a method, that of the wrapped problem, too.
     """
-    return {
+    identity = {
         "problem": problem_name(problem),
         "variables": [[v.name, v.kind.value, *map(str, v.options)] for v in space.variables],
         # int, as JSON has no NumPy integers, which OpenMDAO's problems have
@@ -364,6 +364,13 @@ def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
         "equality constraints": int(problem.n_eq_constr),
         "parameters": own_parameters(problem),
     }
+    functions = ""
+    for layer in layers(problem):
+        if checks_requirements(layer):
+            functions += "".join(requirement.source for requirement in layer.required)
+    if functions:
+        identity["functions"] = hashlib.sha256(functions.encode()).hexdigest()[:16]
+    return identity
 
 
 def own_parameters(problem: Any) -> dict[str, Any]:
@@ -375,7 +382,10 @@ def own_parameters(problem: Any) -> dict[str, Any]:
     """
     fingerprint = getattr(problem, "fingerprint", None)
     if callable(fingerprint):
-        return dict(fingerprint())
+        parameters = dict(fingerprint())
+        if hasattr(type(problem), "fingerprint") and isinstance(problem, WrappedProblem):
+            parameters["wrapped"] = own_parameters(problem.wrapped)
+        return parameters
     problem = layers(problem)[-1]
     of_pymoo = inspect.signature(Problem).parameters
     arguments: dict[str, inspect.Parameter] = {}

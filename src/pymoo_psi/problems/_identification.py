@@ -21,6 +21,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.problems._named import NamedProblem
+from pymoo_psi.table import UnfitError, numbers_of_file
 
 Array = NDArray[np.float64]
 
@@ -38,10 +39,11 @@ class Identification(NamedProblem):
     Args:
         simulate: ``simulate(parameters, data)`` returns the series of the model for an experiment:
             ``parameters`` is a value for each variable by name, ``data`` the experiment's frame;
-            the result is an ``(n,)`` series for the first measured column, an array of shape
-            ``(n, k)`` for k columns, or series by column.
-        experiments: By name, a CSV file or a frame: the first column is time or another abscissa
-            in increasing order, each further one a measured series; NaN is not compared.
+            the result is a frame or a mapping with the series of each measured column; or an
+            array of shape ``(n, k)`` for k columns in their order, ``(n,)`` for one.
+        experiments: By name, a file as :func:`read_table` reads it, or a frame: the first column is
+            time or another abscissa in increasing order, each further one a measured series; NaN is
+            not compared.
         variables: Parameters of the model by name, ``(lower, upper)`` or a :class:`Setting` as a
             mapping, such as ``{"bounds": (1e-3, 10), "scale": "log", "unit": "N/m"}``.
         measure: How weighted differences are measured: ``"rms"``, the root of their mean square;
@@ -139,10 +141,14 @@ class Identification(NamedProblem):
         """
         data = self.experiments[known_name("experiment", experiment, self.experiments)]
         columns = data.columns[1:]
-        simulated = self.simulate(dict(design), data.copy())
-        if isinstance(simulated, Mapping):
+        simulated: Any = self.simulate(dict(design), data.copy())
+        if isinstance(simulated, (Mapping, pd.DataFrame)):
+            abscissa = data.columns[0]
+            if abscissa in simulated and not _alike(simulated[abscissa], data[abscissa]):
+                rule = f"at the values of {abscissa!r} of {experiment!r}, or without this column"
+                raise invalid("what simulate returns", rule, Received("others"))
             for column in columns:
-                known_name("a measured series", column, simulated)
+                known_name("a measured series", column, [*simulated])
             simulated = np.column_stack([np.asarray(simulated[column]) for column in columns])
         values = real_array("what simulate returns", simulated)
         if values.ndim == 1:
@@ -183,12 +189,24 @@ def _distance(measure: str, differences: Array, abscissa: Array) -> Any:
     return trapezoid(abs(differences), abscissa)
 
 
+def _alike(abscissa: Any, measured: Any) -> bool:
+    one = np.asarray(abscissa, dtype=np.float64)
+    other = np.asarray(measured)
+    return one.shape == other.shape and np.allclose(one, other)
+
+
 def _series(name: str, source: Any) -> pd.DataFrame:
-    """Return measured series, given as a frame or a CSV file, as a checked frame of numbers."""
+    """Return measured series, given as a frame or a file, as a checked frame of numbers."""
     where = f"experiment {name!r}"
     if not isinstance(source, pd.DataFrame):
-        source = _numbers_of_file(where, source)
+        try:
+            source = pd.DataFrame(numbers_of_file(source))
+        except UnfitError as error:
+            rule = "a file with columns of numbers"
+            raise invalid(where, rule, source, f"{error.problem}; or give a frame") from None
     data: pd.DataFrame = source.reset_index(drop=True)
+    if not data.columns.is_unique:
+        raise invalid(where, "of columns with different names", [*data.columns])
     for column in data:
         real_array(f"column {column!r} of {where}", data[column].to_numpy())
     if data.shape[1] < 2 or (data.notna().sum() < 2).any():
@@ -197,15 +215,3 @@ def _series(name: str, source: Any) -> pd.DataFrame:
     if not (np.diff(data.iloc[:, 0]) > 0).all():  # false for NaN, too
         raise invalid(f"the first column of {where}", "in increasing order", data.columns[0])
     return data.astype(np.float64)
-
-
-def _numbers_of_file(where: str, path: Any) -> pd.DataFrame:
-    try:
-        # as texts, as not every version of pandas reads the last digit exactly
-        cells = pd.read_csv(path, dtype=str)
-        for column in cells:
-            numbers = cells[column].map(float, na_action="ignore")
-            cells[column] = numbers.astype(np.float64)
-    except ValueError as error:
-        raise invalid(where, "of numbers with a decimal point", Received(error)) from None
-    return cells

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import difflib
 import hashlib
 import json
@@ -12,15 +11,14 @@ import re
 import shlex
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from os import PathLike
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
@@ -34,15 +32,18 @@ from pymoo_psi._validation import (
     positive_number,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
+from pymoo_psi.parallel import run_program
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._named import NamedProblem, section, sections, units_of
-from pymoo_psi.table import Expression
+from pymoo_psi.table import Expression, UnfitError, cells_of_text
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
 
+# In a template, but neither copied nor part of the model: Python, git and macOS leave these there.
+_LEFT_OUT = ("__pycache__", ".git", ".DS_Store")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?")  # Fortran writes 1.5D+03
 _PLACEHOLDER = re.compile(r"\{([^\W\d]\w*)(?::([^{}]*))?\}")
 
@@ -59,7 +60,8 @@ class Output:
         file: File in the design's folder; ``stdout.txt`` has what the program prints.
         pattern: Regular expression with one group, which is the number.
         key: Path in a JSON file, such as ``"tip.u"`` or ``"loads.0"``.
-        column: Column in a table with a header, separated by tabs, semicolons, commas or blanks.
+        column: Column of a table with a header, all rows as long as that, between whose cells stand
+            tabs, semicolons, commas, bars or blanks; see :func:`read_table`.
         row: Number of the match of the pattern, or of the table's row: from 0, or from -1
             backwards. Unless it is given, there must be exactly one.
         expression: Arithmetic of variables and of the outputs above, instead of a file.
@@ -87,6 +89,7 @@ class Output:
         if len(ways) != 1 or bool(self.file) == bool(self.expression):
             rule = "given as file with one of pattern, key and column, or as expression"
             raise invalid("an output", rule, Received(" and ".join(ways) or "none of these"))
+        _require_inside("file", self.file)
         if self.pattern and _n_groups(self.pattern) != 1:
             rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
             raise invalid("the pattern of an output", rule, self.pattern)
@@ -115,7 +118,7 @@ class Output:
             matches = re.findall(self.pattern, text, re.MULTILINE)
             cell = self._only(matches, f"match of {self.pattern!r}")
         else:
-            cell = self._only(self._cells(text), f"row of {self.column!r}")
+            cell = self._only(self._column(text), f"row of {self.column!r}")
         cell = cell.strip()
         if not _NUMBER.fullmatch(cell):
             raise RunError(f"{cell!r:.60} in {self.file} is no plain number")
@@ -143,18 +146,16 @@ class Output:
             raise RunError(f"{self.file} has no {kind}{number}")
         return str(texts[row])
 
-    def _cells(self, text: str) -> list[str]:
-        """Return the cells of the column, empty where a row is too short."""
-        rows = _rows_of_table(text)
-        header = list(map(str.strip, next(rows)))
-        if header.count(self.column) != 1:
-            columns = ", ".join(header)
-            raise RunError(f"{self.file} has {columns:.80}, not one column {self.column!r}")
-        index = header.index(self.column)
-        cells = []
-        for row in rows:
-            cells.append(row[index] if index < len(row) else "")
-        return cells
+    def _column(self, text: str) -> list[str]:
+        """Return the cells of the column."""
+        try:
+            columns = cells_of_text(text).columns
+        except UnfitError as error:
+            raise RunError(f"{self.file} is no table: {error.problem}") from None
+        if self.column not in columns:
+            names = ", ".join(columns)
+            raise RunError(f"{self.file} has {names:.80}, not one column {self.column!r}")
+        return columns[self.column]
 
 
 def _n_groups(pattern: str) -> int:
@@ -165,13 +166,12 @@ def _n_groups(pattern: str) -> int:
         return -1
 
 
-def _rows_of_table(text: str) -> Iterator[list[str]]:
-    """Return the rows of a table, the header first; its first line shows the separator."""
-    lines = list(filter(str.strip, text.splitlines())) or [""]
-    for separator in "\t;,":
-        if separator in lines[0]:
-            return csv.reader(lines, delimiter=separator)
-    return map(str.split, lines)
+def _require_inside(argument: str, file: str) -> None:
+    """Refuse a file that is not in the folder of a run, where no design meets another one."""
+    path = PureWindowsPath(file)  # which knows the marks of all systems
+    if path.anchor or ".." in path.parts:
+        rule = "a relative path inside the folder in which the program runs, without '..'"
+        raise invalid(argument, rule, file)
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,8 @@ class Program:
         known_name("keep", self.keep, ("failed", "all", "none"))
         if self.timeout is not None:
             positive_number("timeout", self.timeout)
-        collection("files", self.files, "a list of files")
+        for file in collection("files", self.files, "a list of files"):
+            _require_inside("files", file)
         if self.files and not self.template:
             raise invalid("files", "given with template, the folder they are in", self.files)
 
@@ -219,36 +220,31 @@ class Program:
             folder: Folder in which it runs and in which its output is written.
 
         Raises:
-            RunError: It takes too long, or ends with another exit code than 0.
+            RunError: It takes too long, ends with another exit code than 0, or ends before what it
+                has started.
         """
-        out = folder / "stdout.txt"
-        err = folder / "stderr.txt"
-        program = shutil.which(words[0]) or str(folder / words[0])
-        with out.open("wb") as stdout, err.open("wb") as stderr:
-            process = subprocess.Popen(
-                [program, *words[1:]],
-                cwd=folder,
-                stdin=subprocess.DEVNULL,
-                stdout=stdout,
-                stderr=stderr,
-                start_new_session=True,
-            )
-        try:
-            code = process.wait(self.timeout)
-        except subprocess.TimeoutExpired:
-            raise RunError(f"timed out after {self.timeout:g} s") from None
-        finally:
-            with suppress(ProcessLookupError, PermissionError):
-                if hasattr(os, "killpg"):
-                    os.killpg(process.pid, signal.SIGKILL)
-                process.kill()
-            process.wait()
+        code, left_some = run_program(words, folder, self.timeout)
+        if code is None:
+            raise RunError(f"timed out after {self.timeout:g} s")
         if code != 0:
-            message = text_of(err).strip() or text_of(out).strip() or "no message"
-            last = message.splitlines()[-1]
-            last = last.encode(errors="surrogateescape").decode(errors="replace")
-            end = f"exit code {code}" if code > 0 else f"ended by {signal.Signals(-code).name}"
-            raise RunError(f"{end}: {last:.120}")
+            end = f"exit code {code}"
+            if code < 0:
+                end = f"ended by {signal.Signals(-code).name}"
+            raise RunError(f"{end}: {_last_line(folder) or 'no message'}")
+        if left_some:
+            problem = "it ended while processes that it had started went on, so they were killed"
+            raise RunError(f"{problem}; let the command wait for them")
+
+
+def _last_line(folder: Path) -> str:
+    """Return the last line that a program has printed, for messages."""
+    for name in ("stderr.txt", "stdout.txt"):
+        lines = text_of(folder / name).split("\n")
+        for line in reversed(lines):
+            if line.strip():
+                shown = line.strip().encode(errors="surrogateescape").decode(errors="replace")
+                return f"{shown:.120}"
+    return ""
 
 
 @dataclass
@@ -393,30 +389,36 @@ class ProgramProblem(NamedProblem):
             raise ArgumentValueError(message) from error
 
     def fingerprint(self) -> dict[str, Any]:
-        """Return what a study depends on: key, command, and a hash of the template and outputs."""
+        """Return what a study depends on: key, command, and hashes of the template and outputs.
+
+        Version 0.3 knew neither hidden files nor those in linked folders, so these are apart.
+        """
         outputs = {name: asdict(output) for name, output in self.outputs.items()}
         content = hashlib.sha256(json.dumps([outputs, [*self.program.files]]).encode())
+        further = hashlib.sha256()
         for path in self._template_files():
-            content.update(path.relative_to(self._template).as_posix().encode())
-            content.update(path.read_bytes())
+            name = path.relative_to(self._template)
+            folders = [self._template.joinpath(folder) for folder in name.parents]
+            known = content
+            if any(part[0] == "." for part in name.parts) or any(map(Path.is_symlink, folders)):
+                known = further
+            known.update(name.as_posix().encode())
+            known.update(path.read_bytes())
         return {
             "key": self.key,
             "command": self.program.command,
             "template and outputs": content.hexdigest()[:16],
+            "hidden and linked files": further.hexdigest()[:16],
         }
 
-    def _template_files(self) -> Iterator[Path]:
-        """Yield the files of the template in order, except hidden ones.
-
-        A run copies these, too, but they belong to editors, operating systems and Python.
-        """
-        if not self.program.template:
-            return
-        for path in sorted(self._template.rglob("*")):
-            parts = path.relative_to(self._template).parts
-            hidden = any(part[0] == "." or part == "__pycache__" for part in parts)
-            if path.is_file() and not hidden:
-                yield path
+    def _template_files(self) -> list[Path]:
+        """Return the files that each run copies, in order."""
+        paths = []
+        if self.program.template:
+            for folder, folders, files in os.walk(self._template, followlinks=True):
+                folders[:] = [name for name in folders if name not in _LEFT_OUT]
+                paths += [Path(folder, name) for name in files if name not in _LEFT_OUT]
+        return sorted(paths)
 
     def run(self, values: Mapping[str, Any], *, keep: bool = False) -> ProgramRun:
         """Run the program for one design.
@@ -450,9 +452,16 @@ class ProgramProblem(NamedProblem):
         return run
 
     def _fill_template(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
-        """Copy the template into the folder of a run and write values for its placeholders."""
+        """Copy the template into the folder of a run and write values for its placeholders.
+
+        Outputs of another run that lie in the template are no outputs of this one.
+        """
         if self.program.template:
-            shutil.copytree(self._template, run.folder, dirs_exist_ok=True)
+            left_out = shutil.ignore_patterns(*_LEFT_OUT)
+            shutil.copytree(self._template, run.folder, dirs_exist_ok=True, ignore=left_out)
+        for output in self.outputs.values():
+            if output.file:
+                (run.folder / output.file).unlink(missing_ok=True)
         for file in self.program.files:
             path = run.folder / file
             text, run.written[file] = filled(text_of(path), values)
@@ -479,9 +488,13 @@ class ProgramProblem(NamedProblem):
         if not shutil.which(word) and not in_template:
             rule = "a program that is on PATH or in the template"
             raise invalid("command", rule, word, "install it, or give its whole path")
+        written = {os.path.normpath(output.file) for output in self.outputs.values()}
         for file in program.files:
             if not (template / file).is_file():
                 raise invalid("files", f"files in the folder {program.template}", file)
+            if os.path.normpath(file) in written:
+                remedy = "let the command copy the input, so that no value of it is an output"
+                raise invalid("files", "inputs, and none of them an output", file, remedy)
 
     def _check_variables(self) -> None:
         """Refuse placeholders that cannot be filled, and variables that are used nowhere."""
@@ -528,7 +541,9 @@ class ProgramProblem(NamedProblem):
             RunError: Some cannot be read.
         """
         columns = {name: np.array([value]) for name, value in values.items()}
-        flaws = []
+        flaws: dict[str, str] = {}
+        # Of the outputs that a file lacks, which may be all, the first one says what is wrong.
+        others: dict[str, list[str]] = {}
         for name, output in self.outputs.items():
             if not columns.keys() >= {*output.operands}:  # an operand has a flaw already
                 continue
@@ -540,12 +555,17 @@ class ProgramProblem(NamedProblem):
                 if not math.isfinite(value):
                     raise RunError(f"it is {value}")
             except RunError as error:
-                flaws.append(f"output {name}: {error}")
+                if output.file in flaws:
+                    others.setdefault(output.file, []).append(name)
+                else:
+                    flaws[output.file] = f"output {name}: {error}"
                 continue
             run.outputs[name] = value
             columns[name] = np.array([value])
+        for file, names in others.items():
+            flaws[file] += f" (nor can {', '.join(names)} be read there)"
         if flaws:
-            raise RunError("; ".join(flaws))
+            raise RunError("; ".join(flaws.values()))
 
     @property
     def known_expressions(self) -> dict[str, Output]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -49,6 +50,23 @@ class Requirement:
         for term in self._terms[0]:
             columns += term.columns
         return columns
+
+    @property
+    def source(self) -> str:
+        """What a function does, empty for a text: its code, and numbers and texts that it uses."""
+        if not inspect.isfunction(self.rule):
+            return type(self.rule).__name__ if callable(self.rule) else ""
+        code = self.rule.__code__
+        try:
+            text = inspect.getsource(code)
+        except OSError:  # typed into an interpreter
+            text = repr((code.co_code, code.co_consts, code.co_names))
+        used = inspect.getclosurevars(self.rule)
+        constants = []
+        for name, value in sorted({**used.globals, **used.nonlocals}.items()):
+            if isinstance(value, (int, float, str)):
+                constants.append((name, value))
+        return f"{text}{constants}{self.rule.__defaults__}"
 
     @property
     def text(self) -> str:
@@ -107,7 +125,7 @@ def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, 
     """
     if not isinstance(rules, Mapping):
         rules = collection("requirements", rules or (), "rules by name, or a list of rules")
-        rules = {getattr(rule, "__name__", rule): rule for rule in rules}
+        rules = _by_name(rules)
     requirements = [Requirement(str(name), rule) for name, rule in rules.items()]
     for requirement in requirements:
         where = f"the requirement {requirement.name!r}"
@@ -116,6 +134,20 @@ def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, 
         for column in requirement.columns:
             known_name(f"a name in {where}", column, variables)
     return tuple(requirements)
+
+
+def _by_name(rules: Iterable[Any]) -> dict[str, Any]:
+    """Return rules by their names, functions of the same name with a number."""
+    rule_by_name: dict[str, Any] = {}
+    for rule in rules:
+        name = str(getattr(rule, "__name__", rule))
+        unique = name
+        number = 1
+        while rule_by_name.get(unique, rule) != rule:
+            number += 1
+            unique = f"{name} {number}"
+        rule_by_name[unique] = rule
+    return rule_by_name
 
 
 class Required(WrappedProblem):

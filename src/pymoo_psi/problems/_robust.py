@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import finite_number, integer, invalid, known_name, mapping, wrong_type
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import column_titles, design_space, own_parameters
+from pymoo_psi.problems._design_space import column_titles, design_space
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
@@ -177,7 +177,7 @@ class Robust(WrappedProblem):
         return f"robust {problem_name(self.wrapped)}"
 
     def fingerprint(self) -> dict[str, Any]:
-        """Return what a study of this problem depends on besides the problem's name and bounds.
+        """Return what a study of this problem depends on besides the wrapped problem and bounds.
 
         Example:
             >>> from pymoo_psi import SphereChute
@@ -188,7 +188,6 @@ class Robust(WrappedProblem):
         numbers = hashlib.sha256(self.offsets.tobytes() + self.parameters.tobytes()).hexdigest()
         names = self.space.variable_names
         return {
-            "wrapped": own_parameters(self.wrapped),
             "tolerances": [names[j] for j in self._columns],
             "scenarios": f"{len(self.offsets)} {numbers[:16]}",
             "criteria": self.criteria,

@@ -574,6 +574,8 @@ def _lock(descriptor: int) -> None:
 
 # Heads
 
+# Entries that studies of version 0.3 do not have, and are not compared in.
+_SINCE_0_4 = ("problem.parameters.hidden and linked files", "problem.functions")
 _ASKED = ("limits", "ranges", "normalize", "chosen")  # entries of the formulation
 
 
@@ -591,6 +593,9 @@ def require_alike(path: str, facts: Facts, others: Facts, where: str = "asked") 
     """
     stored = _compared(facts)
     other = _compared(others)
+    for name in _SINCE_0_4:
+        if name not in stored:
+            other.pop(name, None)
     differences = []
     for name in {**stored, **other}:
         one = stored.get(name, "absent")

@@ -22,11 +22,13 @@ from ._table import TestTable as TestTable
 
 from ._analysis import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._analysis import alike as alike
+from ._cells import UnfitError as UnfitError
 from ._designs import design_keys as design_keys
 from ._designs import design_matrix as design_matrix
 from ._designs import value_ranks as value_ranks
 from ._expression import Expression as Expression
 from ._formats import STUDY as STUDY
+from ._formats import cells_of_text as cells_of_text
 from ._formats import format_of as format_of
 from ._formats import source_suffixes as source_suffixes
 from ._formats import suffixes_for as suffixes_for
@@ -47,4 +49,5 @@ from ._limits import limit_text as limit_text
 from ._limits import limits_of as limits_of
 from ._limits import sides_of_text as sides_of_text
 from ._source import designs_head as designs_head
+from ._source import numbers_of_file as numbers_of_file
 from ._tests import STATUSES as STATUSES

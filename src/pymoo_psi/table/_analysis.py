@@ -31,7 +31,8 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _FOLDER = re.compile(r"; see \S.*$")
-_DECIMALS = re.compile(r"\d*\.\d+(?:[eE][+-]?\d+)?|\d+(?:\.\d*)?[eE][+-]?\d+")
+# No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
+_NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
 PROPOSAL_ROUND = "proposal_round"
 """Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 _COSINES = 10  # that show the effect of a variable with many values
@@ -159,14 +160,13 @@ def _places_of_variable(
 
 
 def alike(reasons: Iterable[str]) -> list[str]:
-    """Return reasons of failures as lines; those that differ in decimals only have dots for these.
+    """Return reasons of failures as lines; those that differ in numbers only have dots for these.
 
-    Programs quote the design that they fail at, so that no two reasons are the same. Whole numbers
-    stay: a program that exits with 3 fails otherwise than one that exits with 4. Of the folders
-    that runs of a program leave, the first is named.
+    Programs quote the design that they fail at, so that no two reasons are the same. Exit codes
+    stay. Of the folders that runs of a program leave, the first is named.
     """
     lines = [" ".join(reason.split()) for reason in reasons]
-    dotted = [_DECIMALS.sub("…", _FOLDER.sub("", line)) for line in lines]
+    dotted = [_NUMBER.sub("…", _FOLDER.sub("", line)) for line in lines]
     lines_by_pattern: dict[str, list[str]] = {}
     for line, pattern in zip(lines, dotted, strict=True):
         lines_by_pattern.setdefault(pattern, []).append(line)

@@ -68,7 +68,17 @@ _ROUNDED = 0.01  # relative; a summary is often rounded, and computed from unrou
 
 
 class UnfitError(ArgumentValueError):
-    """A source is no table; :func:`read_table` adds which source it is."""
+    """A source is no table; :func:`read_table` adds which source it is.
+
+    Attributes:
+        problem: What is wrong, without the remedy, which may name options of the command.
+    """
+
+    def __init__(self, problem: str, remedy: str = "") -> None:
+        self.problem = problem
+        if remedy:
+            problem = f"{problem}; {remedy}"
+        super().__init__(problem)
 
 
 @dataclass(frozen=True)
@@ -178,7 +188,7 @@ def cells_of_rows(rows: Rows, separator: str = "", head: Mapping[str, Any] | Non
     for name, count in Counter(names).items():
         if count > 1:
             problem = f"its header names the column {name!r} {count} times"
-            raise UnfitError(f"{problem}; rename all but one, or leave titles out by --skip-rows")
+            raise UnfitError(problem, "rename all but one, or leave titles out by --skip-rows")
     return Cells(columns, [*rows][1:], separator, head)
 
 
@@ -188,7 +198,7 @@ def _require_one_length(rows: Rows) -> None:
         if len(row) != usual:
             problem = f"line {end} has {counted(len(row), 'cell')}, most lines {usual}"
             remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
-            raise UnfitError(f"{problem}; {remedy}")
+            raise UnfitError(problem, remedy)
 
 
 def _names(header: list[Any]) -> list[str]:
@@ -202,7 +212,7 @@ def _names(header: list[Any]) -> list[str]:
         if is_number(name):
             problem = f"its first line must name the columns, and holds numbers, {name!r:.40}"
             remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
-            raise UnfitError(f"{problem}; {remedy}")
+            raise UnfitError(problem, remedy)
         names.append(str(name))
     return names
 

@@ -240,6 +240,22 @@ def _cells_of(source: Any) -> Cells:
     return Cells(columns, head={"objectives": names})
 
 
+def numbers_of_file(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
+    """Return the columns of a file, which must all hold numbers; NaN where a cell is blank.
+
+    Raises:
+        OSError: The file cannot be opened.
+        UnfitError: It is no table of named columns, or a column cannot be read.
+    """
+    content = _content(Path(path), None, (), None)
+    if not isinstance(content, Cells):
+        raise UnfitError("it is a table of tests, and not one of numbers alone")
+    n_rows = len(next(iter(content.columns.values()), ()))
+    cells = replace(content, rows=range(1, n_rows + 1))
+    columns = read_columns(cells, None, None, ())
+    return {name: column.required() for name, column in columns.items()}
+
+
 # From cells to designs
 
 

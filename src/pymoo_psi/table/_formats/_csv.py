@@ -186,7 +186,7 @@ def _head_of_line(line: str) -> Head:
 # Texts of other programs and people
 
 
-def cells_of_text(text: str, skip_rows: Collection[int]) -> Cells:
+def cells_of_text(text: str, skip_rows: Collection[int] = ()) -> Cells:
     """Return the cells of a text.
 
     By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
@@ -239,7 +239,7 @@ def _without_comments(rows: Rows) -> Rows:
         if len(row) == n_cells > 1 and all(row):
             problem = f"line {end} begins with # and has a cell in each column"
             remedy = f"leave it out by --skip-rows {end} if it is a comment"
-            raise UnfitError(f"{problem}; {remedy}, or begin its name otherwise")
+            raise UnfitError(problem, f"{remedy}, or begin its name otherwise")
     return designs
 
 
@@ -258,9 +258,10 @@ def _separator(lines: Sequence[Line]) -> str:
                 merits[mark] = _merit([*_rows(lines, mark).values()])
     if merits:
         return max(merits, key=merits.__getitem__)
-    lengths = set(map(len, _rows(lines, " ").values()))
-    if len(lengths) == 1 and lengths != {1}:
-        return " "
+    with suppress(csv.Error):
+        usual, _ = Counter(map(len, _rows(lines, " ").values())).most_common(1)[0]
+        if usual > 1:
+            return " "
     return ","
 
 
@@ -284,12 +285,13 @@ def _merit(rows: list[list[str]]) -> tuple[bool, float, int]:
 
 def _rows(lines: Sequence[Line], separator: str) -> Rows:
     """Return the rows that are not blank."""
-    if separator == " ":
-        # Not csv, which finds empty cells between the spaces that align printed columns.
-        return {number: line.split() for number, line in lines if line.strip()}
     rows = {}
+    texts = [line for _, line in lines]
+    if separator == " ":
+        # Several spaces align printed columns; at the end of a line they begin no cell.
+        texts = [f"{line.strip()}\n" for line in texts]
     reader = csv.reader(
-        (line for _, line in lines),
+        texts,
         delimiter=separator,
         # Else in 'a, "b, c"' the marks would be text and its comma a separator.
         skipinitialspace=separator != "\t",
