@@ -24,6 +24,7 @@ from pymoo_psi.plots._points import (
     ORANGE,
     PARETO,
     Group,
+    Points,
     checked,
     name_axis,
     points_of_table,
@@ -100,29 +101,11 @@ def plot_table(
         drawn = [*tops, *rows]
     points = points_of_table(table, drawn)
     histograms = [histogram(table, name) for name in tops]
-    totals = {
-        "tested": len(table),
-        "feasible": table.feasible().sum(),
-        "pareto": table.pareto().sum(),
-    }
     n_columns = min(len(tops), MATRIX)
     with panels(len(tops) * (1 + len(rows)), n_columns) as (figure, axes):
-        first_row = axes[: len(tops)]
-        for ax, bars in zip(first_row, histograms, strict=True):
-            _draw_histogram(ax, bars, layout, totals)
-            name_axis(ax, "y", "")
-            label = layout.label_of(bars.variable)
-            if rows:  # the planes below have the name
-                label = ""
-            name_axis(ax, "x", label, bars.values)
-            if rows and not bars.values:  # options have an interval each, and are aligned
-                ax.set_xlim(points.columns[bars.variable].ends)
-        for ax in first_row[::n_columns]:
+        _draw_histograms(axes[: len(tops)], histograms, table, points)
+        for ax in axes[: len(tops) : n_columns]:
             ax.set_ylabel("% of each group")
-        highest = max(ax.get_ylim()[1] for ax in first_row)
-        for ax in first_row:
-            ax.set_ylim(0, highest)
-
         planes = product(rows, tops)
         for ax, (objective, variable) in zip(axes[len(tops) :], planes, strict=True):
             points.draw(ax, variable, objective)
@@ -142,6 +125,36 @@ def _known(
     if names is None:
         names = default
     return [known_name(argument, name, layout.columns) for name in names]
+
+
+def _draw_histograms(
+    axes: Sequence[Axes], histograms: Sequence[Histogram], table: TestTable, points: Points
+) -> None:
+    """Draw histograms on one scale; name their axes, or align them with the planes below.
+
+    Args:
+        axes: Axes for each histogram.
+        histograms: The histograms.
+        table: The table.
+        points: The designs on the planes below; without columns if there are none.
+    """
+    totals = {
+        "tested": len(table),
+        "feasible": table.feasible().sum(),
+        "pareto": table.pareto().sum(),
+    }
+    for ax, bars in zip(axes, histograms, strict=True):
+        _draw_histogram(ax, bars, table.layout, totals)
+        name_axis(ax, "y", "")
+        label = table.layout.label_of(bars.variable)
+        if points.columns:  # the planes below have the name
+            label = ""
+        name_axis(ax, "x", label, bars.values)
+        if points.columns and not bars.values:  # options have an interval each, and are aligned
+            ax.set_xlim(points.columns[bars.variable].ends)
+    highest = max(ax.get_ylim()[1] for ax in axes)
+    for ax in axes:
+        ax.set_ylim(0, highest)
 
 
 def _draw_histogram(axes: Axes, bars: Histogram, layout: Layout, totals: Mapping[str, int]) -> None:

@@ -73,7 +73,6 @@ class Choice:
         selectors: Other selectors, by name; a few by default.
 
     Attributes:
-        decided: Whether a design is chosen.
         word: "chosen" or "proposed".
         optimum: Row of the Salukvadze optimum in the ranking, the first of several.
         row: Row of the design in the ranking.
@@ -102,7 +101,6 @@ class Choice:
                 self.units[name] = self.layout.units[name]
 
         self.optimum = int(ranking.salukvadze[0])
-        self.decided = row is not None
         self.row = self.optimum
         self.word = "proposed"
         if row is not None:
