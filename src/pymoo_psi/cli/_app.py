@@ -16,6 +16,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from copy import copy
 from functools import partial
 from io import StringIO, TextIOWrapper
 from pathlib import Path
@@ -59,17 +60,24 @@ def _with_suffixes(text: str) -> str:
     )
 
 
+class _Option(click.Option):
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        record = super().get_help_record(ctx)
+        if record is None:
+            return None
+        words, text = record
+        return words, _with_suffixes(text)
+
+
 class _Command(click.Command):
     def get_help(self, ctx: click.Context) -> str:
-        self.help = _with_suffixes(self.help or "")
-        for param in self.params:
-            if isinstance(param, click.Option):
-                param.help = _with_suffixes(param.help or "")
-        return super().get_help(ctx)
+        command = copy(self)
+        command.help = _with_suffixes(self.help or "")
+        return click.Command.get_help(command, ctx)
 
 
 def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> click.Option:
-    return click.Option([f"--{name}"], metavar=metavar, help=text, **attributes)
+    return _Option([f"--{name}"], metavar=metavar, help=text, **attributes)
 
 
 _names = partial(_option, multiple=True)
