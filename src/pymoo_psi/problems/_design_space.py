@@ -15,14 +15,22 @@ from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, collection, invalid, known_name, mapping, wrong_type
+from pymoo_psi._validation import (
+    Array,
+    Mask,
+    Received,
+    collection,
+    invalid,
+    known_name,
+    mapping,
+    wrong_type,
+)
 from pymoo_psi.problems._pymoo import problem_name
 from pymoo_psi.problems._wrapped import WrappedProblem, checks_requirements, layers
 
 if TYPE_CHECKING:
     from pymoo_psi.table import Layout
 
-Array = NDArray[np.float64]
 
 _CLASSES = {Real: Kind.REAL, Integer: Kind.INTEGER, Binary: Kind.BINARY, Choice: Kind.CHOICE}
 _LONGEST = 1000  # characters of a constant of a model that a study shows
@@ -220,13 +228,13 @@ class DesignSpace:
                 matrix[i, j] = variable.options[0] if fixed else design[variable.name]
         return matrix
 
-    def _are_searched(self) -> NDArray[np.bool_]:
+    def _are_searched(self) -> Mask:
         """Return which variables are searched: all free ones if none has two values."""
         free = self._are_free()
         varied = free & (self.lower < self.upper)
         return varied if varied.any() else free
 
-    def _are_free(self) -> NDArray[np.bool_]:
+    def _are_free(self) -> Mask:
         return np.array([not variable.fixed for variable in self.variables], dtype=bool)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
+from pymoo_psi._validation import Array
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import (
     JoblibRunner,
@@ -257,7 +258,7 @@ class _Model:
         return out
 
 
-def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> Array:
     """Return values as a new array of floats of a shape, NaN where they are masked."""
     size = shape[-1]
     if value is None:

@@ -8,10 +8,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 
-from pymoo_psi._validation import known_name
+from pymoo_psi._validation import (
+    Mask,
+    known_name,
+)
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
@@ -23,8 +25,6 @@ from pymoo_psi.problems._wrapped import (
     tolerates_failures,
     uses_wrapped_values,
 )
-
-Mask = NDArray[np.bool_]
 
 # Constraint violation of a failed design: above any other, and finite for sums and ratios.
 _VIOLATION = 1e10

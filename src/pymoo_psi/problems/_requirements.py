@@ -13,7 +13,14 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, collection, invalid, known_name, wrong_type
+from pymoo_psi._validation import (
+    Array,
+    Received,
+    collection,
+    invalid,
+    known_name,
+    wrong_type,
+)
 from pymoo_psi.problems._design_space import column_titles, design_space
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import (
@@ -22,7 +29,6 @@ from pymoo_psi.problems._wrapped import (
     checks_requirements,
 )
 
-Array = NDArray[np.float64]
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
 Rule: TypeAlias = str | Callable[[Columns], Any]
 

@@ -12,16 +12,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import finite_number, integer, invalid, known_name, mapping, wrong_type
+from pymoo_psi._validation import (
+    Array,
+    Mask,
+    Rows,
+    finite_number,
+    integer,
+    invalid,
+    known_name,
+    mapping,
+    wrong_type,
+)
 from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._design_space import column_titles, design_space
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
 from pymoo_psi.sequences import lp_tau
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 # Designs times scenarios that are evaluated at a time. A vectorised model reaches its full speed
 # with far fewer, and ten objectives and variables of so many take 40 MB.
@@ -255,7 +262,7 @@ class Robust(WrappedProblem):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # for a design that is valid in no scenario
-def mean_of_worst(share: float, ordered: Array, counts: NDArray[np.intp]) -> Array:
+def mean_of_worst(share: float, ordered: Array, counts: Rows) -> Array:
     """Return the mean of the worst scenarios, all of them equally likely.
 
     Args:

@@ -37,7 +37,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Received, flat, identity_text, integer, invalid, wrong_type
+from pymoo_psi._validation import (
+    Mask,
+    Received,
+    Rows,
+    flat,
+    identity_text,
+    integer,
+    invalid,
+    wrong_type,
+)
 from pymoo_psi.errors import (
     PsiError,
     StudyAccessError,
@@ -452,9 +461,7 @@ def _with_outputs(head: Head, columns: Columns) -> dict[str, Any]:
     return {**head, "outputs": outputs}
 
 
-def _new_tests(
-    db: sqlite3.Connection, path: str, head: Head, columns: Columns
-) -> NDArray[np.bool_]:
+def _new_tests(db: sqlite3.Connection, path: str, head: Head, columns: Columns) -> Mask:
     """``(n,)`` which tests are new or repeat failed ones.
 
     Raises:
@@ -475,9 +482,7 @@ def _new_tests(
     return new
 
 
-def differing(
-    columns: Columns, rows: NDArray[np.intp], others: Columns, other_rows: NDArray[np.intp]
-) -> NDArray[np.bool_]:
+def differing(columns: Columns, rows: Rows, others: Columns, other_rows: Rows) -> Mask:
     """``(n,)`` which of n pairs of tests differ in a value that both have."""
     differ = np.zeros(len(rows), dtype=bool)
     for name in columns.keys() & others.keys():

@@ -18,7 +18,17 @@ from numpy.typing import NDArray
 from pymoo_psi._kinds import Kind
 from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Received, counted, instance, integer, invalid, known_name
+from pymoo_psi._validation import (
+    Array,
+    Mask,
+    Received,
+    Rows,
+    counted,
+    instance,
+    integer,
+    invalid,
+    known_name,
+)
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import Key
@@ -27,7 +37,6 @@ from pymoo_psi.table._table import TestTable
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _FOLDER = re.compile(r"; see \S.*$")
@@ -114,7 +123,7 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
         present = np.ones(len(table), dtype=bool)
         places, edges, values = _places_of_variable(table, j, bins)
 
-    def count(mask: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def count(mask: Mask) -> NDArray[np.int64]:
         return np.histogram(places[mask & present], edges)[0]
 
     inside = places[feasible & present]
@@ -131,7 +140,7 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
     )
 
 
-def _edges_of_dependent(places: Array, feasible: NDArray[np.bool_], bins: int) -> Array:
+def _edges_of_dependent(places: Array, feasible: Mask, bins: int) -> Array:
     """Return the edges of bins for an objective, constraint or output with these values."""
     if feasible.any():
         places = places[feasible]
@@ -654,7 +663,7 @@ def convergence(table: TestTable) -> Convergence:
     )
 
 
-def _volumes(scaled: Array, fronts: list[NDArray[np.intp]]) -> tuple[Array, Array]:
+def _volumes(scaled: Array, fronts: list[Rows]) -> tuple[Array, Array]:
     """Return the hypervolumes of fronts, as shares of the last one, and their standard errors."""
     pairs = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
     volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)

@@ -26,15 +26,18 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted, invalid
+from pymoo_psi._validation import (
+    Array,
+    Mask,
+    counted,
+    invalid,
+)
 from pymoo_psi.errors import ArgumentValueError
 
-Array: TypeAlias = NDArray[np.float64]
 # The numbers in a column by decimal mark; NaN for a blank cell, None for any other text.
 _Readings: TypeAlias = dict[str, list[float | None]]
-Rows: TypeAlias = dict[int, list[Any]]
+RowsByLine: TypeAlias = dict[int, list[Any]]
 """The cells of each row by the number of the line on which it ends."""
 
 EMPTY = "it is empty; it must hold a line of column names, then the designs"
@@ -158,7 +161,9 @@ def in_a_line(name: str) -> str:
     return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
 
 
-def cells_of_rows(rows: Rows, separator: str = "", head: Mapping[str, Any] | None = None) -> Cells:
+def cells_of_rows(
+    rows: RowsByLine, separator: str = "", head: Mapping[str, Any] | None = None
+) -> Cells:
     """Return rows as columns under the names in the first row.
 
     Args:
@@ -192,7 +197,7 @@ def cells_of_rows(rows: Rows, separator: str = "", head: Mapping[str, Any] | Non
     return Cells(columns, [*rows][1:], separator, head)
 
 
-def _require_one_length(rows: Rows) -> None:
+def _require_one_length(rows: RowsByLine) -> None:
     usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
     for end, row in rows.items():
         if len(row) != usual:
@@ -413,7 +418,7 @@ def _looks_like_number(cell: Any) -> bool:
     return _NUMBERLIKE.match(str(cell).strip()[:_LONGEST]) is not None
 
 
-# Rows that summarise others
+# RowsByLine that summarise others
 
 
 def require_designs(cells: Cells, columns: Collection[Column]) -> None:
@@ -470,7 +475,7 @@ def _summarises(row: Array, F: Array) -> bool:
     greatest = np.nanmax(F, axis=0)
     varied = least < greatest
 
-    def close(summary: Array) -> NDArray[np.bool_]:
+    def close(summary: Array) -> Mask:
         return np.asarray(np.abs(summary - row) <= _ROUNDED * np.abs(row))
 
     with np.errstate(all="ignore"):

@@ -13,7 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import Received, finite_array, finite_number, invalid, wrong_type
+from pymoo_psi._validation import (
+    Array,
+    Received,
+    Rows,
+    finite_array,
+    finite_number,
+    invalid,
+    wrong_type,
+)
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 
 _KIND_OF_TYPE = {float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY, str: Kind.CHOICE}
@@ -99,7 +107,7 @@ def _common_kind(types: set[type]) -> Kind:
     return Kind.CHOICE
 
 
-def real_column(name: str, column: NDArray[Any]) -> NDArray[np.float64]:
+def real_column(name: str, column: NDArray[Any]) -> Array:
     """Return a ``(n,)`` column as float64; one of a matrix of objects may hold numbers, too.
 
     Raises:
@@ -116,7 +124,7 @@ def real_column(name: str, column: NDArray[Any]) -> NDArray[np.float64]:
     return column.astype(np.float64)
 
 
-def value_ranks(column: NDArray[Any]) -> tuple[list[Any], NDArray[np.intp]]:
+def value_ranks(column: NDArray[Any]) -> tuple[list[Any], Rows]:
     """Return the distinct values of a column in order, and ``(n,)`` the index of each cell's value.
 
     Values of one type stand together.
@@ -145,7 +153,7 @@ def design_keys(X: NDArray[Any]) -> list[tuple[str, ...]]:
     return [tuple(map(str, row)) for row in X.tolist()]
 
 
-def first_rows(X: NDArray[Any], F: NDArray[np.float64] | None = None) -> NDArray[np.intp]:
+def first_rows(X: NDArray[Any], F: Array | None = None) -> Rows:
     """Return ``(n,)`` the first row with the same design, and the same objectives if given."""
     first = np.arange(len(X))
     if X.size == 0:  # without variables nothing is known of designs

@@ -17,11 +17,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid, known_name, wrong_type
+from pymoo_psi._validation import (
+    Array,
+    Received,
+    invalid,
+    known_name,
+    wrong_type,
+)
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import real_column
-
-Array = NDArray[np.float64]
 
 
 def _least(*values: Any) -> Any:

@@ -27,7 +27,6 @@ from pymoo_psi.table._layout import RESERVED, Layout, column_names, unit_texts
 from pymoo_psi.table._limits import Limits, ends, limits_of, plain_number
 
 Columns: TypeAlias = Mapping[str, NDArray[Any]]
-Array = NDArray[np.float64]
 
 
 class FormulationFields(TypedDict, total=False):

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, flat, invalid
+from pymoo_psi._validation import (
+    Array,
+    Mask,
+    Received,
+    Rows,
+    flat,
+    invalid,
+)
 from pymoo_psi.table._designs import design_matrix, first_rows, joined_designs
 from pymoo_psi.table._formulation import ATTRIBUTES
 from pymoo_psi.table._layout import Layout, joined_layout
@@ -17,8 +24,6 @@ from pymoo_psi.table._layout import Layout, joined_layout
 if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 _ROUNDING = 1e-9  # relative, of results that two machines have computed
 
@@ -104,7 +109,7 @@ def require_one_formulation(tables: Sequence[TestTable]) -> None:
                 raise invalid("tables", "under one formulation to be joined", received, remedy)
 
 
-def require_one_result(table: TestTable, first: NDArray[np.intp] | None = None) -> None:
+def require_one_result(table: TestTable, first: Rows | None = None) -> None:
     """Refuse tests of which the first of the same design has another result.
 
     Args:

@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind as Kind  # public here
 from pymoo_psi._names import Renamed
 from pymoo_psi._validation import (
+    Array,
     Received,
     finite_number,
     integer,
@@ -25,7 +26,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto import EQ_TOLERANCE
 from pymoo_psi.table._designs import is_writable
 
-Array = NDArray[np.float64]
 Key: TypeAlias = str | int
 """A variable or objective: its name, or its index from 0."""
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame

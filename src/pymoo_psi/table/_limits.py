@@ -17,12 +17,18 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, invalid, known_name, mapping, wrong_type
+from pymoo_psi._validation import (
+    Array,
+    Mask,
+    Received,
+    invalid,
+    known_name,
+    mapping,
+    wrong_type,
+)
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._layout import Layout, index_of
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Limit: TypeAlias = float | str | Sequence[float | None]
 """The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
 ``">= 1, <= 5"``."""

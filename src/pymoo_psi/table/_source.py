@@ -10,9 +10,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, counted, invalid, known_name, real_array
+from pymoo_psi._validation import (
+    Array,
+    Received,
+    counted,
+    invalid,
+    known_name,
+    real_array,
+)
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import RANKING_COLUMNS
 from pymoo_psi.table._cells import (
@@ -450,7 +456,7 @@ def _of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
     return {name: unit for name, unit in units.items() if name in names}
 
 
-def _counts(values: NDArray[np.float64]) -> bool:
+def _counts(values: Array) -> bool:
     """Say whether numbers count the rows; ranked by them, the first or the last would be best."""
     return len(values) >= 3 and np.array_equal(values, values[0] + np.arange(len(values)))
 
@@ -539,9 +545,7 @@ def _is_candidate(designs: _Designs, name: str) -> bool:
     return column.numbers is not None
 
 
-def _incomplete(
-    cells: Cells, objectives: Sequence[str], F: NDArray[np.float64], drop: bool
-) -> list[str]:
+def _incomplete(cells: Cells, objectives: Sequence[str], F: Array, drop: bool) -> list[str]:
     """Refuse designs without finite objectives, or return a remark on them."""
     lacking = ~np.isfinite(F)
     rows = np.flatnonzero(lacking.any(axis=1)).tolist()

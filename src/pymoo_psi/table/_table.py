@@ -15,13 +15,15 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._names import Renamed, asked_under_a_formulation
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
+    Array,
+    Mask,
     Received,
+    Rows,
     counted,
     finite_number,
     instance,
@@ -54,7 +56,7 @@ from pymoo_psi.table._joining import (
 )
 from pymoo_psi.table._layout import Key, Layout
 from pymoo_psi.table._limits import limit_text, limits_by_name, within
-from pymoo_psi.table._tests import Array, Mask, Tests, extra_columns, lack, require_distinct
+from pymoo_psi.table._tests import Tests, extra_columns, lack, require_distinct
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -278,7 +280,7 @@ class TestTable(Tests, Shown):
         names = self.names
         return self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
 
-    def _ranking_of(self, rows: NDArray[np.intp], pareto: Mask, labels: Any) -> EfficiencyRanking:
+    def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
         """Return the ranking of some rows, of which it is known which are Pareto optimal."""
         if len(rows) == 0:
             raise self._none_feasible()

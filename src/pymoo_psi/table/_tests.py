@@ -13,7 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
+    Array,
+    Mask,
     Received,
+    Rows,
     counted,
     instance,
     integer,
@@ -32,8 +35,6 @@ from pymoo_psi.table._limits import Bounds, bounds_of, limits_of, within
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 STATUSES = ("ok", "infeasible", "failed")
 _ARRAYS = ("X", "F", "G", "H", "outputs", "status")  # with a row for each test
@@ -416,7 +417,7 @@ class Tests:
         """
         return self._repeated(np.arange(len(self)))
 
-    def _repeated(self, rows: NDArray[np.intp]) -> Mask:
+    def _repeated(self, rows: Rows) -> Mask:
         # In one experiment a real variable that is free never has a value twice; of several, two
         # may begin with the same points.
         bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)

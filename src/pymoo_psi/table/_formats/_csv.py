@@ -24,7 +24,7 @@ from pymoo_psi._validation import invalid
 from pymoo_psi.table._cells import (
     EMPTY,
     Cells,
-    Rows,
+    RowsByLine,
     UnfitError,
     cells_of_rows,
     is_blank,
@@ -218,7 +218,7 @@ def cells_of_text(text: str, skip_rows: Collection[int] = ()) -> Cells:
     return cells_of_rows(_without_comments(rows), separator)
 
 
-def _without_comments(rows: Rows) -> Rows:
+def _without_comments(rows: RowsByLine) -> RowsByLine:
     """Return the rows that are no comments.
 
     Raises:
@@ -283,7 +283,7 @@ def _merit(rows: list[list[str]]) -> tuple[bool, float, int]:
     return True, n_numbers / max(1, n_cells), usual
 
 
-def _rows(lines: Sequence[Line], separator: str) -> Rows:
+def _rows(lines: Sequence[Line], separator: str) -> RowsByLine:
     """Return the rows that are not blank."""
     rows = {}
     texts = [line for _, line in lines]

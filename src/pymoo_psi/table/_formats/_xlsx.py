@@ -13,7 +13,7 @@ from zipfile import ZipFile, is_zipfile
 
 from pymoo_psi._validation import counted, invalid, known_name
 from pymoo_psi.errors import PsiError
-from pymoo_psi.table._cells import Cells, Rows, UnfitError, cells_of_rows
+from pymoo_psi.table._cells import Cells, RowsByLine, UnfitError, cells_of_rows
 from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
@@ -135,7 +135,7 @@ def _openpyxl() -> Any:
 
 def _rows_of_workbook(
     content: bytes, skip_rows: Collection[int], name: str | None
-) -> tuple[Head | None, Rows]:
+) -> tuple[Head | None, RowsByLine]:
     """Return what a sheet of ours says of the rows, and these by number, of one length.
 
     Raises:
@@ -214,7 +214,7 @@ def _hidden_rows(sheet: Any) -> set[int]:
     return hidden
 
 
-def _of_one_length(rows: Rows) -> Rows:
+def _of_one_length(rows: RowsByLine) -> RowsByLine:
     """Return rows up to the last column that holds anything."""
     width = 0
     for row in rows.values():
