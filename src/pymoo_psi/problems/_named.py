@@ -123,7 +123,7 @@ class NamedProblem(ElementwiseProblem):
         self._name = name
         self.limits: list[Limit] = []
         for output, text in mapping("limits", limits or {}, "names to limits").items():
-            for sign, value in sides_of_text(f"the limit on {output}", text):
+            for sign, value in sides_of_text(f"the limit on {output}", text).items():
                 self.limits.append(Limit(output, sign, value))
         self.requirements = requirements or {}
         self._required = requirements_of(self.requirements, [*self.variables])

@@ -155,9 +155,8 @@ class Robust(WrappedProblem):
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # the wrapped problem's names, without those of its constraints
         titles = column_titles(nominal, self.space)
-        self.names = dict(zip(self.space.variable_names, self.space.titles, strict=True))
-        for j in range(1, nominal.n_obj + 1):
-            self.names[f"f{j}"] = titles.get(f"f{j}", f"f{j}")
+        names = [*self.space.variable_names, *(f"f{j + 1}" for j in range(nominal.n_obj))]
+        self.names = {name: titles.get(name, name) for name in names}
         self.units = {}
         for title, unit in (getattr(nominal, "units", None) or {}).items():
             if title in self.names.values():

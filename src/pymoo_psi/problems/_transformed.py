@@ -262,10 +262,7 @@ def _fixed_if_single(variable: Variable) -> Variable:
     """Return a variable as fixed if it has one value only."""
     if variable.lower < variable.upper or variable.fixed:
         return variable
-    options = variable.options
-    if not options:
-        types = {Kind.REAL: float, Kind.LOG: float, Kind.INTEGER: int, Kind.BINARY: bool}
-        options = (types[variable.kind](variable.lower),)
+    options = variable.options or tuple(variable.values(np.zeros(1)).tolist())
     return replace(variable, options=options, fixed=True)
 
 

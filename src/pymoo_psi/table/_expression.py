@@ -195,10 +195,13 @@ def _put_functions(operands: list[Any], calls: list[ast.Call]) -> None:
         k = int(ast.unparse(call.func)[1:])
         name = known_name("a function of an expression", operands[k], _FUNCTIONS)
         count = len(call.args)
-        if name in _OF_SEVERAL and count < 2:
-            raise invalid(f"{name}() of an expression", "of two values or more", Received(count))
-        if name not in _OF_SEVERAL and count != 1:
-            raise invalid(f"{name}() of an expression", "of one value", Received(count))
+        fits = count == 1
+        rule = "of one value"
+        if name in _OF_SEVERAL:
+            fits = count > 1
+            rule = "of two values or more"
+        if not fits:
+            raise invalid(f"{name}() of an expression", rule, Received(count))
         operands[k] = _FUNCTIONS[name]
 
 

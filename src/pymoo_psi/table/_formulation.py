@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from itertools import compress
 from os import PathLike
 from pathlib import Path
 from typing import Any, TypeAlias, TypedDict
@@ -281,7 +282,7 @@ def _formulated_layout(
 ) -> Layout:
     """Return the layout of a table under a formulation with these objectives."""
     without = {*objectives, *formulation.relaxed}
-    kept = [j for j, name in enumerate(layout.variables) if name not in without]
+    kept = [name not in without for name in layout.variables]
     inequalities = tuple(name for name in layout.inequalities if name not in without)
     equalities = tuple(name for name in layout.equalities if name not in without)
     # What was something else before becomes an output.
@@ -291,14 +292,14 @@ def _formulated_layout(
     maximized = {*layout.maximize, *formulation.maximize}
     return replace(
         layout,
-        variables=tuple(layout.variables[j] for j in kept),
+        variables=tuple(compress(layout.variables, kept)),
         objectives=objectives,
         inequalities=inequalities,
         equalities=equalities,
         outputs=outputs,
         lower=layout.lower[kept],
         upper=layout.upper[kept],
-        kinds=tuple(layout.kinds[j] for j in kept if layout.kinds),
+        kinds=tuple(compress(layout.kinds, kept)),
         maximize=tuple(name for name in (*objectives, *outputs) if name in maximized),
         units={**layout.units, **formulation.units},
     )

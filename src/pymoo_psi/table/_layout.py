@@ -107,8 +107,11 @@ class Layout:
 
     def _check_bounds(self) -> None:
         for side in ("lower", "upper"):
+            bounds = getattr(self, side)
+            if bounds is None:
+                bounds = np.full(len(self.variables), np.nan)
             # A copy, as it is made read-only and the caller's array is the caller's.
-            bounds = real_array(side, getattr(self, side)).copy()
+            bounds = real_array(side, bounds).copy()
             if bounds.shape != (len(self.variables),):
                 rule = f"{len(self.variables)} bounds, one for each variable"
                 raise invalid(side, rule, Received(f"shape {bounds.shape}"))
@@ -162,23 +165,14 @@ class Layout:
             >>> layout.label_of("x1"), layout.label_of("mass"), layout.sign
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
-        names: dict[str, Any] = {
-            "variables": column_names("variables", variables, "x"),
-            "objectives": column_names("objectives", objectives, "f"),
-            "inequalities": column_names("inequalities", inequalities, "g"),
-            "equalities": column_names("equalities", equalities, "h"),
-        }
-        unknown = np.full(len(names["variables"]), np.nan)
-        settings: Any = {
-            "lower": unknown if lower is None else lower,
-            "upper": unknown if upper is None else upper,
-            "eq_tolerance": eq_tolerance,
-            "kinds": kinds,
-            "outputs": outputs,
-            "maximize": maximize,
-            "units": units or {},
-        }
-        return cls(**names, **settings)
+        settings: Any = (lower, upper, eq_tolerance, kinds, outputs, maximize, units or {})
+        return cls(
+            column_names("variables", variables, "x"),
+            column_names("objectives", objectives, "f"),
+            column_names("inequalities", inequalities, "g"),
+            column_names("equalities", equalities, "h"),
+            *settings,
+        )
 
     @property
     def constraints(self) -> tuple[str, ...]:

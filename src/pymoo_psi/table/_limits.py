@@ -100,13 +100,13 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
     limit_by_column: dict[str | int, Any] = {}
     for column, limit in mapping(argument, limits, rule).items():
         if isinstance(limit, str):
-            limit = _ends_of_text(column, limit)
+            limit = _ends_of_sides(sides_of_text(f"the limit on {column!r}", limit))
         limit_by_column[column] = limit
     return limit_by_column
 
 
-def sides_of_text(argument: str, text: str) -> list[tuple[str, float]]:
-    """Return the sides of a limit such as ``">= 1, <= 5"``: sign and number.
+def sides_of_text(argument: str, text: str) -> dict[str, float]:
+    """Return the sides of a limit such as ``">= 1, <= 5"``: numbers by sign.
 
     Args:
         argument: What messages call the limit.
@@ -117,62 +117,54 @@ def sides_of_text(argument: str, text: str) -> list[tuple[str, float]]:
 
     Example:
         >>> sides_of_text("the limit on stress", ">= 1, <= 250")
-        [('>=', 1.0), ('<=', 250.0)]
+        {'>=': 1.0, '<=': 250.0}
     """
-    sides = []
-    ends: Ends = (None, None)
+    sides: dict[str, float] = {}
     for part in str(text).split(","):
         side = _SIDE.fullmatch(part)
         if side is None:
             raise invalid(argument, "such as '<= 250' or '>= 3, <= 250'", text)
-        ends = _with_end(ends, side["sign"], side["number"], text, argument)
-        sides.append((side["sign"], float(side["number"])))
+        _add_side(sides, side["sign"], side["number"], text, argument)
     return sides
 
 
-def _ends_of_text(column: Any, text: str) -> Ends:
-    numbers_by_sign = dict(sides_of_text(f"the limit on {column!r}", text))
-    return numbers_by_sign.get(">="), numbers_by_sign.get("<=")
+def _add_side(sides: dict[str, float], sign: str, number: str, text: str, argument: str) -> None:
+    """Add a side of a limit to those of its column."""
+    if sign in sides:
+        raise invalid(argument, "given once for each side of a column", Received(text))
+    sides[sign] = float(number)
+
+
+def _ends_of_sides(sides: Mapping[str, float]) -> Ends:
+    return sides.get(">="), sides.get("<=")
 
 
 def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any]:
-    limit_by_column: dict[str | int, Any] = {}
+    sides_by_column: dict[str | int, dict[str, float]] = {}
     for entry in entries_of(texts):
         match = _LIMIT.fullmatch(entry)
         if match is None or not (match["left"] or match["right"]):
             remedy = "use <= or >=, plain numbers with a decimal point, and no units"
             rule = "of the form column<=number or number<=column<=number, joined by commas"
             raise invalid(argument, rule, Received(entry or "nothing"), remedy)
-        _require_one_meaning(match["first"], entry, argument)
-        _require_one_meaning(match["last"], entry, argument)
-        ends = limit_by_column.get(match["name"], (None, None))
+        sides = sides_by_column.setdefault(match["name"], {})
         if match["left"]:
             # 1 <= x is x >= 1.
             sign = ">=" if match["left"] == "<=" else "<="
-            ends = _with_end(ends, sign, match["first"], entry, argument)
+            _require_one_meaning(match["first"], entry, argument)
+            _add_side(sides, sign, match["first"], entry, argument)
         if match["right"]:
-            ends = _with_end(ends, match["right"], match["last"], entry, argument)
-        limit_by_column[match["name"]] = ends
-    return limit_by_column
+            _require_one_meaning(match["last"], entry, argument)
+            _add_side(sides, match["right"], match["last"], entry, argument)
+    return {column: _ends_of_sides(sides) for column, sides in sides_by_column.items()}
 
 
-def _require_one_meaning(number: str | None, text: str, argument: str) -> None:
+def _require_one_meaning(number: str, text: str, argument: str) -> None:
     """Refuse a number that people write for five and for five thousand alike."""
-    if number is not None and _AMBIGUOUS.fullmatch(number):
+    if _AMBIGUOUS.fullmatch(number):
         remedy = f"write {number.replace('.', '')}, or one decimal more or less"
         received = Received(f"{text}, with a decimal point or one between thousands")
         raise invalid(argument, "of numbers with one meaning", received, remedy)
-
-
-def _with_end(ends: Ends, sign: str, number: str, text: str, argument: str) -> Ends:
-    """Return the ends of a limit with one more of them."""
-    lower, upper = ends
-    taken = lower if sign == ">=" else upper
-    if taken is not None:
-        raise invalid(argument, "given once for each side of a column", Received(text))
-    if sign == ">=":
-        return float(number), upper
-    return lower, float(number)
 
 
 def ends(column: Any, limit: Any) -> tuple[float, float]:
@@ -282,9 +274,8 @@ def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Arr
     total = np.zeros(n)
     for name, (low, high) in bounds.items():
         values = real_column(name, column(name))
-        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
-        values = np.where(np.isfinite(values), values, np.nan)
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             over = np.maximum(low - values, 0) + np.maximum(values - high, 0)
-        total += np.where(np.isnan(over), np.inf, over)
+        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
+        total += np.where(np.isfinite(values), over, np.inf)
     return total
