@@ -21,6 +21,8 @@ from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
+Integers = NDArray[np.int64]
+AnyArray = NDArray[Any]
 Kind = TypeVar("Kind")
 
 

@@ -10,12 +10,12 @@ from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.problem import Problem
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Mask,
     Received,
@@ -59,7 +59,7 @@ class Variable:
     fixed: bool = False
     title: str = ""
 
-    def values(self, points: Array) -> NDArray[Any]:
+    def values(self, points: Array) -> AnyArray:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
         if self.kind.real:
             return self._real_values(points)
@@ -80,7 +80,7 @@ class Variable:
         # at a point 1, which no sequence has, rounding may lead above the bound
         return np.asarray(np.clip(values, self.lower, self.upper))
 
-    def points(self, values: NDArray[Any]) -> Array:
+    def points(self, values: AnyArray) -> Array:
         """Return ``(n,)`` numbers in [0, 1] that stand for values, as :meth:`values` has them."""
         if self.kind.real:
             return self._real_points(values.astype(np.float64))
@@ -167,7 +167,7 @@ class DesignSpace:
         varied = self.lower != self.upper
         return not any(v.kind.real for v in compress(self.variables, varied & self._are_free()))
 
-    def matrix(self, points: Array) -> NDArray[Any]:
+    def matrix(self, points: Array) -> AnyArray:
         """Return the designs at ``(n, n_searched)`` points of [0, 1] as an ``(n, n_var)`` matrix.
 
         Its dtype is that of the variables if they have one in common, else object.
@@ -184,7 +184,7 @@ class DesignSpace:
         dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
         return np.column_stack([column.astype(dtype, copy=False) for column in columns])
 
-    def points(self, matrix: NDArray[Any]) -> Array:
+    def points(self, matrix: AnyArray) -> Array:
         """Return ``(n, n_searched)`` points of [0, 1] whose designs are the rows of a matrix.
 
         A discrete value gives the middle of its part of [0, 1), a bound of a real one an end.
@@ -194,7 +194,7 @@ class DesignSpace:
             columns.append(variable.points(values))
         return np.column_stack(columns)
 
-    def designs(self, matrix: NDArray[Any]) -> NDArray[Any]:
+    def designs(self, matrix: AnyArray) -> AnyArray:
         """Return the rows of a matrix as the problem takes them: vectors, or dictionaries."""
         free = self._are_free()
         if not free.all():
@@ -205,7 +205,7 @@ class DesignSpace:
         designs = (dict(zip(names, row, strict=True)) for row in matrix.tolist())
         return np.fromiter(designs, object)
 
-    def to_matrix(self, designs: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
+    def to_matrix(self, designs: Sequence[Any] | AnyArray) -> AnyArray:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""
         if self.named:
             return self._matrix_of_mappings(designs)
@@ -220,7 +220,7 @@ class DesignSpace:
         matrix[..., ~free] = fixed
         return matrix
 
-    def _matrix_of_mappings(self, designs: Sequence[Any] | NDArray[Any]) -> NDArray[Any]:
+    def _matrix_of_mappings(self, designs: Sequence[Any] | AnyArray) -> AnyArray:
         matrix = np.empty((len(designs), len(self.variables)), dtype=object)
         for i, design in enumerate(designs):
             for j, variable in enumerate(self.variables):

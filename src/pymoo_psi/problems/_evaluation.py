@@ -14,10 +14,12 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
-from pymoo_psi._validation import Array
+from pymoo_psi._validation import (
+    AnyArray,
+    Array,
+)
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import (
     JoblibRunner,
@@ -43,9 +45,7 @@ _PART = 64
 _FAILED = {"F": np.inf, "G": 0.0, "H": 0.0}
 
 
-def evaluate_designs(
-    problem: Any, X: Any, *args: Any, stop: bool = False, **kwargs: Any
-) -> dict[str, Any]:
+def evaluate_designs(problem: Any, X: Any, *args: Any, stop: bool = False, **kwargs: Any) -> Values:
     """Evaluate designs like pymoo's ``evaluate``; one that fails has a reason instead of values.
 
     The model gets copies of the designs, and its values are copied. So values stay with their
@@ -69,10 +69,10 @@ def evaluate_designs(
     """
     if uses_wrapped_values(problem):
 
-        def within(designs: Any) -> dict[str, Any]:
+        def within(designs: Any) -> Values:
             return evaluate_designs(problem.wrapped, designs, *args, stop=stop, **kwargs)
 
-        values: dict[str, Any] = problem.values_from(X, within)
+        values: Values = problem.values_from(X, within)
         reasons = values.get("failure", [None] * len(X))
         values["failure"] = np.array([reason or "" for reason in reasons], dtype=object)
         return values
@@ -127,9 +127,9 @@ def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result]:
         yield from evaluate_here(model, waiting)
 
 
-def columns_of_values(problem: Any, rows: Sequence[Values]) -> dict[str, Any]:
+def columns_of_values(problem: Any, rows: Sequence[Values]) -> Values:
     """Return the values of designs, one dictionary each, as :func:`evaluate_designs` does."""
-    out: dict[str, Any] = {}
+    out: Values = {}
     for name, size in _sizes(problem).items():
         failed = np.full(size, _FAILED[name])
         column = [row.get(name, failed) for row in rows]
@@ -196,11 +196,11 @@ class _Model:
             raise error from error.original
         return {"failure": error.reason}
 
-    def together(self, X: Any) -> dict[str, Any]:
+    def together(self, X: Any) -> Values:
         """Evaluate designs by calls for as many as possible; see :func:`evaluate_designs`."""
         try:
             raw = self._raw(X)
-            out: dict[str, Any] = {}
+            out: Values = {}
             for name, size in self.sizes.items():
                 out[name] = _floats(X[0], name, raw.get(name), (len(X), size))
         except KeyboardInterrupt:
@@ -217,7 +217,7 @@ class _Model:
                 out[name] = value_column(value)
         return out
 
-    def _in_parts(self, X: Any) -> dict[str, Any]:
+    def _in_parts(self, X: Any) -> Values:
         """Evaluate designs, some of which have raised, in parts or one by one."""
         size = _PART if len(X) > _PART else 1
         rows: list[Values] = []
@@ -227,7 +227,7 @@ class _Model:
                 rows.append(dict(zip(part, values, strict=True)))
         return columns_of_values(self.problem, rows)
 
-    def _failures(self, X: Any, out: dict[str, Any]) -> NDArray[Any]:
+    def _failures(self, X: Any, out: Values) -> AnyArray:
         """Return the reasons why designs failed, and clear the values of those that did."""
         feasible = meets_constraints(out["G"], out["H"])
         doubtful = np.isnan(np.hstack([*out.values()])).any(axis=1)
@@ -240,13 +240,13 @@ class _Model:
                 out[name][i] = value
         return reasons
 
-    def _raw(self, X: Any) -> dict[str, Any]:
+    def _raw(self, X: Any) -> Values:
         """Return the values of a vectorised model as they are."""
         designs = copy.copy(X)
         if getattr(self.problem, "vars", None):
             # the mappings are copied, not their values: the option of a choice may be anything
             designs[:] = list(map(copy.copy, X))
-        out: dict[str, Any] = dict.fromkeys(self.sizes)
+        out: Values = dict.fromkeys(self.sizes)
         if type(self.problem).do is Problem.do:
             # without pymoo's `do`, which reshapes (m, n) to (n, m) and fills what is missing
             self.problem._evaluate_vectorized(designs, out, *self.args, **self.kwargs)
@@ -294,7 +294,7 @@ def _flaw(values: Values) -> str:
     return ""
 
 
-def value_column(values: list[Any] | NDArray[Any]) -> NDArray[Any]:
+def value_column(values: list[Any] | AnyArray) -> AnyArray:
     """Return a further value of all designs as an array; NaN or None where a design has none."""
     if type(values) is np.ndarray and values.dtype.kind in "fiub":
         return values.copy()

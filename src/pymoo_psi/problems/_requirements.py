@@ -11,9 +11,9 @@ from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Received,
     collection,
@@ -29,7 +29,7 @@ from pymoo_psi.problems._wrapped import (
     checks_requirements,
 )
 
-Columns: TypeAlias = Mapping[str, NDArray[Any]]
+Columns: TypeAlias = Mapping[str, AnyArray]
 Rule: TypeAlias = str | Callable[[Columns], Any]
 
 _SIGN = re.compile(r"(<=|>=)")
@@ -206,13 +206,13 @@ class Required(WrappedProblem):
         for k, requirement in enumerate(self.required, n + 1):
             self.names[f"g{k}"] = requirement.text
 
-    def amounts(self, matrix: NDArray[Any]) -> Array:
+    def amounts(self, matrix: AnyArray) -> Array:
         """Return ``(n, k)`` amounts by which n designs violate k requirements, <= 0 where met.
 
         Args:
             matrix: ``(n, n_var)`` designs, rows of a test table.
         """
-        columns: dict[str, NDArray[Any]] = {}
+        columns: dict[str, AnyArray] = {}
         for title, column in zip(self._space.titles, matrix.T, strict=True):
             # by a list, as a matrix of several kinds of variables holds objects
             columns[title] = np.array(column.tolist())

@@ -10,9 +10,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Mask,
     Rows,
@@ -214,8 +214,8 @@ class Robust(WrappedProblem):
         out["G"] = (np.concatenate(violated) - self.failure_probability)[:, None]
 
     def in_scenarios(
-        self, designs: NDArray[Any], *args: Any, **kwargs: Any
-    ) -> tuple[Array, Mask, NDArray[Any]]:
+        self, designs: AnyArray, *args: Any, **kwargs: Any
+    ) -> tuple[Array, Mask, AnyArray]:
         """Evaluate n designs, given as rows of a test table, in all S scenarios.
 
         Returns:
@@ -246,7 +246,7 @@ class Robust(WrappedProblem):
             np.concatenate(reasons).reshape(size),
         )
 
-    def _statistics(self, designs: NDArray[Any], args: Any, kwargs: Any) -> tuple[Array, Array]:
+    def _statistics(self, designs: AnyArray, args: Any, kwargs: Any) -> tuple[Array, Array]:
         """Return ``(n, m)`` statistics and the ``(n,)`` shares of scenarios that are violated."""
         F, valid, _ = self.in_scenarios(designs, *args, **kwargs)
         finite = np.isfinite(F).all(axis=2)

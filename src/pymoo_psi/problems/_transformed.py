@@ -7,11 +7,18 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.variable import Binary, Choice, Integer, Real
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, boolean, finite_number, invalid, known_name, real_array
+from pymoo_psi._validation import (
+    AnyArray,
+    Received,
+    boolean,
+    finite_number,
+    invalid,
+    known_name,
+    real_array,
+)
 from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
@@ -47,7 +54,7 @@ class Transformed(WrappedProblem):
 
     designs_within = original
 
-    def _values_within(self, matrix: NDArray[Any]) -> NDArray[Any]:
+    def _values_within(self, matrix: AnyArray) -> AnyArray:
         """Return the wrapped problem's values of variables for a matrix of values here."""
         return matrix
 
@@ -95,7 +102,7 @@ class LogScaled(Transformed):
         self.log = ()  # to others, these variables are plain ones
         super().__init__(problem, replace(space, variables=tuple(variables)))
 
-    def _values_within(self, matrix: NDArray[Any]) -> NDArray[Any]:
+    def _values_within(self, matrix: AnyArray) -> AnyArray:
         matrix = matrix.astype(np.result_type(matrix, np.float64))
         for j, variable in self._log.items():
             values = 10.0 ** matrix[:, j].astype(np.float64)

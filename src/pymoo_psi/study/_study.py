@@ -33,11 +33,13 @@ from pathlib import Path
 from typing import IO, Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import (
+    AnyArray,
+    Integers,
     Mask,
     Received,
     Rows,
@@ -63,7 +65,7 @@ else:
 
 Head: TypeAlias = Mapping[str, Any]
 Facts: TypeAlias = dict[str, Any]
-Columns: TypeAlias = dict[str, NDArray[Any]]
+Columns: TypeAlias = dict[str, AnyArray]
 Proposal: TypeAlias = tuple[int, int, str, dict[str, Any]]
 """The number of a test, the round in which it was proposed, the algorithm that proposed it, and
 what else the algorithm keeps, including the design."""
@@ -238,7 +240,7 @@ class Study:
         with self._transaction(_READ) as (db, facts):
             return facts, _selected(db, facts["head"], first, first + count - 1)
 
-    def numbers(self, first: int = 1, *, failed: bool = True) -> NDArray[np.int64]:
+    def numbers(self, first: int = 1, *, failed: bool = True) -> Integers:
         """Return the numbers of the stored tests, increasing.
 
         Args:
@@ -680,7 +682,7 @@ class Share(NamedTuple):
         digits = len(str(self.of))
         return f"share-{self.part:0{digits}}-of-{self.of}{_SUFFIX}"
 
-    def numbers(self, first: int, last: int) -> NDArray[np.int64]:
+    def numbers(self, first: int, last: int) -> Integers:
         """Return its test points from ``first`` to ``last``, increasing."""
         if self.of == 1:
             return np.arange(first, last + 1)
@@ -688,7 +690,7 @@ class Share(NamedTuple):
         # Only the lowest 32 bits of the product count, so that its overflow does no harm.
         shifts = (rounds * _GOLDEN % 2**32) * self.of // 2**32
         places = (self.part - 1 + shifts) % self.of
-        numbers: NDArray[np.int64] = rounds * self.of + places + 1
+        numbers: Integers = rounds * self.of + places + 1
         return numbers[(first <= numbers) & (numbers <= last)]
 
 
@@ -761,7 +763,7 @@ def _joined(blocks: Sequence[Columns], names: Sequence[str], files: Sequence[str
     return {name: np.delete(column, repeats) for name, column in columns.items()}
 
 
-def _missing(n_shares: int, numbers: NDArray[np.int64]) -> str:
+def _missing(n_shares: int, numbers: Integers) -> str:
     """Say how many test points each share lacks between the first and the last stored one."""
     if n_shares == 1 or len(numbers) == 0:
         return ""

@@ -13,13 +13,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
+    Integers,
     Mask,
     Received,
     Rows,
@@ -37,7 +38,6 @@ from pymoo_psi.table._table import TestTable
 if TYPE_CHECKING:
     import pandas as pd
 
-Integers = NDArray[np.int64]
 
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
@@ -81,9 +81,9 @@ class Histogram:
     variable: str
     edges: Array
     values: tuple[Any, ...]
-    tested: NDArray[np.int64]
-    feasible: NDArray[np.int64]
-    pareto: NDArray[np.int64]
+    tested: Integers
+    feasible: Integers
+    pareto: Integers
     outside: tuple[int, int] = (0, 0)
 
 
@@ -123,7 +123,7 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
         present = np.ones(len(table), dtype=bool)
         places, edges, values = _places_of_variable(table, j, bins)
 
-    def count(mask: Mask) -> NDArray[np.int64]:
+    def count(mask: Mask) -> Integers:
         return np.histogram(places[mask & present], edges)[0]
 
     inside = places[feasible & present]
@@ -154,7 +154,7 @@ def _edges_of_dependent(places: Array, feasible: Mask, bins: int) -> Array:
 
 def _places_of_variable(
     table: TestTable, j: int, bins: int
-) -> tuple[NDArray[Any], Array, tuple[Any, ...]]:
+) -> tuple[AnyArray, Array, tuple[Any, ...]]:
     """Return where designs lie on the axis of a variable, edges of bins, and its single values."""
     kind, cells = table.kinds[j], table.X[:, j]
     many_integers = kind is Kind.INTEGER and len({*cells.tolist()}) > 2 * bins
@@ -334,7 +334,7 @@ def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.
     return frame.set_index(["column", "variable"])
 
 
-def _basis(column: NDArray[Any]) -> Array:
+def _basis(column: AnyArray) -> Array:
     """Return ``(n, p)`` orthonormal functions of a variable, each of mean 0."""
     values, ranks = value_ranks(column)
     if len(values) <= _COSINES + 1 or isinstance(values[0], str):

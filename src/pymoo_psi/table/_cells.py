@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
@@ -101,7 +101,7 @@ class Cells:
     columns: dict[str, list[Any]]
     lines: Sequence[int] = ()
     separator: str = ""
-    head: Mapping[str, Any] | None = None
+    head: dict[str, Any] | None = None
     label: str | None = None
     rows: Sequence[int] = ()
 
@@ -162,7 +162,7 @@ def in_a_line(name: str) -> str:
 
 
 def cells_of_rows(
-    rows: RowsByLine, separator: str = "", head: Mapping[str, Any] | None = None
+    rows: RowsByLine, separator: str = "", head: dict[str, Any] | None = None
 ) -> Cells:
     """Return rows as columns under the names in the first row.
 

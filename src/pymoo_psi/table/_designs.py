@@ -10,10 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Received,
     Rows,
@@ -39,7 +39,7 @@ def is_writable(text: str) -> bool:
 
 def design_matrix(
     name: str, value: Any, variables: Sequence[str] | None = None, kinds: Sequence[Kind] = ()
-) -> NDArray[Any]:
+) -> AnyArray:
     """Return designs as a new ``(n, n_var)`` array in one normal form.
 
     Args:
@@ -81,7 +81,7 @@ def design_matrix(
     return result.astype(common_dtype(kinds))
 
 
-def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
+def joined_designs(blocks: Sequence[AnyArray]) -> AnyArray:
     """Return the rows of several design matrices in normal form, their values of the same types."""
     # A matrix without rows may be float64 whatever its variables are, and makes no other objects.
     filled = [block for block in blocks if len(block)] or [blocks[0]]
@@ -91,7 +91,7 @@ def joined_designs(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
     return np.concatenate(filled)
 
 
-def column_kinds(X: NDArray[Any]) -> tuple[Kind, ...]:
+def column_kinds(X: AnyArray) -> tuple[Kind, ...]:
     """Return the kind of each column of ``(n, n_var)`` designs, as their values show.
 
     A column with values of several types is that of a choice.
@@ -107,7 +107,7 @@ def _common_kind(types: set[type]) -> Kind:
     return Kind.CHOICE
 
 
-def real_column(name: str, column: NDArray[Any]) -> Array:
+def real_column(name: str, column: AnyArray) -> Array:
     """Return a ``(n,)`` column as float64; one of a matrix of objects may hold numbers, too.
 
     Raises:
@@ -124,7 +124,7 @@ def real_column(name: str, column: NDArray[Any]) -> Array:
     return column.astype(np.float64)
 
 
-def value_ranks(column: NDArray[Any]) -> tuple[list[Any], Rows]:
+def value_ranks(column: AnyArray) -> tuple[list[Any], Rows]:
     """Return the distinct values of a column in order, and ``(n,)`` the index of each cell's value.
 
     Values of one type stand together.
@@ -145,7 +145,7 @@ def common_dtype(kinds: Sequence[Kind]) -> Any:
     return np.object_
 
 
-def design_keys(X: NDArray[Any]) -> list[tuple[str, ...]]:
+def design_keys(X: AnyArray) -> list[tuple[str, ...]]:
     """Return a key for each row of ``(n, n_var)`` designs; equal designs have equal keys.
 
     The keys are texts, as files and studies keep the options of a choice.
@@ -153,7 +153,7 @@ def design_keys(X: NDArray[Any]) -> list[tuple[str, ...]]:
     return [tuple(map(str, row)) for row in X.tolist()]
 
 
-def first_rows(X: NDArray[Any], F: Array | None = None) -> Rows:
+def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
     """Return ``(n,)`` the first row with the same design, and the same objectives if given."""
     first = np.arange(len(X))
     if X.size == 0:  # without variables nothing is known of designs
@@ -171,7 +171,7 @@ def first_rows(X: NDArray[Any], F: Array | None = None) -> Rows:
     return first
 
 
-def _array(name: str, value: Any, variables: Sequence[str] | None) -> NDArray[Any]:
+def _array(name: str, value: Any, variables: Sequence[str] | None) -> AnyArray:
     """Return rows, mappings or a frame as an array of objects."""
     if hasattr(value, "itertuples"):  # a frame of pandas
         value = value.to_dict("records")
@@ -196,7 +196,7 @@ def _rows_of_mappings(name: str, mappings: list[Any], variables: Sequence[str]) 
     return rows
 
 
-def _normal(name: str, array: NDArray[Any], *, listed: bool) -> NDArray[Any]:
+def _normal(name: str, array: AnyArray, *, listed: bool) -> AnyArray:
     """Return a new array of the values as they are, of float64, int64, bool or objects.
 
     Args:

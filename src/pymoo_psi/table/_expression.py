@@ -15,9 +15,9 @@ from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Received,
     invalid,
@@ -128,7 +128,7 @@ class Expression:
         names = [operand for operand in self.operands if isinstance(operand, str)]
         return [name for name in names if name not in _CONSTANTS]
 
-    def values(self, columns: Mapping[str, NDArray[Any]]) -> Array:
+    def values(self, columns: Mapping[str, AnyArray]) -> Array:
         """Return the ``(n,)`` values; NaN or infinite where there is no finite one.
 
         Args:
@@ -147,7 +147,7 @@ class Expression:
         n = len(next(iter(columns.values()), ()))
         return np.array(np.broadcast_to(result, n), np.float64)
 
-    def _value(self, operand: Any, columns: Mapping[str, NDArray[Any]]) -> Any:
+    def _value(self, operand: Any, columns: Mapping[str, AnyArray]) -> Any:
         if isinstance(operand, float):
             return np.float64(operand)
         if not isinstance(operand, str):

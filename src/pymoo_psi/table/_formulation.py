@@ -16,10 +16,15 @@ from pathlib import Path
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import boolean, instance, invalid, known_name
+from pymoo_psi._validation import (
+    AnyArray,
+    boolean,
+    instance,
+    invalid,
+    known_name,
+)
 from pymoo_psi._validation import mapping as mapping_of
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import real_column
@@ -27,7 +32,7 @@ from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._layout import RESERVED, Layout, column_names, unit_texts
 from pymoo_psi.table._limits import Limits, ends, limits_of, plain_number
 
-Columns: TypeAlias = Mapping[str, NDArray[Any]]
+Columns: TypeAlias = Mapping[str, AnyArray]
 
 
 class FormulationFields(TypedDict, total=False):
@@ -234,7 +239,7 @@ ATTRIBUTES = [attribute.name for attribute in fields(Formulation)]
 
 def formulated(
     formulation: Formulation, layout: Layout, columns: Columns
-) -> tuple[Layout, dict[str, NDArray[Any]]]:
+) -> tuple[Layout, dict[str, AnyArray]]:
     """Return the layout that a formulation gives a table, and its columns.
 
     Args:

@@ -19,14 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import invalid
+from pymoo_psi._validation import (
+    AnyArray,
+    invalid,
+)
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import ORIGIN, Layout
 
 Head: TypeAlias = dict[str, Any]
-Columns: TypeAlias = dict[str, NDArray[Any]]
+Columns: TypeAlias = dict[str, AnyArray]
 Table = TypeVar("Table")
 
 MARK = "pymoo_psi_test_table"  # in the head of a file of tests
@@ -49,8 +52,8 @@ class StoredTests(NamedTuple):
         limits: Under which they are asked, if their ``status`` is that without limits.
     """
 
-    head: Mapping[str, Any]
-    columns: Mapping[str, Any]
+    head: Head
+    columns: Columns
     remarks: tuple[str, ...] = ()
     limits: Mapping[str, Any] = MappingProxyType({})
 
@@ -100,7 +103,7 @@ def formulation_head(formulation: Formulation) -> Head:
     return head
 
 
-def formulation_of_head(head: Mapping[str, Any]) -> Formulation:
+def formulation_of_head(head: Head) -> Formulation:
     """Return the formulation in a head."""
     chosen = None
     reason = ""
@@ -123,7 +126,7 @@ def marked(table: Any) -> Head:
     return {MARK: _FORMAT, "tests": len(table), **head_of(table)}
 
 
-def is_of_tests(head: Mapping[str, Any] | None) -> bool:
+def is_of_tests(head: Head | None) -> bool:
     """Say whether the head of a file is that of a table of tests."""
     return head is not None and MARK in head
 
@@ -193,8 +196,8 @@ def _option(text: str) -> Any:
 
 
 def table_of(
-    head: Mapping[str, Any],
-    columns: Mapping[str, Any],
+    head: Head,
+    columns: Columns,
     where: object,
     make: Callable[..., Table],
     remarks: tuple[str, ...] = (),
@@ -249,7 +252,7 @@ def table_of(
         )
 
 
-def blocks_of(layout: Layout, columns: Mapping[str, Any], n: int) -> dict[str, NDArray[Any]]:
+def blocks_of(layout: Layout, columns: Columns, n: int) -> Columns:
     """Return the arrays F, G, H and outputs of a table of n rows, by its columns."""
     blocks = {}
     for block, names in layout.blocks.items():
@@ -282,7 +285,7 @@ def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kin
     return kinds
 
 
-def _layout_of(head: Mapping[str, Any]) -> Layout:
+def _layout_of(head: Head) -> Layout:
     arguments = {}
     for field in fields(Layout):
         if field.name in head:
@@ -299,7 +302,7 @@ def _kinds(layout: Layout) -> tuple[Kind, ...]:
 
 def tests_of_rows(
     where: object,
-    head: Mapping[str, Any] | None,
+    head: Head | None,
     rows: Iterable[Sequence[Any]],
     text: Callable[[str], str],
 ) -> StoredTests:
@@ -344,7 +347,7 @@ def tests_of_rows(
         return StoredTests(head, columns)
 
 
-def _checked(head: Mapping[str, Any] | None) -> tuple[Head, int, dict[str, Kind]]:
+def _checked(head: Head | None) -> tuple[Head, int, dict[str, Kind]]:
     """Return head, number of tests, and the kinds of the columns."""
     head = dict(head or {})
     try:

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Mask,
     Received,
@@ -78,7 +78,7 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
     )
 
 
-def _stacked_extra(tables: Sequence[TestTable]) -> dict[str, NDArray[Any]]:
+def _stacked_extra(tables: Sequence[TestTable]) -> dict[str, AnyArray]:
     """Return the extra columns of all tables; cells of a table without a column are None."""
     names: dict[str, None] = {}
     for table in tables:
@@ -154,14 +154,14 @@ def _full_name(table: TestTable, row: Any) -> str:
     return f"test point {table.extra['number'][row]} of {table.extra['experiment'][row]}"
 
 
-def blank(column: NDArray[Any]) -> Mask:
+def blank(column: AnyArray) -> Mask:
     """``(n,)`` which cells hold nothing."""
     if column.dtype.kind == "f":
         return np.asarray(np.isnan(column))
     return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
 
 
-def unequal(one: NDArray[Any], two: NDArray[Any], rounding: float = 0.0) -> Mask:
+def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
     """``(n,)`` where cells differ; NaN is equal to NaN, and 1 is not to True."""
     if one.dtype.kind == "f" == two.dtype.kind:
         differing = (one != two) & ~(np.isnan(one) & np.isnan(two))

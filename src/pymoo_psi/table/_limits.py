@@ -15,9 +15,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
     Mask,
     Received,
@@ -257,7 +257,7 @@ def plain_number(value: float) -> float:
     return value
 
 
-def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mask:
+def within(bounds: Bounds, column: Callable[[str], AnyArray], n: int) -> Mask:
     """``(n,)`` which rows keep every limit; what is not finite keeps none.
 
     Args:
@@ -269,7 +269,7 @@ def within(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Mas
     return np.asarray(excess(bounds, column, n) == 0)
 
 
-def excess(bounds: Bounds, column: Callable[[str], NDArray[Any]], n: int) -> Array:
+def excess(bounds: Bounds, column: Callable[[str], AnyArray], n: int) -> Array:
     """``(n,)`` by how much rows exceed limits, summed; infinite where a value is not finite."""
     total = np.zeros(n)
     for name, (low, high) in bounds.items():

@@ -461,7 +461,7 @@ def _counts(values: Array) -> bool:
     return len(values) >= 3 and np.array_equal(values, values[0] + np.arange(len(values)))
 
 
-def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
+def _checked_head(head: Head) -> Head:
     """Return what a source says of its columns."""
     checked: dict[str, Any] = {}
     try:
@@ -478,7 +478,7 @@ def _checked_head(head: Mapping[str, Any]) -> dict[str, Any]:
 
 def _roles(
     designs: _Designs,
-    head: Mapping[str, Any],
+    head: Head,
     formulation: Formulation,
     variables: Sequence[str] | None,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:

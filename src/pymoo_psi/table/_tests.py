@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
+    AnyArray,
     Array,
+    Integers,
     Mask,
     Received,
     Rows,
@@ -89,8 +91,8 @@ class Tests:
     __test__ = False  # not a test class, whatever its name suggests to pytest
 
     layout: Layout
-    numbers: NDArray[np.int64]
-    X: NDArray[Any]
+    numbers: Integers
+    X: AnyArray
     F: Array
     G: Array
     H: Array
@@ -439,7 +441,7 @@ class Tests:
             return ()
         return tuple(dict.fromkeys(self.extra["experiment"].tolist()))
 
-    def column(self, name: str) -> NDArray[Any]:
+    def column(self, name: str) -> AnyArray:
         """``(n,)`` values of a variable, objective, constraint, output or extra column.
 
         Objectives are in the original direction.
@@ -459,12 +461,12 @@ class Tests:
         if name in self.extra:
             return self.extra[name]
         block, names = next(pair for pair in layout.blocks.items() if name in pair[1])
-        values: NDArray[Any] = getattr(self, block)[:, names.index(name)]
+        values: AnyArray = getattr(self, block)[:, names.index(name)]
         if name in layout.objectives and name in layout.maximize:
             return -values
         return values
 
-    def __getitem__(self, name: str) -> NDArray[Any]:
+    def __getitem__(self, name: str) -> AnyArray:
         """Return the ``(n,)`` values of a column: :meth:`column`."""
         return self.column(name)
 
@@ -497,7 +499,7 @@ class Tests:
         require_distinct(numbers)
         return self._cut(rows, numbers)
 
-    def _cut(self, rows: NDArray[Any], numbers: NDArray[np.int64]) -> Self:
+    def _cut(self, rows: AnyArray, numbers: Integers) -> Self:
         arrays: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
         reasons = {}
         if self.reasons:
@@ -557,7 +559,7 @@ def _width(name: str, array: ArrayLike | None) -> int:
     return int(np.atleast_1d(real_array(name, array)).shape[-1])
 
 
-def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
+def _point_numbers(value: ArrayLike) -> Integers:
     """Return numbers of test points as an array of its own: integers from 1, each once."""
     array = real_array("numbers", value)
     # Beyond 2^53 not every integer is a float64.
@@ -568,7 +570,7 @@ def _point_numbers(value: ArrayLike) -> NDArray[np.int64]:
     return numbers
 
 
-def require_distinct(numbers: NDArray[np.int64]) -> None:
+def require_distinct(numbers: Integers) -> None:
     """Refuse numbers of test points of which one occurs twice."""
     # Numbers mostly ascend, and then one comparison does without the sorting of unique.
     if (numbers[1:] > numbers[:-1]).all():

@@ -139,7 +139,7 @@ def written_text(cell: str) -> str:
 # The head
 
 
-def comment(head: Mapping[str, Any]) -> str:
+def comment(head: Head) -> str:
     """Return the comment of JSON that says what the columns are."""
     text = json.dumps(head)  # in ASCII: a unit alone does not make the file need a mark
     # Commas in texts would begin cells for a spreadsheet, which may be formulas.

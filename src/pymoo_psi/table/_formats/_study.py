@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
-from pymoo_psi.table._head import StoredTests, columns_of, head_of
+from pymoo_psi.table._head import Columns, Head, StoredTests, columns_of, head_of
 
 # SQLite is imported where there is a study: most tables come without one.
 
@@ -70,7 +70,7 @@ def tests_of_folder(path: Path) -> StoredTests:
     return tests
 
 
-def _asked_under_limits(head: dict[str, Any], columns: dict[str, Any]) -> StoredTests:
+def _asked_under_limits(head: Head, columns: Columns) -> StoredTests:
     """Return tests of a study, whose limits are not part of their status."""
     head = dict(head)
     limits = head.pop("limits", {})
