@@ -129,7 +129,7 @@ def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result]:
 
 def columns_of_values(problem: Any, rows: Sequence[Values]) -> Values:
     """Return the values of designs, one dictionary each, as :func:`evaluate_designs` does."""
-    out: Values = {}
+    out = {}
     for name, size in _sizes(problem).items():
         failed = np.full(size, _FAILED[name])
         column = [row.get(name, failed) for row in rows]
@@ -200,7 +200,7 @@ class _Model:
         """Evaluate designs by calls for as many as possible; see :func:`evaluate_designs`."""
         try:
             raw = self._raw(X)
-            out: Values = {}
+            out = {}
             for name, size in self.sizes.items():
                 out[name] = _floats(X[0], name, raw.get(name), (len(X), size))
         except KeyboardInterrupt:
@@ -220,7 +220,7 @@ class _Model:
     def _in_parts(self, X: Any) -> Values:
         """Evaluate designs, some of which have raised, in parts or one by one."""
         size = _PART if len(X) > _PART else 1
-        rows: list[Values] = []
+        rows = []
         for start in range(0, len(X), size):
             part = self.together(X[start : start + size])
             for values in zip(*part.values(), strict=True):

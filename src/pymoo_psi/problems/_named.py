@@ -179,7 +179,7 @@ class NamedProblem(ElementwiseProblem):
 
 def _settings(variables: Any) -> dict[str, Setting]:
     """Return the settings of variables, of which some may be given by their bounds alone."""
-    entries: dict[str, Any] = {}
+    entries = {}
     for name, entry in mapping("variables", variables, "names to settings").items():
         entries[name] = {"bounds": entry} if isinstance(entry, (tuple, list)) else entry
     return sections("variables", Setting, entries)

@@ -49,7 +49,7 @@ def require_known_keywords(
     Raises:
         ArgumentTypeError: There is a keyword that is not allowed.
     """
-    known: set[str] = set()
+    known = set()
     # every class on the way to object, as pymoo's constructors pass **kwargs up by name
     for cls in base.__mro__[:-1]:
         for name, parameter in inspect.signature(cls).parameters.items():

@@ -212,7 +212,7 @@ class Required(WrappedProblem):
         Args:
             matrix: ``(n, n_var)`` designs, rows of a test table.
         """
-        columns: dict[str, AnyArray] = {}
+        columns = {}
         for title, column in zip(self._space.titles, matrix.T, strict=True):
             # by a list, as a matrix of several kinds of variables holds objects
             columns[title] = np.array(column.tolist())
@@ -231,7 +231,7 @@ class Required(WrappedProblem):
         amounts = self.amounts(self._space.to_matrix(X))
         met = np.flatnonzero((amounts <= 0).all(axis=1))
         self.n_not_run += n - len(met)
-        out: dict[str, Any] = {  # values of designs that are not evaluated
+        out = {  # values of designs that are not evaluated
             "F": np.full((n, self.n_obj), np.inf),
             "G": np.hstack([np.zeros((n, n_ieq)), amounts]),
             "H": np.zeros((n, self.n_eq_constr)),

@@ -210,7 +210,7 @@ class Restricted(Transformed):
 
 def _parts_by_title(box: Any, titles: Sequence[str]) -> dict[str, Any]:
     """Return the parts of a box by the titles of variables; of two arrays, those without NaN."""
-    parts: dict[str, Any] = {}
+    parts = {}
     if isinstance(box, Mapping):
         for title, part in box.items():
             parts[known_name("a variable of box", title, titles)] = part

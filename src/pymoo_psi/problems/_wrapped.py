@@ -185,5 +185,4 @@ def known_expressions(problem: Any) -> Mapping[str, Any]:
 
     A problem that has some also has a method ``computed`` as that of :class:`ProgramProblem`.
     """
-    expressions: Mapping[str, Any] = getattr(problem, "known_expressions", {})
-    return expressions
+    return getattr(problem, "known_expressions", {})

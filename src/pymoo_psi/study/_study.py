@@ -129,7 +129,7 @@ class Study:
                 read.
             ArgumentTypeError: JSON cannot hold the head.
         """
-        facts: Facts = {"head": json.loads(identity_text(head))}
+        facts = {"head": json.loads(identity_text(head))}
         if share is not None:
             facts["share"] = [*share]
             folder = os.path.dirname(self.path)
@@ -432,7 +432,7 @@ def _proposals(db: sqlite3.Connection, first: int, last: int) -> list[Proposal]:
 def _columns(head: Head) -> dict[str, tuple[str, Kind]]:
     """Return for each name its column, quoted for SQL, and the kind of its cells."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
-    columns: dict[str, tuple[str, Kind]] = {}
+    columns = {}
     taken = {*_FIXED}
     for group in ("variables", "objectives", "inequalities", "equalities", "outputs"):
         for name in head.get(group, ()):
@@ -690,7 +690,7 @@ class Share(NamedTuple):
         # Only the lowest 32 bits of the product count, so that its overflow does no harm.
         shifts = (rounds * _GOLDEN % 2**32) * self.of // 2**32
         places = (self.part - 1 + shifts) % self.of
-        numbers: Integers = rounds * self.of + places + 1
+        numbers = rounds * self.of + places + 1
         return numbers[(first <= numbers) & (numbers <= last)]
 
 

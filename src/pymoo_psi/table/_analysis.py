@@ -111,7 +111,7 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
     bins = integer("bins", bins, minimum=1)
     layout = table.layout
     feasible = table.feasible()
-    values: tuple[Any, ...] = ()
+    values = ()
     if isinstance(variable, str) and variable in layout.columns[len(layout.variables) :]:
         name = variable
         places = table.column(name)
@@ -310,9 +310,9 @@ def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.
     for name in layout.variables:
         if len(set(table.column(name).tolist())) > 1:
             variables.append(name)
-    rows: list[tuple[Any, ...]] = []
+    rows = []
     # The bases are those of all columns that are known of the same tests.
-    bases_by_tests: dict[bytes, list[Array]] = {}
+    bases_by_tests = {}
     for name in dependent if columns is None else columns:
         known_name("a column", name, dependent)
         values = table.column(name)
@@ -343,8 +343,7 @@ def _basis(column: AnyArray) -> Array:
         counts = np.bincount(ranks)
         midpoints = (np.cumsum(counts) - counts / 2) / len(column)
         functions = np.cos(np.pi * np.outer(midpoints[ranks], np.arange(1, _COSINES + 1)))
-    basis: Array = np.linalg.qr(functions - functions.mean(axis=0))[0]
-    return basis
+    return np.linalg.qr(functions - functions.mean(axis=0))[0]
 
 
 def _shares(bases: list[Array], y: Array) -> Array:

@@ -72,12 +72,12 @@ def head_of(table: Any) -> Head:
         ``units``, texts by name, and ``label``; of the formulation, ``limits``, ``ranges``,
         ``normalize`` if it is false and ``chosen``, the name of a design and why; and ``problem``.
     """
-    layout: Layout = table.layout
+    layout = table.layout
     # The kinds of a table without tests are unknown: a later block may be of any kind.
     kinds = layout.kinds
     if len(table):
         kinds = table.kinds
-    values: Head = {field.name: getattr(layout, field.name) for field in fields(layout)}
+    values = {field.name: getattr(layout, field.name) for field in fields(layout)}
     values["lower"] = layout.lower.tolist()
     values["upper"] = layout.upper.tolist()
     values["kinds"] = [kind.value for kind in kinds]
@@ -140,8 +140,8 @@ def columns_of(table: Any) -> Columns:
         there is none). A choice and an extra column are texts, see :func:`choice_texts`; other
         variables have the dtype of their kind.
     """
-    layout: Layout = table.layout
-    columns: Columns = {"test_point": table.numbers}
+    layout = table.layout
+    columns = {"test_point": table.numbers}
     for name, column, kind in zip(layout.variables, table.X.T, table.kinds, strict=True):
         if kind is Kind.CHOICE:
             columns[name] = choice_texts(column.tolist())
@@ -330,7 +330,7 @@ def tests_of_rows(
         # By name, not by place: people rearrange columns and add their own, which are not read.
         cells = [*zip(*tests, strict=True)] or [()] * len(names)
         cells_by_name = dict(zip(map(text, names), cells, strict=True))
-        readers: dict[Kind, Callable[[Any], Any]] = {
+        readers = {
             Kind.INTEGER: _integer,
             Kind.BINARY: _boolean,
             Kind.CHOICE: lambda cell: text(_text(cell)),

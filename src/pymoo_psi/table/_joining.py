@@ -60,7 +60,7 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
     # Designs of a block that declares no kinds take those of the others.
     if any(table.layout.kinds != whole.layout.kinds for table in tables):
         X = design_matrix("X of a block", X, whole.layout.variables, whole.layout.kinds)
-    joined: dict[str, Any] = {}
+    joined = {}
     for name in ("numbers", "F", "G", "H", "status"):
         joined[name] = np.concatenate([getattr(table, name) for table in tables])
     reasons: dict[int, str] = {}
@@ -197,7 +197,7 @@ def difference(a: TestTable, b: TestTable) -> str:
 def _facts(table: TestTable) -> dict[str, str]:
     """Return what is known of a table besides its tests, as texts, in which NaN is equal to NaN."""
     layout = table.layout
-    facts: dict[str, Any] = {}
+    facts = {}
     for group in ("variables", "objectives", "inequalities", "equalities", "eq_tolerance"):
         facts[group] = getattr(layout, group)
     for name in layout.columns:

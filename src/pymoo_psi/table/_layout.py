@@ -302,7 +302,7 @@ def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:
 
 def unit_texts(units: Any) -> dict[str, str]:
     """Return units as texts that every file can hold, without those that are empty."""
-    texts: dict[str, str] = {}
+    texts = {}
     for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
         if not isinstance(name, str) or not isinstance(unit, str):
             raise wrong_type("units", "names to texts", units)

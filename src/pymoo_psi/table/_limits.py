@@ -63,7 +63,7 @@ def entries_of(texts: Sequence[str]) -> list[str]:
         >>> entries_of(['"time, s",mass', "cost"])
         ['time, s', 'mass', 'cost']
     """
-    entries: list[str] = []
+    entries = []
     for text in texts:
         rows = csv.reader([text.replace("\n", " ")], skipinitialspace=True)
         cells = [cell.strip() for cell in next(rows, [])]
@@ -97,7 +97,7 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
     if isinstance(limits, (list, tuple)) and all(isinstance(text, str) for text in limits):
         return _limits_of_texts(limits, argument)
     rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
-    limit_by_column: dict[str | int, Any] = {}
+    limit_by_column = {}
     for column, limit in mapping(argument, limits, rule).items():
         if isinstance(limit, str):
             limit = _ends_of_sides(sides_of_text(f"the limit on {column!r}", limit))
@@ -198,7 +198,7 @@ def _is_end(value: Any) -> bool:
 
 def limits_by_name(limits: Limits | None, objectives: Sequence[str]) -> dict[str, Any]:
     """Return limits in any of their forms by the names of columns; an index is of an objective."""
-    limit_by_name: dict[str, Any] = {}
+    limit_by_name = {}
     for key, limit in limits_of(limits).items():
         name = key
         if not isinstance(key, str):
@@ -217,7 +217,7 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
             NaN, its lower end is above the upper one, or it is unclear which end a number is.
         ArgumentTypeError: The limits have none of the forms that they may have.
     """
-    bounds: Bounds = {}
+    bounds = {}
     free = [name for name in layout.columns if name not in layout.constraints]
     for name, limit in limits_by_name(limits, layout.objectives).items():
         remedy = ""

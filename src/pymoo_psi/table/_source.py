@@ -246,7 +246,7 @@ def _cells_of(source: Any) -> Cells:
     return Cells(columns, head={"objectives": names})
 
 
-def numbers_of_file(path: str | PathLike[str]) -> dict[str, NDArray[np.float64]]:
+def numbers_of_file(path: str | PathLike[str]) -> dict[str, Array]:
     """Return the columns of a file, which must all hold numbers; NaN where a cell is blank.
 
     Raises:

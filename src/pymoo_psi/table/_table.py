@@ -157,7 +157,7 @@ class TestTable(Tests, Shown):
 
     def _failed_in_evaluation(self) -> dict[int, str]:
         """Return the reasons of tests that failed for more than an objective, by number."""
-        reasons: dict[int, str] = {}
+        reasons = {}
         for row in np.flatnonzero(self.status == "failed"):
             number = int(self.numbers[row])
             reason = self.reasons.get(number, "")
@@ -536,7 +536,7 @@ class TestTable(Tests, Shown):
             # NaN, where there is no bound, is passed on.
             bounds["lower"] = np.minimum.reduce([table.layout.lower for table in tested])
             bounds["upper"] = np.maximum.reduce([table.layout.upper for table in tested])
-        blocks: list[TestTable] = []
+        blocks = []
         last = 0
         for name, table in zip(experiments, tested, strict=True):
             origin = {"experiment": [name] * len(table), "number": table.numbers.tolist()}

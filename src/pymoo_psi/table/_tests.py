@@ -256,7 +256,7 @@ class Tests:
                 received = Received(f"shape {values.shape}")
                 raise invalid(f"the output {name!r}", f"of shape {shape}", received)
             further[:, names.index(name)] = values
-        arrays: Any = {"numbers": numbers, "X": X, "F": F, "G": G, "H": H, "outputs": further}
+        arrays = {"numbers": numbers, "X": X, "F": F, "G": G, "H": H, "outputs": further}
         return cls(layout, reasons=reasons or {}, extra=extra or {}, **arrays)
 
     @classmethod
@@ -500,7 +500,7 @@ class Tests:
         return self._cut(rows, numbers)
 
     def _cut(self, rows: AnyArray, numbers: Integers) -> Self:
-        arrays: dict[str, Any] = {name: getattr(self, name)[rows] for name in _ARRAYS}
+        arrays = {name: getattr(self, name)[rows] for name in _ARRAYS}
         reasons = {}
         if self.reasons:
             kept = {*numbers.tolist()}
