@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from pymoo_psi.errors import (
+    PsiError,
     StudyAccessError,
     StudyCorruptError,
     StudyError,
@@ -217,3 +218,100 @@ def test_edits_by_hand_that_cannot_be_read_are_reported(tmp_path, whole, stateme
         with pytest.raises(StudyError, match=r"s.db"):
             call()
     assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("name", ["test_point", "x", "n", "hollow", "metal", "f1", "g1", "status"])
+def test_a_cell_with_another_value_is_reported(tmp_path, whole, name):
+    """Whatever it was that changed the value; and so is any flipped bit of a number."""
+    other = {
+        "test_point": "1000 + test_point",
+        "x": "x + 1e-15",
+        "hollow": "1 - hollow",
+        "metal": "'brass'",
+        "status": "'infeasible'",
+    }
+    path = tmp_path / "s.db"
+    path.write_bytes(whole[0])
+    edit(path, f"UPDATE tests SET {name} = {other.get(name, f'{name} + 1')} WHERE test_point = 8")
+    before = path.read_bytes()
+    with pytest.raises(StudyCorruptError, match="1 test changed, the first (1008|8);"):
+        read(path)
+    if name != "test_point":
+        with pytest.raises(StudyCorruptError, match="1 test changed, the first 8;"):
+            Study(path).append(block(1, 200))
+    assert path.read_bytes() == before
+
+
+def test_every_flipped_bit_of_a_number_is_reported(tmp_path):
+    """Of each real number, at its place in the file."""
+    study = begun(tmp_path / "s.db")
+    study.append(block(1, 3))
+    data = Path(study.path).read_bytes()
+    for name in ("x", "f1", "h1"):
+        start = data.index(np.array(block(1, 3)[name][1], dtype=">f8").tobytes())
+        for bit in range(64):
+            flipped = bytearray(data)
+            flipped[start + bit // 8] ^= 1 << bit % 8
+            assert is_reported(tmp_path / "s.db", bytes(flipped)), (name, bit)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "UPDATE study SET value = replace(value, '-5.0', '-4.0') WHERE name = 'head'",
+        "UPDATE study SET value = 'x' WHERE name = 'id'",
+        "UPDATE proposals SET content = replace(content, '0.5', '0.6')",
+    ],
+)
+def test_facts_and_proposals_with_another_value_are_reported(study, statement):
+    study.propose([(9, 1, "surrogate", {"x": 0.5})])
+    edit(study.path, statement)
+    with pytest.raises(StudyCorruptError, match="changed"):
+        study.proposals(9, 1)
+
+
+def as_version_0_3(path):
+    """Take from a study what its format has and that of version 0.3 had not."""
+    edit(
+        path,
+        "ALTER TABLE tests DROP COLUMN row_checksum",
+        "ALTER TABLE proposals DROP COLUMN checksum",
+        "DELETE FROM study WHERE name = 'checksum'",
+        "PRAGMA user_version = 4",
+    )
+
+
+def test_a_study_of_version_0_3_is_read_and_continued(study, tmp_path):
+    study.propose([(9, 1, "surrogate", {"x": 0.5})])
+    as_version_0_3(study.path)
+    before = contents(tmp_path)
+    assert bits(read(study.path)[1]) == bits(block(1, 8))
+    assert study.proposals(9, 1) == [(9, 1, "surrogate", {"x": 0.5})]
+    study.begin(HEAD)
+    assert contents(tmp_path) == before  # to read it changes nothing
+    study.append(block(9, 4))
+    assert bits(read(study.path)[1]) == bits(block(1, 12))
+    assert study.proposals(9, 1) == [(9, 1, "surrogate", {"x": 0.5})]
+    edit(study.path, "UPDATE tests SET f1 = 0.5 WHERE test_point = 3")
+    with pytest.raises(StudyCorruptError, match="1 test changed, the first 3"):
+        read(study.path)
+
+
+# Files beside a study
+
+
+@pytest.mark.parametrize("suffix", ["-journal", "-wal", ".pymoo-psi-lock"])
+def test_foreign_files_beside_a_study_are_named_and_left_alone(study, suffix):
+    foreign = Path(study.path + suffix)
+    foreign.write_text("my notes")
+    with pytest.raises(StudyAccessError, match=f"{foreign.name} has the name of "):
+        study.append(block(9, 1))
+    assert foreign.read_text() == "my notes"
+    foreign.unlink()
+    assert bits(read(study.path)[1]) == bits(block(1, 8))
+
+
+@pytest.mark.parametrize("suffix", ["-journal", "-wal", "-shm", ".pymoo-psi-lock"])
+def test_names_of_journals_and_locks_are_no_names_of_studies(tmp_path, suffix):
+    with pytest.raises(PsiError, match="study path must be another name than"):
+        Study(tmp_path / f"n.db{suffix}")

@@ -4,9 +4,10 @@
   failed; ``origin``, where its design comes from; ``seconds``, the time of its evaluation (the mean
   of designs that were evaluated together); then variables, objectives, constraints and outputs
   under their names. A name that is taken gets ``_`` appended. NaN is NULL, binary variables are 0
-  and 1, choices are texts.
-- ``proposals`` has designs that an algorithm is going to test.
-- ``study`` has the facts about the whole file: names, and values as JSON.
+  and 1, choices are texts. ``row_checksum`` is that of what a row holds but origin and seconds, see
+  ``_checksum``: a cell that was changed, by whatever, is noticed when it is read.
+- ``proposals`` has designs that an algorithm is going to test, with a checksum, too.
+- ``study`` has the facts about the whole file: names, and values as JSON; and their checksum.
 
 Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
 turn -0.0 into 0.0.
@@ -43,6 +44,7 @@ from pymoo_psi._validation import (
     Mask,
     Received,
     Rows,
+    counted,
     flat,
     identity_text,
     integer,
@@ -57,6 +59,7 @@ from pymoo_psi.errors import (
     StudyMismatchError,
     StudyVersionError,
 )
+from pymoo_psi.study._checksum import checksums, text_checksum
 
 if sys.platform == "win32":
     import msvcrt
@@ -74,16 +77,21 @@ LAST = 2**63 - 1  # the largest number of a test point
 
 _SUFFIX = ".db"  # of the studies in a folder
 _APPLICATION = 0x50534931
-_VERSION = 4  # 1 to 3 are those of pymoo-psi 0.1 and 0.2
+_VERSION = 5  # 4 is that of pymoo-psi 0.3, 1 to 3 are those of 0.1 and 0.2
+_UNCHECKED = 4  # without checksums; the next commit adds them
 _SCHEMA = f"""
 PRAGMA application_id = {_APPLICATION};
 PRAGMA user_version = {_VERSION};
 CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT);
-CREATE TABLE proposals (test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT);
+CREATE TABLE proposals
+    (test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT, checksum INTEGER);
 CREATE TABLE tests
-    (test_point INTEGER PRIMARY KEY, status TEXT, reason TEXT, origin TEXT, seconds REAL);
+    (test_point INTEGER PRIMARY KEY, status TEXT, reason TEXT, origin TEXT, seconds REAL,
+    row_checksum INTEGER);
 """
-_FIXED = ("test_point", "status", "reason", "origin", "seconds")
+_FIXED = ("test_point", "status", "reason", "origin", "seconds", "row_checksum")
+_CHECKSUM = "checksum"  # of all other facts
+_UNNAMED = ""  # the name of the checksums among columns, which no column has
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
@@ -109,6 +117,10 @@ class Study:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
             raise wrong_type("study path", "the name of a file", path)
         self.path: str = os.path.realpath(path)
+        for suffix in (*_JOURNALS, "-shm", _LOCK):
+            if self.path.endswith(suffix):
+                rule = "another name than those of journals and locks of studies"
+                raise invalid("study path", rule, self.path)
         self.wait = wait
         self._id: str | None = None  # of the study that was used; another file may take its place
 
@@ -201,7 +213,7 @@ class Study:
         """
         with self.writing(), self._transaction(_WRITE) as (db, facts):
             head = facts["head"]
-            new = _new_tests(db, self.path, head, columns)
+            new = _new_tests(db, self.path, facts, columns)
             if new.any():
                 wider_head = _with_outputs(head, columns)
                 _add_columns(db, wider_head, present=_columns(head))
@@ -238,7 +250,7 @@ class Study:
             StudyError: As :meth:`facts`.
         """
         with self._transaction(_READ) as (db, facts):
-            return facts, _selected(db, facts["head"], first, first + count - 1)
+            return facts, _selected(db, facts, first, first + count - 1)
 
     def numbers(self, first: int = 1, *, failed: bool = True) -> Integers:
         """Return the numbers of the stored tests, increasing.
@@ -273,15 +285,14 @@ class Study:
         Raises:
             StudyError: As :meth:`append`.
         """
-        with self.writing(), self._transaction(_WRITE) as (db, _):
-            stored = _proposals(db, proposals[0][0], proposals[-1][0])
+        with self.writing(), self._transaction(_WRITE) as (db, facts):
+            stored = _proposals(db, facts, proposals[0][0], proposals[-1][0])
             if stored:
                 return stored
-            rows = []
             for number, proposed_in, origin, content in proposals:
-                text = json.dumps(content, ensure_ascii=False)
-                rows.append((number, proposed_in, origin, text))
-            db.executemany("INSERT INTO proposals VALUES (?, ?, ?, ?)", rows)
+                row = (number, proposed_in, origin, json.dumps(content, ensure_ascii=False))
+                insert = "INSERT INTO proposals VALUES (?, ?, ?, ?, ?)"
+                db.execute(insert, (*row, text_checksum(row)))
         return list(proposals)
 
     def proposals(self, first: int, count: int) -> list[Proposal]:
@@ -290,8 +301,8 @@ class Study:
         Raises:
             StudyError: As :meth:`facts`.
         """
-        with self._transaction(_READ) as (db, _):
-            return _proposals(db, first, first + count - 1)
+        with self._transaction(_READ) as (db, facts):
+            return _proposals(db, facts, first, first + count - 1)
 
     @contextmanager
     def _transaction(self, begin: str) -> Iterator[tuple[sqlite3.Connection, Facts]]:
@@ -302,6 +313,7 @@ class Study:
         with _reported(self.path):
             if not os.path.isfile(self.path):
                 raise StudyAccessError(f"study {self.path} does not exist; check the name")
+            _require_own_files(self.path)
             # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
             # that must not be written as read-only. isolation_level=None: Python's module would
             # begin transactions by itself.
@@ -318,6 +330,8 @@ class Study:
                         "another has taken its place, and was left as it is; put the right file "
                         "back, or run again to continue this one"
                     )
+                if begin == _WRITE and facts["format"] == _UNCHECKED:
+                    _add_checksums(db, facts)
                 yield db, facts
                 db.execute("COMMIT")
         self._id = facts["id"]
@@ -364,6 +378,25 @@ def _reported(path: str) -> Iterator[None]:
         raise _unreadable(path, str(error)) from error
 
 
+# Names beside a study: SQLite's journals, and what they begin with; see its file format.
+_JOURNALS = {"-journal": b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", "-wal": b"\x37\x7f\x06"}
+
+
+def _require_own_files(path: str) -> None:
+    """Refuse foreign files with the names of journals of a study, which SQLite would remove."""
+    for suffix, beginning in _JOURNALS.items():
+        with suppress(FileNotFoundError), open(path + suffix, "rb") as file:
+            start = file.read(len(beginning))
+            # Zeros stand in a journal until all of it is on the disk.
+            if start.strip(b"\0") and start != beginning:
+                raise _foreign(path + suffix, f"a journal of the study {path}")
+
+
+def _foreign(path: str, kind: str) -> StudyAccessError:
+    problem = f"{path} has the name of {kind}, and is something else"
+    return StudyAccessError(f"{problem}; it was left as it is: move it away")
+
+
 def _unreadable(path: str, problem: str) -> StudyCorruptError:
     return StudyCorruptError(
         f"{path} is no study of pymoo-psi, or damaged: {problem:.80}; it was left as it is: "
@@ -392,13 +425,13 @@ def _facts(db: sqlite3.Connection, path: str) -> Facts:
     """Return the facts of a study after making sure that the file is one, and nothing else."""
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
-    if application == _APPLICATION and version != _VERSION:
+    if application == _APPLICATION and version not in (_UNCHECKED, _VERSION):
         remedy = "install a later one"
         if version < _VERSION:
             remedy = "continue it with pymoo-psi 0.2.0, or export it as CSV with that version"
         raise StudyVersionError(
-            f"study {path} has format {version}, but this version of pymoo-psi reads format "
-            f"{_VERSION}; {remedy}"
+            f"study {path} has format {version}, but this version of pymoo-psi reads formats "
+            f"{_UNCHECKED} and {_VERSION}; {remedy}"
         )
     # Other items, such as triggers, are refused: SQLite would run them by itself.
     query = "SELECT name, type FROM sqlite_master WHERE name NOT LIKE 'sqlite!_%' ESCAPE '!'"
@@ -407,21 +440,51 @@ def _facts(db: sqlite3.Connection, path: str) -> Facts:
     if application != _APPLICATION or items != tables:
         others = [f"the {kind} {name}" for name, kind in items.items() - tables.items()]
         raise _unreadable(path, f"it holds {', '.join(others) or 'no tests'}")
-    facts = {name: json.loads(value) for name, value in db.execute("SELECT * FROM study")}
+    texts = _texts(db)
+    if version == _VERSION and texts.pop(_CHECKSUM, "") != str(text_checksum(texts)):
+        raise _unreadable(path, "what it says of its columns was changed")
+    facts = {name: json.loads(value) for name, value in texts.items()}
     _columns(facts["head"])  # a damaged head raises here
+    facts["format"] = version
     return facts
 
 
+def _texts(db: sqlite3.Connection) -> dict[str, str]:
+    """Return the facts as they are stored, in the order of their names."""
+    return dict(db.execute("SELECT name, value FROM study ORDER BY name"))
+
+
 def _put(db: sqlite3.Connection, **facts: Any) -> None:
+    insert = "INSERT OR REPLACE INTO study VALUES (?, ?)"
     for name, value in facts.items():
-        row = (name, json.dumps(value, ensure_ascii=False))
-        db.execute("INSERT OR REPLACE INTO study VALUES (?, ?)", row)
+        db.execute(insert, (name, json.dumps(value, ensure_ascii=False)))
+    texts = _texts(db)
+    texts.pop(_CHECKSUM, None)
+    db.execute(insert, (_CHECKSUM, str(text_checksum(texts))))
 
 
-def _proposals(db: sqlite3.Connection, first: int, last: int) -> list[Proposal]:
+def _add_checksums(db: sqlite3.Connection, facts: Facts) -> None:
+    """Make the format of version 0.3 the present one."""
+    db.execute("ALTER TABLE tests ADD COLUMN row_checksum INTEGER")
+    db.execute("ALTER TABLE proposals ADD COLUMN checksum INTEGER")
+    columns = _selected(db, facts, 1, LAST)
+    rows = zip(checksums(columns).tolist(), columns["test_point"].tolist(), strict=True)
+    db.executemany("UPDATE tests SET row_checksum = ? WHERE test_point = ?", rows)
+    for row in db.execute("SELECT test_point, round, origin, content FROM proposals").fetchall():
+        update = "UPDATE proposals SET checksum = ? WHERE test_point = ?"
+        db.execute(update, (text_checksum(row), row[0]))
+    _put(db)
+    db.execute(f"PRAGMA user_version = {_VERSION}")
+    facts["format"] = _VERSION
+
+
+def _proposals(db: sqlite3.Connection, facts: Facts, first: int, last: int) -> list[Proposal]:
     query = "SELECT * FROM proposals WHERE test_point BETWEEN ? AND ? ORDER BY test_point"
     proposals = []
-    for number, proposed_in, origin, content in db.execute(query, (first, last)):
+    for row in db.execute(query, (first, last)):
+        number, proposed_in, origin, content = row[:4]
+        if facts["format"] == _VERSION and text_checksum(row[:4]) != row[4]:
+            raise ValueError(f"the proposal of test point {number} was changed")
         proposals.append((number, proposed_in, origin, json.loads(content)))
     return proposals
 
@@ -463,14 +526,14 @@ def _with_outputs(head: Head, columns: Columns) -> dict[str, Any]:
     return {**head, "outputs": outputs}
 
 
-def _new_tests(db: sqlite3.Connection, path: str, head: Head, columns: Columns) -> Mask:
+def _new_tests(db: sqlite3.Connection, path: str, facts: Facts, columns: Columns) -> Mask:
     """``(n,)`` which tests are new or repeat failed ones.
 
     Raises:
         ArgumentValueError: A test that did not fail would change.
     """
     numbers = columns["test_point"]
-    stored = _selected(db, head, int(numbers.min(initial=LAST)), int(numbers.max(initial=0)))
+    stored = _selected(db, facts, int(numbers.min(initial=LAST)), int(numbers.max(initial=0)))
     _, rows, stored_rows = np.intersect1d(numbers, stored["test_point"], return_indices=True)
     differ = differing(stored, stored_rows, columns, rows)
     changed = numbers[rows][differ & (stored["status"][stored_rows] != "failed")]
@@ -501,14 +564,24 @@ def _insert(
     n = len(columns["test_point"])
     names = [*_FIXED]
     reasons = np.where(columns["reason"] == "", np.array(None), columns["reason"])
-    cells = [columns["test_point"], columns["status"], reasons]
-    cells.append(np.full(n, origin, dtype=object))
-    cells.append(np.full(n, seconds, dtype=np.float64))
+    values_by_name = {}
     for name, (column, kind) in _columns(head).items():
         # NaN where these tests lack an output.
         values = columns.get(name, np.full(n, np.nan))
         names.append(column)
-        cells.append(values.astype(DTYPES[kind]))
+        values_by_name[name] = values.astype(DTYPES[kind])
+    stored = {**values_by_name}
+    for name in ("test_point", "status", "reason"):
+        stored[name] = columns[name]
+    cells = [
+        columns["test_point"],
+        columns["status"],
+        reasons,
+        np.full(n, origin, dtype=object),
+        np.full(n, seconds, dtype=np.float64),
+        checksums(stored),
+        *values_by_name.values(),
+    ]
     marks = ", ".join("?" * len(cells))
     insert = f"INSERT OR REPLACE INTO tests ({', '.join(names)}) VALUES ({marks})"
     for start in range(0, n, _AT_A_TIME):
@@ -516,16 +589,23 @@ def _insert(
         db.executemany(insert, zip(*block, strict=True))
 
 
-def _selected(db: sqlite3.Connection, head: Head, first: int, last: int) -> Columns:
-    """Return the tests with numbers from ``first`` to ``last``, in the order of their numbers."""
+def _selected(db: sqlite3.Connection, facts: Facts, first: int, last: int) -> Columns:
+    """Return the tests with numbers from ``first`` to ``last``, in the order of their numbers.
+
+    Raises:
+        ValueError: A row has another checksum.
+    """
     dtypes: dict[str, Any] = {"test_point": np.int64}
     selected = ["test_point"]
-    for name, (column, kind) in _columns(head).items():
+    for name, (column, kind) in _columns(facts["head"]).items():
         dtypes[name] = DTYPES[kind]
         # With the table: SQLite takes a quoted name that is no column for a text.
         selected.append(f"tests.{column}")
     dtypes |= {"status": np.object_, "reason": np.object_}
     selected += ["status", "coalesce(reason, '')"]
+    if facts["format"] == _VERSION:
+        dtypes[_UNNAMED] = np.int64
+        selected.append("row_checksum")
     cursor = db.execute(
         f"SELECT {', '.join(selected)} "
         "FROM tests WHERE test_point BETWEEN ? AND ? ORDER BY test_point",
@@ -535,7 +615,13 @@ def _selected(db: sqlite3.Connection, head: Head, first: int, last: int) -> Colu
     for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
         for name, cells in zip(dtypes, zip(*rows, strict=True), strict=True):
             parts[name].append(np.array(cells, dtypes[name]))
-    return {name: np.concatenate(part) for name, part in parts.items()}
+    columns = {name: np.concatenate(part) for name, part in parts.items()}
+    stored = columns.pop(_UNNAMED, None)
+    if stored is not None:
+        changed = columns["test_point"][stored != checksums(columns)]
+        if len(changed):
+            raise ValueError(f"{counted(len(changed), 'test')} changed, the first {changed[0]}")
+    return columns
 
 
 # One writer at a time: a locked file beside the study. The operating system releases the lock when
@@ -554,6 +640,9 @@ def _locked(path: str, wait: float) -> IO[str]:
     while True:
         with _reported(path):
             file = open(lock, "a")  # noqa: SIM115
+        if file.tell() > 0:
+            file.close()
+            raise _foreign(lock, f"the lock of the study {path}")
         with suppress(BlockingIOError, PermissionError, FileNotFoundError):
             _lock(file.fileno())
             # The name may have passed to another file since this one was opened.
