@@ -19,7 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 
 Array = NDArray[np.float64]
+Designs = NDArray[Any]  # whose type depends on the variables
 Mask = NDArray[np.bool_]
+Numbers = NDArray[np.int64]  # of tests
 Rows = NDArray[np.intp]
 Integers = NDArray[np.int64]
 AnyArray = NDArray[Any]

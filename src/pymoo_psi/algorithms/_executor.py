@@ -16,14 +16,13 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import mapping
+from pymoo_psi._validation import Array, Designs, Mask, Numbers, mapping
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.parallel import (
     JoblibRunner,
-    Result,
     Values,
     Waiting,
     active_workers,
@@ -43,7 +42,6 @@ from pymoo_psi.problems import (
 from pymoo_psi.study import LAST
 from pymoo_psi.table import PROPOSAL_ROUND, RESERVED, Layout, TestTable
 
-Array = NDArray[np.float64]
 Filter = Callable[[TestTable], TestTable]
 
 # Points that may wait for workers: as many as can be held easily.
@@ -75,12 +73,12 @@ class Block(NamedTuple):
         seconds: ``(n,)`` what the evaluation of each took; 0 if the model was not called.
     """
 
-    numbers: NDArray[np.int64]
+    numbers: Numbers
     tests: TestTable
     n_called: int = 0
     seconds: ArrayLike = 0.0
 
-    def rows(self, rows: NDArray[np.bool_]) -> Block:
+    def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
         n_called = 0
         if self.n_called:  # for all of them
@@ -177,7 +175,7 @@ class Model:
         """Whether designs must meet requirements before the problem is evaluated."""
         return self.problem is not self.inner
 
-    def violations(self, X: NDArray[Any]) -> Array:
+    def violations(self, X: Designs) -> Array:
         """``(n, k)`` by how much n designs violate the k requirements; <= 0 where they are met."""
         if not self.has_requirements:
             return np.zeros((len(X), 0))
@@ -255,7 +253,7 @@ class OneByOne(_Executor):
         """Wait for the values of another design."""
         if self._results is None:
             self._results = stream_designs(self._model.inner, self._waiting)
-        result: Result = next(self._results)
+        result = next(self._results)
         self._evaluated.append(result)
         number, _, seconds = result
         del self._pending[number]
@@ -384,7 +382,7 @@ def executor_of(
     largest = options.block_size or largest
     least = min(least, largest)
     size = largest
-    timed: int | None = None
+    timed = None
     if options.study is not None:
         size = least
         timed = least
@@ -445,7 +443,7 @@ def _warn_of(name: object, why: str) -> None:
     warnings.warn(f"out[{name!r}] is not kept in the table {why}", stacklevel=3)
 
 
-def _numbers(values: Any, n: int) -> tuple[NDArray[Any], list[Any]]:
+def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:
     """Return a number for each of n designs, NaN where there is none, and what is no number."""
     column = np.asarray(values)
     if column.dtype.kind in "fiub" and column.size == n:

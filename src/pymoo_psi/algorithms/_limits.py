@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pymoo_psi._validation import Array
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.table import Limits, TestTable, excess, limits_of
 
@@ -43,7 +43,7 @@ def kept_tests(keep: str, limits: Limits | None, tests: TestTable) -> TestTable:
     return tests.rows(table.feasible())
 
 
-def total_violation(tests: TestTable, limits: Limits | None) -> NDArray[np.float64]:
+def total_violation(tests: TestTable, limits: Limits | None) -> Array:
     """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
 
     It is infinite where a design failed, or a value that has a limit is none or not finite.

@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.algorithms.moo.nsga3 import NSGA3, comp_by_cv_then_random
 from pymoo.core.mixed import (
     MixedVariableDuplicateElimination,
@@ -25,7 +24,7 @@ from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSamp
 from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import integer, invalid
+from pymoo_psi._validation import Array, integer, invalid
 from pymoo_psi.problems import (
     LogScaled,
     design_space,
@@ -157,7 +156,7 @@ def population_size(n_obj: int, n_evaluations: int) -> int:
     return max(n_obj, math.ceil(1.5 * math.sqrt(n_evaluations)))
 
 
-def reference_directions(n_obj: int, n_points: int) -> NDArray[np.float64]:
+def reference_directions(n_obj: int, n_points: int) -> Array:
     """Return at most ``n_points``, but at least ``n_obj``, directions of Das and Dennis.
 
     There are as many partitions as fit. If these are fewer than the objectives, so that no

@@ -24,15 +24,12 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
 from pymoo_psi.algorithms._surrogate_models import Fit, GaussianProcess, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 from pymoo_psi.problems import DesignSpace
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Rows = NDArray[np.intp]
 Random = np.random.Generator
 ArrayFunction = Callable[[Array], Array]  # from n rows to n rows
 
@@ -549,7 +546,7 @@ def _choice(
         gap = np.full(len(F), np.inf)
     distance = cdist(candidates.Z, seen).min(axis=1)
     units = _directions(F.shape[1], contraction).max(axis=1)  # of the values in each direction
-    chosen: list[int] = []
+    chosen = []
     for place in range(batch):
         new = np.flatnonzero(distance > _SAME)
         if len(new) == 0:

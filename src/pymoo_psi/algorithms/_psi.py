@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.evaluator import Evaluator
 from pymoo.core.population import Population
@@ -20,7 +19,7 @@ from pymoo.core.termination import TerminateIfAny, Termination
 from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
-from pymoo_psi._validation import Received, integer, invalid, job_count, known_name
+from pymoo_psi._validation import Received, Rows, integer, invalid, job_count, known_name
 from pymoo_psi.algorithms._executor import NO_OUTPUTS
 from pymoo_psi.algorithms._limits import kept_tests, total_violation, under_limits
 from pymoo_psi.algorithms._options import (
@@ -303,7 +302,7 @@ class PointAlgorithm(Algorithm):
             rows = rows[:1]
         return self._all()[rows]
 
-    def _optimal_rows(self) -> NDArray[np.intp]:
+    def _optimal_rows(self) -> Rows:
         """Return the rows of the table that no feasible one dominates."""
         if self._n_filtered < self.n_tested:
             # What the last front dominates stays dominated.

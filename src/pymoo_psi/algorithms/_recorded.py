@@ -8,11 +8,10 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Designs, Mask, Received, invalid
 from pymoo_psi.algorithms._executor import Model, executor_of, values_of_table
 from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
 from pymoo_psi.algorithms._run import Run, table_of_run
@@ -198,7 +197,7 @@ class Recorded(WrappedProblem):
         stored = self._store.stored(next(self._answers.free()))
         self._answers.add(stored, self._store.to_retry(stored))
 
-    def _evaluate(self, designs: NDArray[Any], keys: list[_Key]) -> None:
+    def _evaluate(self, designs: Designs, keys: list[_Key]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.
 
         A batch that was interrupted may have been stored in part. The missing designs then get the
@@ -235,7 +234,7 @@ class _Answers:
         self.retried: dict[_Key, int] = {}
         self.numbers: set[int] = set()
 
-    def add(self, tests: TestTable, retried: NDArray[np.bool_]) -> None:
+    def add(self, tests: TestTable, retried: Mask) -> None:
         """Add tests, some of which are to be evaluated again; values that are known stay."""
         numbers = tests.numbers.tolist()
         self.numbers.update(numbers)

@@ -18,14 +18,13 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import identity_text, integer
+from pymoo_psi._validation import Designs, Numbers, identity_text, integer
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of, values_of_table
 from pymoo_psi.algorithms._limits import kept_tests, under_limits
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import PlannedPoints, Points, Source, points_of_sequence
-from pymoo_psi.algorithms._store import Numbers, Recall, Store, store_of, stored_at_termination
+from pymoo_psi.algorithms._store import Recall, Store, store_of, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import Values
 from pymoo_psi.problems import problem_identity
@@ -295,8 +294,8 @@ class Repeats:
 
     def learn(self, tests: TestTable) -> tuple[list[int], list[Values]]:
         """Learn the results of tests; return the points that waited for them, and their values."""
-        numbers: list[int] = []
-        answers: list[Values] = []
+        numbers = []
+        answers = []
         for key, values in zip(design_keys(tests.X), values_of_table(tests), strict=True):
             self.known.setdefault(key, values)
             for number in self.waiting.pop(key, ()):
@@ -304,11 +303,11 @@ class Repeats:
                 answers.append(values)
         return numbers, answers
 
-    def split(self, numbers: Numbers, X: NDArray[Any]) -> tuple[list[int], list[int], list[Values]]:
+    def split(self, numbers: Numbers, X: Designs) -> tuple[list[int], list[int], list[Values]]:
         """Return which points, with designs X, to evaluate; which are known; and their values."""
-        new: list[int] = []
-        known: list[int] = []
-        answers: list[Values] = []
+        new = []
+        known = []
+        answers = []
         for row, key in enumerate(design_keys(X)):
             if key in self.known:
                 known.append(row)

@@ -7,14 +7,11 @@ from collections.abc import Collection
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pymoo.core.sampling import Sampling
 
-from pymoo_psi._validation import boolean, integer, invalid, known_name, wrong_type
+from pymoo_psi._validation import Array, boolean, integer, invalid, known_name, wrong_type
 from pymoo_psi.problems import design_space
 from pymoo_psi.sequences import lp_tau
-
-Array = NDArray[np.float64]
 
 # The engines of scipy.stats.qmc that fill the unit cube without further arguments.
 _ENGINES = {

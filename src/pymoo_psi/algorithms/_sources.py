@@ -10,16 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import Received, finite_array, invalid
+from pymoo_psi._validation import Array, Designs, Numbers, Received, finite_array, invalid
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sampling import LPTauSampling
 from pymoo_psi.problems import DesignSpace, without_requirements
 from pymoo_psi.sequences import lp_tau, lp_tau_at
 from pymoo_psi.table import TestTable
-
-Array = NDArray[np.float64]
 
 _DOUBLINGS = 10  # of the points, to find as many that meet the requirements: 1 in 1000 does
 
@@ -38,11 +35,11 @@ class Points:
         designs: ``(n, n_var)`` their designs, where these are known.
     """
 
-    numbers: NDArray[np.int64]
+    numbers: Numbers
     n_dim: int
     given: Array | None = None
     rounds: Array | None = None
-    designs: NDArray[Any] | None = None
+    designs: Designs | None = None
 
     def __post_init__(self) -> None:
         """Write a range of numbers out."""
@@ -77,7 +74,7 @@ class Points:
             return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
 
-    def matrix(self, space: DesignSpace) -> NDArray[Any]:
+    def matrix(self, space: DesignSpace) -> Designs:
         """Return their ``(n, n_var)`` designs."""
         if self.designs is not None:
             return self.designs
@@ -85,7 +82,7 @@ class Points:
 
     def at(self, rows: Any) -> Points:
         """Return the points in some rows, given by indices, a mask or a slice."""
-        parts: list[Any] = []
+        parts = []
         for array in (self.given, self.rounds, self.designs):
             parts.append(None if array is None else array[rows])
         return Points(self.numbers[rows], self.n_dim, *parts)
@@ -100,7 +97,7 @@ class Points:
         if self.given is not None or others.given is not None:
             given = np.concatenate([self.units, others.units])
         numbers = np.concatenate([self.numbers, others.numbers])
-        parts: list[Any] = []
+        parts = []
         for first, second in ((self.rounds, others.rounds), (self.designs, others.designs)):
             parts.append(None if first is None else np.concatenate([first, second]))
         return Points(numbers, self.n_dim, given, *parts)

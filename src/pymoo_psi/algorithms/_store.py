@@ -11,14 +11,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import invalid
+from pymoo_psi._validation import Mask, Numbers, invalid
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.study import LAST, Proposal, Study
 from pymoo_psi.table import TestTable, columns_of, head_of, kinds_of_columns, table_of
 
-Numbers = NDArray[np.int64]
 Recall = Callable[[Numbers], TestTable]
 
 
@@ -152,7 +151,7 @@ class StudyStore(Store):
         layout = replace(layout, outputs=layout.outputs + outputs)
         return table_of(head_of(TestTable.empty(layout)), columns, self.study.path, TestTable)
 
-    def to_retry(self, tests: TestTable) -> NDArray[np.bool_]:
+    def to_retry(self, tests: TestTable) -> Mask:
         """``(n,)`` which of stored tests have failed and are to be evaluated once more."""
         return np.asarray((tests.status == "failed") & self._retry)
 

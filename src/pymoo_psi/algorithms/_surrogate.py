@@ -13,10 +13,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import boolean, integer
+from pymoo_psi._validation import Array, boolean, integer
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
@@ -30,7 +29,6 @@ from pymoo_psi.table import Limits, TestTable
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-Array = NDArray[np.float64]
 
 # Lengths are fitted again when there are so many times as many tests; a fit takes as long as all
 # else for some rounds. Each fit is a function of the first tests alone, so that a continued run
@@ -243,7 +241,7 @@ class SurrogateSource(Source):
             # other work is going on, and their sums differ in the last digits from those of one.
             with threadpool_limits(limits=1, user_api="blas"):
                 units = self._proposed(size, pending)
-            content: dict[str, Any] = {}
+            content = {}
             if len(pending):  # all tests before them were known but these
                 content["pending"] = pending.numbers.tolist()
             proposals = []

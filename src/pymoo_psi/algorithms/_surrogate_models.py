@@ -10,11 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, lapack
 from scipy.optimize import minimize
 
-Array = NDArray[np.float64]
+from pymoo_psi._validation import Array
 
 _ROOT5 = np.sqrt(5.0)
 # Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
+    Array,
     Received,
     counted,
     instance,
@@ -35,7 +36,6 @@ from pymoo_psi.problems import design_space, problem_layout, problem_name, requi
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 
 # Powers of 2: so many LPτ points form complete nets.
 DEFAULT_EVALUATIONS = (256, 1024, 4096)
@@ -266,7 +266,7 @@ def compare(
     n_jobs = job_count("n_jobs", n_jobs)
     by_name = searches(algorithms)
     tasks = _tasks(by_name, n_evaluations, seeds)
-    runs: dict[Task, Run] = {}
+    runs = {}
     path = None
     if folder is not None:
         path = Path(folder)

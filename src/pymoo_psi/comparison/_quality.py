@@ -15,11 +15,11 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pymoo_psi._validation import Array
 from pymoo_psi.pareto import (
     UtopianFrame,
     epsilon_additive,
@@ -33,7 +33,6 @@ from pymoo_psi.pareto import (
 if TYPE_CHECKING:
     import pandas as pd
 
-Array = NDArray[np.float64]
 
 INDICATORS = {"hypervolume": 1, "igd_plus": -1, "epsilon": -1, "optimum_distance": -1}
 """The indicators of quality: 1 if more is better, -1 if less is better."""
@@ -260,7 +259,7 @@ def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
     import pandas as pd
 
     sign = INDICATORS[indicator]  # turns values so that more is better
-    rows: list[tuple[Any, ...]] = []
+    rows = []
     for budget, runs_of_budget in measures.groupby("evaluations", sort=True):
         by_name = dict(iter(runs_of_budget.groupby("algorithm", sort=False)))
         for names in itertools.combinations(by_name, 2):

@@ -11,9 +11,8 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pymoo_psi._validation import counted
+from pymoo_psi._validation import Array, Designs, counted
 from pymoo_psi.algorithms import Points, table_of_values
 from pymoo_psi.comparison._algorithms import Search
 from pymoo_psi.errors import EvaluationError, PsiError, RunError, StudyMismatchError
@@ -26,8 +25,6 @@ from pymoo_psi.problems import (
 )
 from pymoo_psi.study import Study, write_study
 from pymoo_psi.table import TestTable, columns_of, design_matrix, head_of, table_of
-
-Array = NDArray[np.float64]
 
 _KEPT = ("F", "G", "H", "failure")  # the outputs of an evaluation that are kept
 
@@ -74,7 +71,7 @@ class Run:
     """
 
     task: Task
-    X: NDArray[Any]
+    X: Designs
     F: Array
     n_evaluated: int
     seconds: float

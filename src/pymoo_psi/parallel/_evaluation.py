@@ -123,7 +123,7 @@ def evaluate_here(
     cost = cost or Cost()
     while waiting and not enough(len(waiting)):
         results: list[tuple[int, Values]] = []
-        failure: BaseException | None = None
+        failure = None
         allowed = moment
         if cost.seconds == math.inf:
             allowed = 0.0

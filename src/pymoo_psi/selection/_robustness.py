@@ -12,19 +12,15 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Received, boolean, invalid
+from pymoo_psi._validation import Array, Designs, Mask, Received, Rows, boolean, invalid
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import Robust, design_space, layers, tolerates_failures
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -76,7 +72,7 @@ class Robustness(Shown):
         return f"Robustness({sizes}: row {self.order[0]} is the first)"
 
     @property
-    def order(self) -> NDArray[np.intp]:
+    def order(self) -> Rows:
         """``(n,)`` indices of the designs, the most robust first.
 
         They are ordered by the largest share as optimum, then the largest share with rank 5 or 6,
@@ -206,7 +202,7 @@ def robustness(
     )
 
 
-def _designs(X: Any, n_var: int) -> NDArray[Any]:
+def _designs(X: Any, n_var: int) -> Designs:
     """Return designs as an ``(n, n_var)`` matrix, or as an ``(n,)`` array of mappings."""
     # next(iter(X)), as X[0] of a data frame is a column.
     if not isinstance(X, np.ndarray) and len(X) > 0 and isinstance(next(iter(X)), Mapping):
@@ -218,7 +214,7 @@ def _designs(X: Any, n_var: int) -> NDArray[Any]:
     return designs
 
 
-def _within_bounds(matrix: NDArray[Any], problem: Any) -> Mask:
+def _within_bounds(matrix: Designs, problem: Any) -> Mask:
     """Return ``(n,)`` whether designs lie within the bounds of a problem."""
     within = np.ones(len(matrix), dtype=bool)
     for variable, column in zip(design_space(problem).variables, matrix.T, strict=True):

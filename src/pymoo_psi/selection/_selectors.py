@@ -16,10 +16,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pymoo.core.indicator import Indicator
 
-from pymoo_psi._validation import Received, boolean, finite_array, invalid, mapping
+from pymoo_psi._validation import Array, Received, Rows, boolean, finite_array, invalid, mapping
 from pymoo_psi.pareto import (
     LAST_PLACES,
     EfficiencyRanking,
@@ -29,9 +29,6 @@ from pymoo_psi.pareto import (
     ranking_from,
     unit_lengths,
 )
-
-Array = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 # A set with a bulge below this share of the ranges is straight. The plane through the extremes is
 # accurate to about 1e-16 / 1e-6 of the ranges, see below.
@@ -201,7 +198,7 @@ class ReferencePoint(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         self.point = finite_array("point", point)
-        self.weights: Array | None = _checked(weights)
+        self.weights = _checked(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         front, F = front_of(ranking)
@@ -289,7 +286,7 @@ def compare_selectors(
     for name, selector in mapping("selectors", selectors, "names to selectors").items():
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
             if isinstance(selector, RankingSelector):
-                answer: Any = selector.do(objectives)
+                answer = selector.do(objectives)
             else:
                 answer = selector.do(objectives.minimized)
         indices = _indices(name, answer, len(front))
