@@ -292,7 +292,7 @@ def _distant_points(
     distance[failure_risk(Z)[:, 0] > 0] *= 0.1  # chosen only if little else is left
     chosen = []
     for _ in range(count):
-        row = int(distance.argmax())
+        row = distance.argmax()
         chosen.append(row)
         distance = np.minimum(distance, cdist(Z, Z[[row]])[:, 0])
     return points[chosen]
@@ -324,14 +324,14 @@ def _failure_risk(known: Array, failed: Array, turn: int) -> ArrayFunction:
     spacing = 1.0
     if len(tests) > 1:
         distances, _ = KDTree(tests).query(tests, k=2)  # the nearest of each is the test itself
-        spacing = float(np.median(distances[:, 1]))
+        spacing = np.median(distances[:, 1])
     width = max(spacing, _SAME)
 
     def risk(Z: Array) -> Array:
         good = _weight(Z, known, width)
         bad = _weight(Z, failed, width)
         # 0.01: the weight of a test three widths away; nothing is avoided farther from failures
-        return np.asarray(bad / (good + bad + 0.01) - 0.5)[:, None]
+        return (bad / (good + bad + 0.01) - 0.5)[:, None]
 
     return risk
 
@@ -560,7 +560,7 @@ def _choice(
             score = gain
         else:
             score = np.where(np.isinf(gap), distance, gap)
-        row = int(rows[score[rows].argmax()])
+        row = rows[score[rows].argmax()]
         chosen.append(row)
         best = np.minimum(best, values[row])
         distance = np.minimum(distance, cdist(candidates.Z, candidates.Z[[row]])[:, 0])

@@ -239,8 +239,8 @@ class Run:
         """Submit points; those that need no evaluation are answered instead."""
         if self.model.has_requirements:
             violations = self.model.violations(points.matrix(self.model.space))
-            is_unmet = np.asarray((violations > 0).any(axis=1))
-            n_unmet = int(np.count_nonzero(is_unmet))
+            is_unmet = (violations > 0).any(axis=1)
+            n_unmet = np.count_nonzero(is_unmet)
             self.model.problem.n_not_run += n_unmet
             if n_unmet:
                 yield from self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet)

@@ -70,10 +70,10 @@ class Scale:
     def of(cls, y: Array, origin: float, unit: float) -> Scale:
         """Return the scale on which ``(n,)`` values of an output have mean 0 and deviation 1."""
         t = cls(origin, unit).to(y)
-        deviation = float(t.std())
+        deviation = t.std()
         if deviation == 0:  # all values are equal
             deviation = 1.0
-        return cls(origin, unit, float(t.mean()), deviation)
+        return cls(origin, unit, t.mean(), deviation)
 
     def to(self, y: Array | float) -> Array:
         """Return values of the output on the scale."""
@@ -89,14 +89,14 @@ class Scale:
             return t
         # A prediction as large as sinh(300) is useless, but it must be finite in any unit.
         t = np.clip(t, -300, 300)
-        return np.asarray(self.origin + self.unit * np.sinh(t))
+        return self.origin + self.unit * np.sinh(t)
 
     def log_slope(self, y: Array) -> float:
         """Return the sum of log dt/dy over values, by which densities on two scales differ."""
         slope = -len(y) * np.log(self.deviation)
         if np.isfinite(self.unit):
             z = (y - self.origin) / self.unit
-            curvature = float((0.5 * np.log1p(z**2)).sum())
+            curvature = (0.5 * np.log1p(z**2)).sum()
             slope -= curvature + len(y) * np.log(self.unit)
         return float(slope)
 
@@ -117,9 +117,9 @@ def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
         return [linear]
     origin = 0.0
     if not constraint:
-        origin = float(uniform.min())
+        origin = uniform.min()
     low, high = np.quantile(np.abs(uniform - origin), [0.25, 0.75])
-    unit = float(max(low, _LEAST_UNIT * (high - low)))
+    unit = max(low, _LEAST_UNIT * (high - low))
     if unit <= 0:
         return [linear]
     return [linear, Scale.of(y, origin, unit)]
@@ -218,10 +218,10 @@ class OutputFit:
         mean, variance = GaussianProcess(Z, t, lengths).left_out(t)
         squares = (t - mean) ** 2
         terms = np.log(2 * np.pi * variance) + squares / variance
-        log_density = -0.5 * float(terms.sum())
+        log_density = -0.5 * terms.sum()
         # densities of y, as those of t cannot be compared between scales
         log_density += scale.log_slope(y)
-        return cls(scale, lengths, float(np.sqrt(squares.mean())), log_density)
+        return cls(scale, lengths, np.sqrt(squares.mean()), log_density)
 
 
 @dataclass(frozen=True)
@@ -245,7 +245,7 @@ class Fit:
         rows = np.unique(np.linspace(0, len(Z) - 1, n_fitted).round().astype(int))
         Z = Z[rows]
         Y = Y[rows]
-        n_uniform = max(int((rows < n_uniform).sum()), 1)
+        n_uniform = max((rows < n_uniform).sum(), 1)
         outputs = []
         for j, y in enumerate(Y.T):
             options = scales(y, y[:n_uniform], constraint=j >= n_obj)
@@ -287,10 +287,10 @@ class GaussianProcess:
         K[np.diag_indices(len(K))] += np.exp(lengths[-3])
         self._factor = cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
         ones = cho_solve(self._factor, np.ones(len(K)), check_finite=False)
-        self.mean = float(ones @ t / ones.sum())
+        self.mean = ones @ t / ones.sum()
         residual = t - self.mean
         self._weights = cho_solve(self._factor, residual, check_finite=False)
-        self.variance = max(float(residual @ self._weights) / len(t), _LEAST_VARIANCE)
+        self.variance = max((residual @ self._weights) / len(t), _LEAST_VARIANCE)
 
     def __call__(self, Z: Array) -> Array:
         """Return the ``(k,)`` means at designs."""
@@ -344,14 +344,14 @@ def fit_lengths(Z: Array, t: Array) -> Array:
     def loss(x: Array) -> tuple[float, Array]:
         value, slope = _negative_log_likelihood(Z, t, x)
         z = (x[:d] - prior) / spread
-        value += 0.5 * float(z @ z)
+        value += 0.5 * (z @ z)
         slope[:d] += z / spread
         # a half-normal prior for the noise, lest a model without noise is smoothed
         w = (x[d] - _LOG_NOISE[0]) / 5.0
         value += 0.5 * w**2
         slope[d] += w / 5.0
         v = (x[d + 1 :] - _LOG_TREND) / 3.0
-        value += 0.5 * float(v @ v)
+        value += 0.5 * (v @ v)
         slope[d + 1 :] += v / 3.0
         return value, slope
 
@@ -386,7 +386,7 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
         trends.append(np.exp(log_weight) * (B @ B.T))
     K += sum(trends)
     diagonal = np.diag_indices(n)
-    noise = float(np.exp(x[d]))
+    noise = np.exp(x[d])
     K[diagonal] += noise
     # The transpose is the same matrix in LAPACK's order. L is 0 above the diagonal.
     L, failed = lapack.dpotrf(K.T, lower=1, overwrite_a=1)
@@ -394,22 +394,22 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
         return _NOT_REGULAR, np.zeros(d + 3)
     # A copy, as NumPy 1.25 takes another logarithm for strided values, depending on whether the
     # result lies behind them in memory: a continued run would differ in the last digit.
-    log_det = 2 * float(np.log(np.diag(L).copy()).sum())
+    log_det = 2 * np.log(np.diag(L).copy()).sum()
     half, _ = lapack.dpotri(L, lower=1, overwrite_c=1)
     inverse = half + half.T
     inverse[diagonal] = half[diagonal]
     ones = inverse.sum(axis=1)
-    r = t - float(ones @ t / ones.sum())
+    r = t - (ones @ t / ones.sum())
     a = inverse @ r
-    variance = max(float(r @ a) / n, _LEAST_VARIANCE)
+    variance = max((r @ a) / n, _LEAST_VARIANCE)
     value = 0.5 * (n * np.log(variance) + log_det)
     # dL/dK = (K^-1 - a a' / variance) / 2: equation 5.9 at the best variance
     W = inverse
     W -= np.outer(a, a / variance)
     # The derivative of K by the logarithm of a share is that share of K.
-    slopes_of_shares = [noise * float(np.trace(W))]
+    slopes_of_shares = [noise * np.trace(W)]
     for trend in trends:
-        slopes_of_shares.append(float((W * trend).sum()))
+        slopes_of_shares.append((W * trend).sum())
     # dK/dlog l_j = slope * (difference of column j)^2, summed over all pairs by products
     W *= slope
     squares = (S**2 * W.sum(axis=1)[:, None]).sum(axis=0)
