@@ -209,7 +209,10 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **setup:
         if infills is None:  # the algorithm has no further designs
             break
         if isinstance(infills, Population):  # a single individual is always within the budget
-            infills = _affordable(infills, n_evaluations - evaluator.n_eval)
+            # those that are evaluated already, and as many others as are left
+            is_new = np.array([not individual.evaluated for individual in infills])
+            n_left = n_evaluations - evaluator.n_eval
+            infills = infills[~is_new | (np.cumsum(is_new) <= n_left)]
         evaluator.eval(problem, infills, algorithm=algorithm)
         if evaluator.n_eval == n_evaluations:
             algorithm.termination.terminate()
@@ -217,9 +220,3 @@ def run_within_budget(algorithm: Any, problem: Any, n_evaluations: int, **setup:
     result = algorithm.result()
     result.algorithm = algorithm
     return result
-
-
-def _affordable(population: Population, n_left: int) -> Population:
-    """Return those designs that are evaluated already, and the first ``n_left`` others."""
-    new = np.array([not individual.evaluated for individual in population])
-    return population[~new | (np.cumsum(new) <= n_left)]

@@ -23,8 +23,8 @@ from pymoo_psi._validation import Designs, Numbers, identity_text, integer
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of, values_of_table
 from pymoo_psi.algorithms._limits import kept_tests, under_limits
 from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._sources import PlannedPoints, Points, Source, points_of_sequence
-from pymoo_psi.algorithms._store import Recall, Store, store_of, stored_at_termination
+from pymoo_psi.algorithms._sources import PlannedPoints, Points, Source, filled, unit_points
+from pymoo_psi.algorithms._store import Recall, Store, StudyStore, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import Values
 from pymoo_psi.problems import problem_identity
@@ -346,10 +346,15 @@ def run_of_sequence(
     model = Model(problem, options)
     under_limits(TestTable.empty(model.layout), options.limits)  # wrong ones are refused here
     integer("n_points", n_points, minimum=1)
-    points, n_all = points_of_sequence(options, n_points, model.problem, model.space)
-    sampling = options.sampling_in(points.n_dim)
-    table = table_of_run(model, options, lambda: sampling.identity(n_all, options.seed) + method)
-    store = store_of(table, options)
+    if options.fill and model.has_requirements:
+        n_points = filled(options, n_points, model.problem, model.space)
+    n_dim = len(model.space.searched)
+    points = unit_points(options, n_points, n_dim)
+    sampling = options.sampling_in(n_dim)
+    table = table_of_run(model, options, lambda: sampling.identity(n_points, options.seed) + method)
+    store = Store(table)
+    if options.study is not None:
+        store = StudyStore(table, options)
     repeats = None
     if model.space.finite and (model.problem.elementwise or n_jobs == 1):
         repeats = Repeats(store.known())
@@ -393,14 +398,8 @@ def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str])
 def by_number(tables: Sequence[TestTable]) -> TestTable:
     """Return tables that have no test in common as one, by number."""
     # Blocks of workers come in any order; rows that are sorted then need no second copy.
-    first, *others = sorted(tables, key=_first_number)
+    first, *others = sorted(tables, key=lambda table: table.numbers.max(initial=0))
     table = first.extended(*others)
     if (np.diff(table.numbers) < 0).any():
         table = table.rows(np.argsort(table.numbers))
     return table
-
-
-def _first_number(table: TestTable) -> int:
-    if len(table) == 0:
-        return 0
-    return int(table.numbers.min())

@@ -14,7 +14,7 @@ import numpy as np
 from pymoo_psi._validation import Array, Designs, Numbers, Received, finite_array, invalid
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sampling import LPTauSampling
-from pymoo_psi.problems import DesignSpace, without_requirements
+from pymoo_psi.problems import DesignSpace
 from pymoo_psi.sequences import lp_tau, lp_tau_at
 from pymoo_psi.table import TestTable
 
@@ -158,26 +158,6 @@ class PlannedPoints(Source):
         return self._points.at(slice(start, self._n_given))
 
 
-def points_of_sequence(
-    options: RunOptions, n_points: int, problem: Any, space: DesignSpace
-) -> tuple[Points, int]:
-    """Return the points that a run tests, and how many they are with those of other shares.
-
-    Args:
-        options: The options of the run.
-        n_points: How many points are asked for, those of other shares among them.
-        problem: The problem with its requirements.
-        space: Its variables.
-
-    Raises:
-        ArgumentValueError: There are no such points, or too few meet the requirements.
-    """
-    n_dim = len(space.searched)
-    if options.fill and without_requirements(problem) is not problem:
-        n_points = _filled(options, n_points, problem, space)
-    return unit_points(options, n_points, n_dim), n_points
-
-
 def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
     """Return the points of a run, or of its share of one.
 
@@ -187,6 +167,9 @@ def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
         options: The options of the run.
         n_points: How many points the run has, those of other shares too.
         n_dim: In how many dimensions they lie.
+
+    Raises:
+        ArgumentValueError: There are no such points.
     """
     first = options.first
     last = first + n_points - 1
@@ -211,8 +194,18 @@ def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
     return Points(numbers, n_dim, units)
 
 
-def _filled(options: RunOptions, n_points: int, problem: Any, space: DesignSpace) -> int:
-    """Return how many points it takes until ``n_points`` of them meet the requirements."""
+def filled(options: RunOptions, n_points: int, problem: Any, space: DesignSpace) -> int:
+    """Return how many points it takes until ``n_points`` of them meet the requirements.
+
+    Args:
+        options: The options of the run.
+        n_points: How many points are to meet them.
+        problem: The problem with its requirements.
+        space: Its variables.
+
+    Raises:
+        ArgumentValueError: Too few points meet them, or the points cannot be continued.
+    """
     n_dim = len(space.searched)
     if not options.sampling_in(n_dim).extendable or options.share:
         rule = "used without share and with a sequence that can be continued"

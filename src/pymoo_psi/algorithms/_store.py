@@ -169,13 +169,6 @@ class StudyStore(Store):
         return self.study.propose(proposals)
 
 
-def store_of(table: TestTable, options: RunOptions) -> Store:
-    """Return the store of a run: its study, if it has one."""
-    if options.study is None:
-        return Store(table)
-    return StudyStore(table, options)
-
-
 class _Terminated(KeyboardInterrupt):
     """SIGTERM, which like Ctrl-C no model takes for a failure of a design."""
 

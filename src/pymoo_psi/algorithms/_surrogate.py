@@ -312,7 +312,14 @@ class SurrogateSource(Source):
             elif name in names:
                 j = names.index(name)
                 low[j], high[j] = space.searched[j].between(least, greatest)
-        goal = Goal(n_obj, bounds, low, high, self._violations, partial(encoded, space))
+        goal = Goal(
+            n_obj,
+            bounds,
+            low,
+            high,
+            required=lambda points: self._model.violations(space.matrix(points)),
+            encode=partial(encoded, space),
+        )
         expressions = known_expressions(problem)
         # Expressions are not learned, but the outputs of the program that they are made of.
         used = {name for output in expressions.values() for name in output.operands}
@@ -323,10 +330,6 @@ class SurrogateSource(Source):
         places |= {name: j for j, name in enumerate(problem.objectives)}
         compute = partial(_computed, problem, space, places)
         return replace(goal, compute=compute), further + learned
-
-    def _violations(self, points: Array) -> Array:
-        """Return ``(n, k)`` by how much points violate requirements."""
-        return self._model.violations(self._model.space.matrix(points))
 
     def _known_tests(
         self, table: TestTable, n_uniform: int, further: Sequence[str], pending: Points

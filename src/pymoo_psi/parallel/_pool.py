@@ -217,7 +217,11 @@ class _Run:
             if n_useful == 0:
                 return
             while len(self.workers) < min(self.n_workers, n_useful):
-                self._hire()
+                try:
+                    worker = self.idle.pop(0)
+                except IndexError:  # other threads take them, too
+                    worker = _Worker(threads=max(1, (os.cpu_count() or 1) // self.n_workers))
+                self.workers.append(worker)
             for worker in self.workers:
                 if self.waiting and not worker.designs:
                     self._feed(worker)
@@ -230,14 +234,6 @@ class _Run:
                     yield from self._handle(worker, *worker.receive())
                 elif now > worker.deadline:
                     yield from self._replace(worker, is_overdue=True)
-
-    def _hire(self) -> None:
-        """Take a worker that is idle, or start one."""
-        try:
-            worker = self.idle.pop(0)
-        except IndexError:  # other threads take them, too
-            worker = _Worker(threads=max(1, (os.cpu_count() or 1) // self.n_workers))
-        self.workers.append(worker)
 
     def _feed(self, worker: _Worker) -> None:
         size = self.cost.chunk(len(self.waiting), self.n_workers)
