@@ -150,10 +150,8 @@ class Run:
         later = []
         for block in self._arrived:
             is_due = block.numbers <= last
-            if is_due.all():
-                blocks.append(block)
-            else:
-                blocks.append(block.rows(is_due))
+            blocks.append(block.rows(is_due))
+            if not is_due.all():
                 later.append(block.rows(~is_due))
         self._arrived = later
         tests = by_number([block.tests for block in blocks])
