@@ -209,6 +209,12 @@ def real_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     return array.astype(np.float64, copy=False)
 
 
+def require_shape(name: str, array: AnyArray, shape: tuple[int, ...]) -> None:
+    """Refuse an array of another shape."""
+    if array.shape != shape:
+        raise invalid(name, f"of shape {shape}", Received(f"shape {array.shape}"))
+
+
 def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     """Return ``value`` as a float64 array of finite numbers."""
     array = real_array(name, value)

@@ -800,17 +800,12 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
     files = _studies_in(Path(path).resolve())
     if not files:
         raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
-    facts = []
-    blocks = []
+    facts, blocks = zip(*(Study(file).contents() for file in files), strict=True)
     outputs: dict[str, None] = {}  # in order
     n_shares = 1
-    for file in files:
-        facts_of_file, block = Study(file).contents()
-        facts.append(facts_of_file)
-        blocks.append(block)
-        outputs |= dict.fromkeys(facts_of_file["head"].get("outputs", ()))
     for file, facts_of_file in zip(files, facts, strict=True):
         require_alike(file, facts_of_file, facts[0], where=f"in {files[0]}")
+        outputs |= dict.fromkeys(facts_of_file["head"].get("outputs", ()))
         if "share" in facts_of_file and n_shares == 1:
             n_shares = facts_of_file["share"][1]
     head = facts[0]["head"]

@@ -72,7 +72,7 @@ _ARITHMETIC = (
     ast.UAdd,
     ast.USub,
 )
-_CONSTANTS = {"pi": np.pi}
+_CONSTANTS = {"pi": np.float64(np.pi)}
 _OPERAND = re.compile(
     r"(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     r"|(?P<name>[^\W\d]\w*)|`(?P<quoted>(?:[^`]|``)+)`"
@@ -112,7 +112,7 @@ class Expression:
             raise wrong_type("an expression", "text", text)
         plain, operands = _with_placeholders(text)
         try:
-            _put_functions(operands, _calls(plain))
+            _put_functions(operands, plain)
             _code(plain)
         except ArgumentValueError:
             raise
@@ -148,12 +148,10 @@ class Expression:
         return np.array(np.broadcast_to(result, n), np.float64)
 
     def _value(self, operand: Any, columns: Mapping[str, AnyArray]) -> Any:
-        if isinstance(operand, float):
-            return np.float64(operand)
         if not isinstance(operand, str):
             return operand
         if operand in _CONSTANTS and operand not in columns:
-            return np.float64(_CONSTANTS[operand])
+            return _CONSTANTS[operand]
         known_name(f"a column of {self.text!r:.60}", operand, columns)
         return real_column(operand, columns[operand])
 
@@ -164,7 +162,7 @@ def _with_placeholders(text: str) -> tuple[str, list[Any]]:
 
     def placeholder(match: re.Match[str]) -> str:
         if match["number"]:
-            operands.append(float(match["number"]))
+            operands.append(np.float64(match["number"]))
         elif match["name"]:
             operands.append(match["name"])
         else:
@@ -175,26 +173,24 @@ def _with_placeholders(text: str) -> tuple[str, list[Any]]:
     return plain, operands
 
 
-def _calls(plain: str) -> list[ast.Call]:
-    """Return the calls of functions in a text of placeholders.
+def _put_functions(operands: list[Any], plain: str) -> None:
+    """Replace the names of functions among the operands of a text of placeholders by these.
 
     Raises:
-        SyntaxError: It holds more than arithmetic and calls.
+        SyntaxError: The text holds more than arithmetic and calls.
+        ArgumentValueError: There is no such function, or it takes another number of values.
     """
     if not _PLACEHOLDERS.fullmatch(plain):
         raise SyntaxError
-    nodes = list(ast.walk(ast.parse(plain, mode="eval")))
+    nodes = [*ast.walk(ast.parse(plain, mode="eval"))]
     if not all(isinstance(node, _ARITHMETIC) for node in nodes):
         raise SyntaxError
-    return [node for node in nodes if isinstance(node, ast.Call)]
-
-
-def _put_functions(operands: list[Any], calls: list[ast.Call]) -> None:
-    """Replace the names of functions among operands by these."""
-    for call in calls:
-        k = int(ast.unparse(call.func)[1:])
+    for node in nodes:
+        if not isinstance(node, ast.Call):
+            continue
+        k = int(ast.unparse(node.func)[1:])
         name = known_name("a function of an expression", operands[k], _FUNCTIONS)
-        count = len(call.args)
+        count = len(node.args)
         fits = count == 1
         rule = "of one value"
         if name in _OF_SEVERAL:

@@ -313,8 +313,6 @@ def _formulated_layout(
 def _plain(name: Any, limit: Any) -> Any:
     """Return a limit as a number or pair that JSON can hold; an open end is None."""
     low, high = ends(name, limit)
-    if low == np.inf or high == -np.inf:
-        raise invalid(f"the limit on {name!r}", "one that a number can keep", limit)
     lower = None if np.isinf(low) else plain_number(low)
     upper = None if np.isinf(high) else plain_number(high)
     if isinstance(limit, (tuple, list)) or upper is None:

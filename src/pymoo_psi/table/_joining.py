@@ -164,10 +164,8 @@ def blank(column: AnyArray) -> Mask:
 def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
     """``(n,)`` where cells differ; NaN is equal to NaN, and 1 is not to True."""
     if one.dtype.kind == "f" == two.dtype.kind:
-        differing = (one != two) & ~(np.isnan(one) & np.isnan(two))
-        if rounding and differing.any():
-            differing &= ~np.isclose(one, two, rtol=rounding, atol=0)
-        return np.asarray(differing)
+        with np.errstate(over="ignore"):
+            return ~np.isclose(one, two, rtol=rounding, atol=0, equal_nan=True)
     pairs = zip(one.tolist(), two.tolist(), strict=True)
     return np.array([type(u) is not type(v) or u != v for u, v in pairs], dtype=bool)
 

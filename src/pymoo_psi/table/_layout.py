@@ -21,6 +21,7 @@ from pymoo_psi._validation import (
     known_name,
     mapping,
     real_array,
+    require_shape,
     wrong_type,
 )
 from pymoo_psi.pareto import EQ_TOLERANCE
@@ -112,9 +113,7 @@ class Layout:
                 bounds = np.full(len(self.variables), np.nan)
             # A copy, as it is made read-only and the caller's array is the caller's.
             bounds = real_array(side, bounds).copy()
-            if bounds.shape != (len(self.variables),):
-                rule = f"{len(self.variables)} bounds, one for each variable"
-                raise invalid(side, rule, Received(f"shape {bounds.shape}"))
+            require_shape(side, bounds, (len(self.variables),))
             bounds.setflags(write=False)
             self._set(side, bounds)
         if (self.lower > self.upper).any():  # false with NaN, a bound that is not known

@@ -184,7 +184,8 @@ def ends(column: Any, limit: Any) -> tuple[float, float]:
     lower, upper = pair
     low = -np.inf if lower is None else float(lower)
     high = np.inf if upper is None else float(upper)
-    if not low <= high:  # of NaN, too
+    # Not so of NaN either, nor of two infinite ends with one sign.
+    if not (low <= high and low < np.inf and high > -np.inf):
         raise invalid(f"the limit on {column!r}", "(lower, upper) in increasing order", limit)
     return low, high
 

@@ -710,11 +710,12 @@ def _plain_integers(cells: Any, texts: Any) -> Any:
 def _widened(low: Any, high: Any, margin: float, kind: Kind) -> tuple[Any, Any]:
     """Return the ends of a range, each farther out by a share of its width."""
     if kind is Kind.LOG:
-        return low / (high / low) ** margin, high * (high / low) ** margin
-    low, high = low - margin * (high - low), high + margin * (high - low)
+        growth = (high / low) ** margin
+        return low / growth, high * growth
+    step = margin * (high - low)
     if kind is Kind.INTEGER:
-        return np.floor(low), np.ceil(high)
-    return low, high
+        return np.floor(low - step), np.ceil(high + step)
+    return low - step, high + step
 
 
 def _completed(

@@ -26,6 +26,7 @@ from pymoo_psi._validation import (
     known_name,
     mapping,
     real_array,
+    require_shape,
     wrong_type,
 )
 from pymoo_psi.pareto import violated_constraints
@@ -120,10 +121,7 @@ class Tests:
                 values = np.zeros((n, 0))
             arrays[name] = np.array(real_array(name, values), order="C")
         for name, names in layout.blocks.items():
-            shape = (n, len(names))
-            if arrays[name].shape != shape:
-                received = Received(f"shape {arrays[name].shape}")
-                raise invalid(name, f"of shape {shape}", received)
+            require_shape(name, arrays[name], (n, len(names)))
         extra = extra_columns(self.extra, layout, n)
         # The columns are those of the formulation already.
         formulation = self.formulation.without_columns()
@@ -252,9 +250,7 @@ class Tests:
         further = np.full((*shape, len(names)), np.nan)
         for name, column in columns.items():
             values = real_array(f"the output {name!r}", column)
-            if values.shape != shape:
-                received = Received(f"shape {values.shape}")
-                raise invalid(f"the output {name!r}", f"of shape {shape}", received)
+            require_shape(f"the output {name!r}", values, shape)
             further[:, names.index(name)] = values
         arrays = {"numbers": numbers, "X": X, "F": F, "G": G, "H": H, "outputs": further}
         return cls(layout, reasons=reasons or {}, extra=extra or {}, **arrays)
