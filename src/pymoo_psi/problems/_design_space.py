@@ -329,8 +329,12 @@ def problem_layout(
         maximize = maximized
     collection("maximize", maximize, "a list of objectives", "one goes into a list too")
     if maximize and names is None and not {*maximized} <= {*maximize}:
-        rule = f"a list that includes the problem's own, {', '.join(maximized)}"
-        raise invalid("maximize", rule, maximize, "or change the problem's attribute")
+        raise invalid(
+            "maximize",
+            f"a list that includes the problem's own, {', '.join(maximized)}",
+            maximize,
+            "or change the problem's attribute",
+        )
     if names is None:
         names = column_titles(problem, space)
     if units is None:
@@ -480,6 +484,9 @@ def _variable(
         high = float(np.floor(high))
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
-        ends = Received(" and ".join(map(str, bounds)))
-        raise invalid(f"bounds of {where}", "finite and in increasing order", ends)
+        raise invalid(
+            f"bounds of {where}",
+            "finite and in increasing order",
+            Received(" and ".join(map(str, bounds))),
+        )
     return Variable(name, kind, low, high, options)

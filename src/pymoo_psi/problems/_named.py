@@ -46,8 +46,9 @@ class Setting:
             return
         low, high = (finite_number("a bound", end) for end in self.bounds)
         if low > high or (self.scale == "log" and low <= 0):
-            rule = "in increasing order, on a logarithmic scale above 0"
-            raise invalid("bounds", rule, self.bounds)
+            raise invalid(
+                "bounds", "in increasing order, on a logarithmic scale above 0", self.bounds
+            )
 
     @property
     def variable(self) -> Any:

@@ -78,9 +78,12 @@ def require_problem(problem: object, uncertain: Collection[str] = ()) -> None:
     for name in uncertain:
         # pymoo puts keywords that it does not know there: a misspelt one would change nothing.
         if isinstance(problem.data, dict) and name in problem.data:
-            rule = f"of parameters that {type(problem).__name__} takes"
-            remedy = "pymoo only keeps it; name an argument so, or correct the name"
-            raise invalid("uncertainty", rule, name, remedy)
+            raise invalid(
+                "uncertainty",
+                f"of parameters that {type(problem).__name__} takes",
+                name,
+                "pymoo only keeps it; name an argument so, or correct the name",
+            )
 
 
 def problem_name(problem: Any) -> str:

@@ -100,8 +100,11 @@ class Requirement:
         met = np.asarray(self.rule(columns))
         shape = next(iter(columns.values())).shape
         if met.shape != shape or met.dtype != bool:
-            received = Received(f"an array of shape {met.shape} and dtype {met.dtype}")
-            raise invalid(f"what {self.name!r} returns", f"truth values of shape {shape}", received)
+            raise invalid(
+                f"what {self.name!r} returns",
+                f"truth values of shape {shape}",
+                Received(f"an array of shape {met.shape} and dtype {met.dtype}"),
+            )
         return np.where(met, 0.0, 1.0)
 
     @cached_property
@@ -112,8 +115,11 @@ class Requirement:
         parts = _SIGN.split(str(self.rule))
         signs = parts[1::2]
         if len(set(signs)) != 1:
-            rule = "an inequality such as 'height <= 4*width' or '1 <= height/width <= 4'"
-            raise invalid(f"the requirement {self.name!r}", rule, self.rule)
+            raise invalid(
+                f"the requirement {self.name!r}",
+                "an inequality such as 'height <= 4*width' or '1 <= height/width <= 4'",
+                self.rule,
+            )
         terms = [Expression.of(part) for part in parts[::2]]
         return terms, -1.0 if signs[0] == "<=" else 1.0
 

@@ -147,8 +147,9 @@ class Robust(WrappedProblem):
             self.criteria = [criteria] * nominal.n_obj
         self._shares = [_share(str(criterion)) for criterion in self.criteria]
         if len(self._shares) != nominal.n_obj:
-            rule = f"one for all or each of {nominal.n_obj} objectives"
-            raise invalid("criteria", rule, criteria)
+            raise invalid(
+                "criteria", f"one for all or each of {nominal.n_obj} objectives", criteria
+            )
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
@@ -168,8 +169,12 @@ class Robust(WrappedProblem):
         j = titles.index(known_name("a variable of tolerances", title, titles))
         variable = self.space.variables[j]
         if variable.fixed or not variable.kind.real:
-            remedy = "to fix one, give Restricted(Robust(problem, ...), box)"
-            raise invalid("tolerances", "of real variables that are not fixed", title, remedy)
+            raise invalid(
+                "tolerances",
+                "of real variables that are not fixed",
+                title,
+                "to fix one, give Restricted(Robust(problem, ...), box)",
+            )
         return j
 
     def name(self) -> str:
@@ -308,8 +313,9 @@ def _quantiles(n_scenarios: int, distributions: Mapping[str, Any]) -> Array:
         # SciPy has both names: ppf for its old distributions, icdf for its new ones
         quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
         if quantile is None:
-            rule = "a distribution such as scipy.stats.uniform(0.3, 0.2)"
-            raise wrong_type(argument, rule, distribution)
+            raise wrong_type(
+                argument, "a distribution such as scipy.stats.uniform(0.3, 0.2)", distribution
+            )
         values[:, j] = quantile(values[:, j])
         if not np.isfinite(values[:, j]).all():
             raise invalid(argument, "a distribution with finite quantiles", values[:, j])
@@ -322,8 +328,11 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
         require_problem(problem)
         return [problem]
     if not callable(problem):
-        rule = f"a function of {', '.join(parameters)} that returns a pymoo problem"
-        raise wrong_type("problem", rule, problem)
+        raise wrong_type(
+            "problem",
+            f"a function of {', '.join(parameters)} that returns a pymoo problem",
+            problem,
+        )
     problems = []
     for row in rows:
         problems.append(problem(**dict(zip(parameters, row, strict=True))))

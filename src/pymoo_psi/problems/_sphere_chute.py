@@ -37,8 +37,11 @@ class _ChuteProblem(Problem):
             upper = (3.5 * self.parameters.mu, 6.0)
         xu = _pair("upper", upper)
         if (xl < 0).any() or (xl > xu).any():
-            both = Received(f"lower={xl.tolist()}, upper={xu.tolist()}")
-            raise invalid("lower", ">= 0 and at most upper in each variable", both)
+            raise invalid(
+                "lower",
+                ">= 0 and at most upper in each variable",
+                Received(f"lower={xl.tolist()}, upper={xu.tolist()}"),
+            )
         super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
 
     def fingerprint(self) -> dict[str, Any]:

@@ -217,8 +217,11 @@ def _parts_by_title(box: Any, titles: Sequence[str]) -> dict[str, Any]:
         return parts
     bounds = real_array("box", box)
     if bounds.shape != (2, len(titles)):
-        rule = "a mapping from variables to bounds or values, or the two arrays of refined_bounds"
-        raise invalid("box", rule, Received(f"shape {bounds.shape}"))
+        raise invalid(
+            "box",
+            "a mapping from variables to bounds or values, or the two arrays of refined_bounds",
+            Received(f"shape {bounds.shape}"),
+        )
     for title, pair in zip(titles, bounds.T, strict=True):
         if not np.isnan(pair).all():
             parts[title] = tuple(None if np.isnan(end) else end for end in pair.tolist())
@@ -259,8 +262,9 @@ def _choice_of(variable: Variable, where: str, part: Any) -> Variable:
     """Return a choice with some of its options, given as a list or as one of them."""
     chosen = part if isinstance(part, list) else [part]
     if not chosen or not all(option in variable.options for option in chosen):
-        rule = f"one of {', '.join(map(repr, variable.options))}, or a list of some"
-        raise invalid(where, rule, part)
+        raise invalid(
+            where, f"one of {', '.join(map(repr, variable.options))}, or a list of some", part
+        )
     options = tuple(option for option in variable.options if option in chosen)
     return replace(variable, upper=len(options) - 1.0, options=options)
 

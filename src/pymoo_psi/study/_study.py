@@ -119,8 +119,11 @@ class Study:
         self.path: str = os.path.realpath(path)
         for suffix in (*_JOURNALS, "-shm", _LOCK):
             if self.path.endswith(suffix):
-                rule = "another name than those of journals and locks of studies"
-                raise invalid("study path", rule, self.path)
+                raise invalid(
+                    "study path",
+                    "another name than those of journals and locks of studies",
+                    self.path,
+                )
         self.wait = wait
         self._id: str | None = None  # of the study that was used; another file may take its place
 
@@ -538,10 +541,12 @@ def _new_tests(db: sqlite3.Connection, path: str, facts: Facts, columns: Columns
     differ = differing(stored, stored_rows, columns, rows)
     changed = numbers[rows][differ & (stored["status"][stored_rows] != "failed")]
     if len(changed):
-        rule = "of new test points, repetitions of failed ones, or what is stored"
-        received = Received(f"other values for test point {changed[0]}")
-        remedy = f"use another file if the model has changed; study {path} is as it was"
-        raise invalid("block", rule, received, remedy)
+        raise invalid(
+            "block",
+            "of new test points, repetitions of failed ones, or what is stored",
+            Received(f"other values for test point {changed[0]}"),
+            f"use another file if the model has changed; study {path} is as it was",
+        )
     new = np.ones(len(numbers), dtype=bool)
     new[rows[~differ]] = False
     return new

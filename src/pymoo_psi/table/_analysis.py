@@ -319,9 +319,12 @@ def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.
         finite = np.isfinite(values)
         y = values[finite]
         if len(y) < _LEAST_TESTS:
-            received = Received(counted(len(y), "finite value"))
-            rule = f"known of {_LEAST_TESTS} tests or more"
-            raise invalid(name, rule, received, "test more points")
+            raise invalid(
+                name,
+                f"known of {_LEAST_TESTS} tests or more",
+                Received(counted(len(y), "finite value")),
+                "test more points",
+            )
         key = finite.tobytes()
         if key not in bases_by_tests:
             bases_by_tests[key] = [_basis(table.column(v)[finite]) for v in variables]
@@ -425,8 +428,11 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
             )
     elif not sampling:
         if not _lies_evenly(table, ordered):
-            received = Received("tests of unknown sampling that crowd, or whose variables depend")
-            raise invalid("the tests", rule, received)
+            raise invalid(
+                "the tests",
+                rule,
+                Received("tests of unknown sampling that crowd, or whose variables depend"),
+            )
         sentences.append(
             "It is unknown how designs were sampled; they lie evenly within their range."
         )
@@ -620,8 +626,9 @@ def convergence(table: TestTable) -> Convergence:
     """
     table, _ = even_part(table, ordered=True)
     if len(table) < _FIRST:
-        received = Received(counted(len(table), "test"))
-        raise invalid("the table", f"of {_FIRST} tests or more", received)
+        raise invalid(
+            "the table", f"of {_FIRST} tests or more", Received(counted(len(table), "test"))
+        )
     frame = table.ranking().frame
     scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
     sizes = [len(table)]

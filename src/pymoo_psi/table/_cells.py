@@ -192,8 +192,10 @@ def cells_of_rows(
         columns[name] = list(cells)
     for name, count in Counter(names).items():
         if count > 1:
-            problem = f"its header names the column {name!r} {count} times"
-            raise UnfitError(problem, "rename all but one, or leave titles out by --skip-rows")
+            raise UnfitError(
+                f"its header names the column {name!r} {count} times",
+                "rename all but one, or leave titles out by --skip-rows",
+            )
     return Cells(columns, [*rows][1:], separator, head)
 
 
@@ -201,9 +203,10 @@ def _require_one_length(rows: RowsByLine) -> None:
     usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
     for end, row in rows.items():
         if len(row) != usual:
-            problem = f"line {end} has {counted(len(row), 'cell')}, most lines {usual}"
-            remedy = f"complete it, or leave it out by --skip-rows {end} if it is a title or a note"
-            raise UnfitError(problem, remedy)
+            raise UnfitError(
+                f"line {end} has {counted(len(row), 'cell')}, most lines {usual}",
+                f"complete it, or leave it out by --skip-rows {end} if it is a title or a note",
+            )
 
 
 def _names(header: list[Any]) -> list[str]:
@@ -215,9 +218,10 @@ def _names(header: list[Any]) -> list[str]:
             name = in_a_line(cell)
         # A file without names would lose its first design as names, and nobody would notice.
         if is_number(name):
-            problem = f"its first line must name the columns, and holds numbers, {name!r:.40}"
-            remedy = "put a line of names above them, or leave lines above it out by --skip-rows"
-            raise UnfitError(problem, remedy)
+            raise UnfitError(
+                f"its first line must name the columns, and holds numbers, {name!r:.40}",
+                "put a line of names above them, or leave lines above it out by --skip-rows",
+            )
         names.append(str(name))
     return names
 

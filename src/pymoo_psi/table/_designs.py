@@ -60,8 +60,9 @@ def design_matrix(
     if listed:
         array = _array(name, value, variables)
     if array.ndim != 2:
-        rule = "two-dimensional (n designs, n_var variables)"
-        raise invalid(name, rule, Received(f"shape {array.shape}"))
+        raise invalid(
+            name, "two-dimensional (n designs, n_var variables)", Received(f"shape {array.shape}")
+        )
     matrix = _normal(name, array, listed=listed and not kinds)
     # Another number of columns is refused where the table is put together.
     stored = tuple(Kind.REAL if kind.real else kind for kind in kinds)
@@ -75,8 +76,9 @@ def design_matrix(
                 column = f"x{j + 1}"
                 if variables is not None:
                     column = variables[j]
-                problem = f"{name} must hold {kind.value} values for {column}, got {cell!r:.80}"
-                raise ArgumentTypeError(problem)
+                raise ArgumentTypeError(
+                    f"{name} must hold {kind.value} values for {column}, got {cell!r:.80}"
+                )
         result[:, j] = cells
     return result.astype(common_dtype(kinds))
 
@@ -190,8 +192,9 @@ def _rows_of_mappings(name: str, mappings: list[Any], variables: Sequence[str]) 
     rows = []
     for mapping in mappings:
         if not isinstance(mapping, Mapping) or set(mapping) != set(variables):
-            rule = f"mappings of the variables {', '.join(map(str, variables))}"
-            raise invalid(name, rule, mapping)
+            raise invalid(
+                name, f"mappings of the variables {', '.join(map(str, variables))}", mapping
+            )
         rows.append([mapping[variable] for variable in variables])
     return rows
 
@@ -248,6 +251,10 @@ def _plain(name: str, cell: Any) -> float | int | bool | str:
         return int(cell)
     if isinstance(cell, str) and is_writable(cell):
         return str(cell)
-    rule = "a number, an integer within int64, True, False or Unicode text"
     error = invalid if isinstance(cell, (int, str)) else wrong_type
-    raise error(f"a value of {name}", rule, cell, "name options of a choice by text")
+    raise error(
+        f"a value of {name}",
+        "a number, an integer within int64, True, False or Unicode text",
+        cell,
+        "name options of a choice by text",
+    )

@@ -117,9 +117,12 @@ class Expression:
         except ArgumentValueError:
             raise
         except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two: nested deep
-            rule = "arithmetic of columns, such as 'mass / (width * height)'"
-            remedy = "powers are width**2, names of other than letters, digits and _ in backquotes"
-            raise invalid("an expression", rule, text, remedy) from None
+            raise invalid(
+                "an expression",
+                "arithmetic of columns, such as 'mass / (width * height)'",
+                text,
+                "powers are width**2, names of other than letters, digits and _ in backquotes",
+            ) from None
         return cls(text, plain, tuple(operands))
 
     @property

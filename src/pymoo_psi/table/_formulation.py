@@ -278,8 +278,12 @@ def _check_names(
     for name, unit in formulation.units.items():
         known_name("units", name, columns)
         if layout.units.get(name, unit) != unit:
-            rule = f"that of the decision, {unit}"
-            raise invalid(f"the unit of {name!r}", rule, layout.units[name], "convert its values")
+            raise invalid(
+                f"the unit of {name!r}",
+                f"that of the decision, {unit}",
+                layout.units[name],
+                "convert its values",
+            )
 
 
 def _formulated_layout(

@@ -50,8 +50,9 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
     for table in tables[1:]:
         differing = difference(whole, table)
         if differing:
-            rule = "of one problem and formulation to be joined"
-            raise invalid("tables", rule, Received(differing))
+            raise invalid(
+                "tables", "of one problem and formulation to be joined", Received(differing)
+            )
         problem = table.problem
         if "problem" in (whole.problem or {}):
             problem = whole.problem
@@ -104,9 +105,12 @@ def require_one_formulation(tables: Sequence[TestTable]) -> None:
             value = getattr(formulations[0], name)
             other = getattr(formulation, name)
             if (value or None) != (other or None):
-                received = Received(f"{name} {value} against {other}")
-                remedy = "ask each of them by the same table.under(...)"
-                raise invalid("tables", "under one formulation to be joined", received, remedy)
+                raise invalid(
+                    "tables",
+                    "under one formulation to be joined",
+                    Received(f"{name} {value} against {other}"),
+                    "ask each of them by the same table.under(...)",
+                )
 
 
 def require_one_result(table: TestTable, first: Rows | None = None) -> None:
@@ -141,10 +145,12 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
             tests = earlier
             if later != earlier:
                 tests = f"{earlier} and {later}, the same design"
-            received = Received(f"{one[i]} and {two[i]} as {name} of {tests}")
-            rule = "of one result for each test point and design"
-            remedy = "do not join runs of different problems, bounds or versions"
-            raise invalid("tests", rule, received, remedy)
+            raise invalid(
+                "tests",
+                "of one result for each test point and design",
+                Received(f"{one[i]} and {two[i]} as {name} of {tests}"),
+                "do not join runs of different problems, bounds or versions",
+            )
 
 
 def _full_name(table: TestTable, row: Any) -> str:

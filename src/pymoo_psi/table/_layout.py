@@ -93,8 +93,11 @@ class Layout:
         self._set("maximize", tuple(name for name in columns if name in self.maximize))
         for name, count in Counter((*RESERVED, *self.columns)).items():
             if count > 1:
-                rule = f"distinct, and none of {', '.join(RESERVED)}"
-                raise invalid("the names of a test table", rule, name)
+                raise invalid(
+                    "the names of a test table",
+                    f"distinct, and none of {', '.join(RESERVED)}",
+                    name,
+                )
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)

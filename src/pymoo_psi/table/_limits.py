@@ -144,9 +144,12 @@ def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any
     for entry in entries_of(texts):
         match = _LIMIT.fullmatch(entry)
         if match is None or not (match["left"] or match["right"]):
-            remedy = "use <= or >=, plain numbers with a decimal point, and no units"
-            rule = "of the form column<=number or number<=column<=number, joined by commas"
-            raise invalid(argument, rule, Received(entry or "nothing"), remedy)
+            raise invalid(
+                argument,
+                "of the form column<=number or number<=column<=number, joined by commas",
+                Received(entry or "nothing"),
+                "use <= or >=, plain numbers with a decimal point, and no units",
+            )
         sides = sides_by_column.setdefault(match["name"], {})
         if match["left"]:
             # 1 <= x is x >= 1.
@@ -162,9 +165,12 @@ def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any
 def _require_one_meaning(number: str, text: str, argument: str) -> None:
     """Refuse a number that people write for five and for five thousand alike."""
     if _AMBIGUOUS.fullmatch(number):
-        remedy = f"write {number.replace('.', '')}, or one decimal more or less"
-        received = Received(f"{text}, with a decimal point or one between thousands")
-        raise invalid(argument, "of numbers with one meaning", received, remedy)
+        raise invalid(
+            argument,
+            "of numbers with one meaning",
+            Received(f"{text}, with a decimal point or one between thousands"),
+            f"write {number.replace('.', '')}, or one decimal more or less",
+        )
 
 
 def ends(column: Any, limit: Any) -> tuple[float, float]:
@@ -227,9 +233,13 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
         known_name("a limit", name, free, remedy)
         bounds[name] = ends(name, limit)
         if name in layout.maximize and not isinstance(limit, (tuple, list)):
-            argument = f"the limit on {name!r}, which is maximised,"
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
-            raise invalid(argument, "a pair (lower, upper)", limit, remedy)
+            raise invalid(
+                f"the limit on {name!r}, which is maximised,",
+                "a pair (lower, upper)",
+                limit,
+                remedy,
+            )
     # The order of the columns, not of the mapping: columns of violations stand in it.
     bounded = [name for name in layout.columns if name in bounds]
     return {name: bounds[name] for name in bounded if np.isfinite(bounds[name]).any()}

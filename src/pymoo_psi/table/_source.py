@@ -175,9 +175,12 @@ def _require_directions(cells: Cells, formulation: Formulation) -> None:
     """Refuse the frame of a test table: without directions all objectives would be minimized."""
     is_frame_of_tests = cells.columns.keys() >= {*RESERVED[1:]} and not cells.head
     if is_frame_of_tests and not formulation.objectives:
-        rule = "a whole test table, or its frame with the objectives named"
-        remedy = "give the table itself, or Formulation(objectives=..., maximize=...)"
-        raise invalid("source", rule, Received("a part of one"), remedy)
+        raise invalid(
+            "source",
+            "a whole test table, or its frame with the objectives named",
+            Received("a part of one"),
+            "give the table itself, or Formulation(objectives=..., maximize=...)",
+        )
 
 
 def designs_head(designs: TestTable, columns: Sequence[str], numbers: Collection[str]) -> Head:

@@ -526,8 +526,9 @@ class TestTable(Tests, Shown):
             4             refined      2  2.0   False
         """
         if not isinstance(experiments, Mapping) or not experiments:
-            rule = "tables by name, such as {'coarse': a, 'refined': b}"
-            raise wrong_type("experiments", rule, experiments)
+            raise wrong_type(
+                "experiments", "tables by name, such as {'coarse': a, 'refined': b}", experiments
+            )
         tables = [instance(repr(name), table, TestTable) for name, table in experiments.items()]
         require_one_formulation(tables)
         tested = [table.tested for table in tables]

@@ -165,9 +165,11 @@ class Tests:
         if given is None:
             return
         for row in np.flatnonzero(given != status):
-            rule = "ok where constraints and limits are met, infeasible where not, or failed"
-            received = Received(f"{str(given[row])!r} for test point {self.numbers[row]}")
-            raise invalid("status", rule, received)
+            raise invalid(
+                "status",
+                "ok where constraints and limits are met, infeasible where not, or failed",
+                Received(f"{str(given[row])!r} for test point {self.numbers[row]}"),
+            )
 
     def _violates(self, failed: Mask) -> Mask:
         """``(n,)`` which tests violate a constraint or a limit."""
@@ -382,9 +384,12 @@ class Tests:
         if label is not None:
             labels = self.extra[label].tolist()
             if design in labels and labels != self.numbers.tolist():
-                remedy = f"give its name, such as {self.names[labels.index(design)]!r}, or row="
-                received = Received(f"{design}, which is a label in {label!r}")
-                raise invalid("design", "clear about labels and numbers", received, remedy)
+                raise invalid(
+                    "design",
+                    "clear about labels and numbers",
+                    Received(f"{design}, which is a label in {label!r}"),
+                    f"give its name, such as {self.names[labels.index(design)]!r}, or row=",
+                )
         rows = np.flatnonzero(self.numbers == design)
         if len(rows) == 0:
             raise invalid("design", "the number of a test of the table", design)
@@ -573,8 +578,11 @@ def require_distinct(numbers: Integers) -> None:
         return
     values, counts = np.unique(numbers, return_counts=True)
     if (counts > 1).any():
-        twice = Received(f"test point {values[counts > 1][0]} twice")
-        raise invalid("the test points of a table", "distinct", twice)
+        raise invalid(
+            "the test points of a table",
+            "distinct",
+            Received(f"test point {values[counts > 1][0]} twice"),
+        )
 
 
 def extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
@@ -582,8 +590,11 @@ def extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.ob
     columns = {name: np.fromiter(cells, object) for name, cells in extra.items()}
     for name, column in columns.items():
         if name in (*layout.columns, *RESERVED) or column.shape != (n,):
-            rule = f"{n} cells long and named unlike other columns"
-            raise invalid("an extra column", rule, Received(f"{name!r} of {len(column)}"))
+            raise invalid(
+                "an extra column",
+                f"{n} cells long and named unlike other columns",
+                Received(f"{name!r} of {len(column)}"),
+            )
         column.setflags(write=False)
     if layout.label is not None:
         known_name("label", layout.label, columns)

@@ -69,8 +69,7 @@ def format_of(path: str | PathLike[str], content: str) -> FileFormat:
     for file_format in FORMATS:
         if file_format.suffix == suffix and content in file_format.writes:
             return file_format
-    rule = f"a file with the suffix {' or '.join(suffixes_for(content))}"
-    raise invalid("path", rule, str(path))
+    raise invalid("path", f"a file with the suffix {' or '.join(suffixes_for(content))}", str(path))
 
 
 def source_suffixes() -> list[str]:

@@ -65,8 +65,9 @@ class SourceFile:
             remedy = "give its encoding, often --encoding cp1252 on Windows, or save it as UTF-8"
             raise UnfitError(f"it is no text: {error}; {remedy}") from None
         except (LookupError, ValueError, TypeError):
-            rule = "one that Python knows, such as utf-16"
-            raise invalid("encoding", rule, self.encoding) from None
+            raise invalid(
+                "encoding", "one that Python knows, such as utf-16", self.encoding
+            ) from None
         # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is NUL.
         if "\0" in text:
             remedy = "give its encoding, such as --encoding utf-16-le"
