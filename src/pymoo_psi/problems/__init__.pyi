@@ -23,13 +23,13 @@ from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import stream_designs as stream_designs
 from ._evaluation import streams as streams
-from ._failures import leave_failed_out as leave_failed_out
 from ._failures import tolerance_outside as tolerance_outside
 from ._failures import untolerant as untolerant
 from ._named import Setting as Setting
 from ._program import Output as Output
 from ._program import Program as Program
 from ._program import ProgramRun as ProgramRun
+from ._pymoo import leave_failed_out as leave_failed_out
 from ._pymoo import problem_name as problem_name
 from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import copy
 import zlib
-from functools import partial
 from typing import Any
 
 import numpy as np
-from pymoo.core.algorithm import Algorithm
 
 from pymoo_psi._validation import (
     Mask,
@@ -17,7 +15,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
-from pymoo_psi.problems._pymoo import require_problem, seed_ties
+from pymoo_psi.problems._pymoo import leave_failed_out, require_problem
 from pymoo_psi.problems._requirements import required
 from pymoo_psi.problems._wrapped import (
     WrappedProblem,
@@ -96,9 +94,7 @@ class FailureTolerant(WrappedProblem):
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs like pymoo's ``evaluate``, and keep failed ones out of the optimum."""
-        algorithm = kwargs.get("algorithm")
-        if isinstance(algorithm, Algorithm):
-            leave_failed_out(algorithm)
+        leave_failed_out(kwargs.get("algorithm"))
         return super().evaluate(X, *args, **kwargs)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
@@ -137,26 +133,6 @@ class FailureTolerant(WrappedProblem):
         # designs out of its optimum
         violation = constraint_violation(out["G"], out["H"])
         out["CV"] = np.where(failed, _VIOLATION, violation)[:, None]
-
-
-def leave_failed_out(algorithm: Any) -> None:
-    """Keep failed designs out of an algorithm's optimum, and let the seed decide between them."""
-    seed_ties(algorithm)  # all failed designs have the same violation
-    if "_set_optimum" not in vars(algorithm):
-        # a partial, unlike a closure, is copied and pickled with its algorithm
-        algorithm._set_optimum = partial(_set_optimum, algorithm)
-
-
-def _set_optimum(algorithm: Any, **kwargs: Any) -> None:
-    """Do what the algorithm's ``_set_optimum`` does, and leave failed designs out.
-
-    pymoo's RVEA regards its whole population as optimal as soon as one design is feasible.
-    """
-    type(algorithm)._set_optimum(algorithm, **kwargs)
-    if algorithm.opt is not None:
-        failed = np.array([bool(individual.get("failure")) for individual in algorithm.opt])
-        if not failed.all():  # with failed designs only, pymoo itself returns no result
-            algorithm.opt = algorithm.opt[~failed]
 
 
 def untolerant(problem: Any) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import invalid, wrong_type
@@ -148,3 +149,33 @@ def _with_seeded_ties(
     ties = (first == second) & (first > 0)
     winners[ties, 0] = pairs[ties, 0]
     return winners
+
+
+def leave_failed_out(algorithm: Any) -> None:
+    """Keep designs that failed or never ran out of an algorithm's optimum.
+
+    The seed decides between failed designs, as all have the same violation.
+
+    Args:
+        algorithm: A pymoo algorithm; anything else is left as it is.
+    """
+    if not isinstance(algorithm, Algorithm):
+        return
+    seed_ties(algorithm)
+    if "_set_optimum" not in vars(algorithm):
+        # a partial, unlike a closure, is copied and pickled with its algorithm
+        algorithm._set_optimum = partial(_set_optimum, algorithm)
+
+
+def _set_optimum(algorithm: Any, **kwargs: Any) -> None:
+    """Do what the algorithm's ``_set_optimum`` does, and leave designs without values out.
+
+    pymoo's RVEA regards its whole population as optimal as soon as one design is feasible.
+    """
+    type(algorithm)._set_optimum(algorithm, **kwargs)
+    if algorithm.opt is not None:
+        kept = []
+        for individual in algorithm.opt:
+            kept.append(not individual.get("failure") and bool(np.isfinite(individual.F).all()))
+        if any(kept):  # with none, pymoo itself returns no result
+            algorithm.opt = algorithm.opt[kept]

@@ -22,7 +22,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.problems._design_space import column_titles, design_space
-from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._pymoo import leave_failed_out, require_problem
 from pymoo_psi.problems._wrapped import (
     Evaluate,
     WrappedProblem,
@@ -211,6 +211,11 @@ class Required(WrappedProblem):
         self.names = column_titles(problem, self._space)
         for k, requirement in enumerate(self.required, n + 1):
             self.names[f"g{k}"] = requirement.text
+
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
+        """Evaluate designs like pymoo's ``evaluate``; those that do not run are no optimum."""
+        leave_failed_out(kwargs.get("algorithm"))
+        return super().evaluate(X, *args, **kwargs)
 
     def amounts(self, matrix: AnyArray) -> Array:
         """Return ``(n, k)`` amounts by which n designs violate k requirements, <= 0 where met.

@@ -78,7 +78,8 @@ class Formulation:
             another unit is refused.
         normalize: Whether designs are ranked in units of the objectives' ranges.
         ranges: The ranges ``(lower, upper)`` of all objectives, fixed whatever the limits; empty:
-            those of the Pareto set; None: as the table has it.
+            those of the Pareto set; None: as the table has it. Equal ends are refused for an
+            objective in which designs differ.
         chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
         reason: Why it was chosen.
         page: What else the decision page showed; changes no decision.
@@ -129,7 +130,11 @@ class Formulation:
         self._set("limits", {name: _plain(name, limit) for name, limit in limits.items()})
         if self.ranges is not None:
             pairs = mapping_of("ranges", self.ranges, "objectives to pairs (lower, upper)")
-            self._set("ranges", {name: [*ends(name, pair)] for name, pair in pairs.items()})
+            ranges = {name: [*ends(name, pair)] for name, pair in pairs.items()}
+            for name, pair in ranges.items():
+                if not np.isfinite(pair).all():
+                    raise invalid(f"the range of {name!r}", "of two finite numbers", pair)
+            self._set("ranges", ranges)
         self._set("units", unit_texts(self.units))
         for text in self.computed.values():
             Expression.of(text)
