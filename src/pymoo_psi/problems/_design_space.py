@@ -254,18 +254,27 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     space = getattr(problem, "space", None)  # of a wrapper whose variables differ
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
-    titles = column_titles(problem, space)
-    variables = [replace(v, title=titles.get(v.name, v.name)) for v in space.variables]
-    space = replace(space, variables=tuple(variables))
     if log is None:
         log = _log_attribute(problem)
     collection("log", log, "a list of variables", "one goes into a list too")
+    titles = column_titles(problem, space)
+    variables = []
+    for variable in space.variables:
+        title = titles.get(variable.name, variable.name)
+        kind = variable.kind
+        if variable.name in log or title in log:
+            if not kind.real or variable.lower <= 0:
+                raise invalid(
+                    f"the lower bound of {title}",
+                    "that of a real variable and above 0 on a logarithmic scale",
+                    Received(f"{variable.lower:g} of a {kind.value} variable"),
+                )
+            kind = Kind.LOG
+        variables.append(replace(variable, title=title, kind=kind))
+    space = replace(space, variables=tuple(variables))
     for name in log:
         known_name("log", name, {*space.variable_names, *space.titles})
-    for j, variable in enumerate(variables):
-        if variable.name in log or variable.title in log:
-            variables[j] = _logarithmic(variable)
-    return replace(space, variables=tuple(variables))
+    return space
 
 
 def _log_attribute(problem: Any) -> Collection[str]:
@@ -275,16 +284,6 @@ def _log_attribute(problem: Any) -> Collection[str]:
     if isinstance(log, (list, tuple)) and all(isinstance(name, str) for name in log):
         return log
     return ()
-
-
-def _logarithmic(variable: Variable) -> Variable:
-    bound = f"the lower bound of {variable.title}"
-    rule = "that of a real variable and above 0 on a logarithmic scale"
-    if not variable.kind.real:
-        raise invalid(bound, rule, Received(f"a {variable.kind.value} variable"))
-    if variable.lower <= 0:
-        raise invalid(bound, rule, Received(f"{variable.lower:g}"))
-    return replace(variable, kind=Kind.LOG)
 
 
 def column_titles(problem: Any, space: DesignSpace) -> dict[str, str]:
@@ -340,7 +339,6 @@ def problem_layout(
     if units is None:
         units = getattr(problem, "units", None) or {}
     mapping("names", names, "names to texts")
-    mapping("units", units, "names to texts", "also as an attribute of the problem")
     variables = space.variable_names
     plain = Layout.of(variables, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
     for name in names:
@@ -431,7 +429,8 @@ def _variables(problem: Any) -> Iterator[Variable]:
     """Yield the variables of a problem, checked."""
     if getattr(problem, "vars", None):
         for name, variable in problem.vars.items():
-            kind = _kind_of(variable)
+            kinds = [kind for cls, kind in _CLASSES.items() if isinstance(variable, cls)]
+            kind = kinds[0] if kinds else None
             bounds = getattr(variable, "bounds", ())
             options = tuple(getattr(variable, "options", ()))
             yield _variable(problem, str(name), variable, kind, bounds, options)
@@ -440,14 +439,6 @@ def _variables(problem: Any) -> Iterator[Variable]:
     kind = _TYPES.get(problem.vtype)
     for j, bounds in enumerate(zip(lower, upper, strict=True), 1):
         yield _variable(problem, f"x{j}", problem.vtype, kind, bounds, ())
-
-
-def _kind_of(variable: Any) -> Kind | None:
-    """Return the kind of a variable of pymoo, or None if it has another class."""
-    for cls, kind in _CLASSES.items():
-        if isinstance(variable, cls):
-            return kind
-    return None
 
 
 def _variable(

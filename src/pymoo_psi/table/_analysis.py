@@ -23,7 +23,6 @@ from pymoo_psi._validation import (
     Integers,
     Mask,
     Received,
-    Rows,
     counted,
     instance,
     integer,
@@ -649,7 +648,8 @@ def convergence(table: TestTable) -> Convergence:
         optima.append(optimum)
     rows = np.array(optima)
     exists = rows >= 0
-    volumes, errors = _volumes(scaled, fronts)
+    pairs = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
+    volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)
     mu1 = np.where(exists, frame.distances(table.F[rows])[:, 0], np.inf)
     steps = np.abs(np.diff(scaled[rows], axis=0)).max(axis=1)
     moved = np.append(np.nan, np.where(exists[:-1], steps, np.nan))
@@ -667,10 +667,3 @@ def convergence(table: TestTable) -> Convergence:
         best=np.where(exists[:, None], table.F[rows] * table.layout.sign, np.nan),
         objectives=table.layout.objectives,
     )
-
-
-def _volumes(scaled: Array, fronts: list[Rows]) -> tuple[Array, Array]:
-    """Return the hypervolumes of fronts, as shares of the last one, and their standard errors."""
-    pairs = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
-    volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)
-    return volumes, errors

@@ -149,8 +149,10 @@ class Column(NamedTuple):
             return self.numbers
         if self.problem:
             raise UnfitError(self.problem)
-        remedy = "name objectives that do, or save what a spreadsheet has not computed yet"
-        raise UnfitError(f"its column {self.name!r} holds no number at all; {remedy}")
+        raise UnfitError(
+            f"its column {self.name!r} holds no number at all",
+            "name objectives that do, or save what a spreadsheet has not computed yet",
+        )
 
 
 # From rows to cells
@@ -454,8 +456,10 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     for k, i in enumerate(named):
         if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
             skipped = ",".join(map(str, map(cells.line, named)))
-            problem = f"{cells.where(i)} is called {names[i]!r:.40} and summarises other rows"
-            raise UnfitError(f"{problem}; leave it out by --skip-rows {skipped}, or rename it")
+            raise UnfitError(
+                f"{cells.where(i)} is called {names[i]!r:.40} and summarises other rows",
+                f"leave it out by --skip-rows {skipped}, or rename it",
+            )
 
 
 def _names_of_summaries(column: list[Any]) -> dict[int, str]:

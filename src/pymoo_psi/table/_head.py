@@ -319,12 +319,14 @@ def tests_of_rows(
     """
     with described(where):
         head, n, kinds = _checked(head)
-        names, *tests = _filled(rows) or [()]
+        filled = [row for row in rows if any(cell not in ("", None) for cell in row)]
+        names, *tests = filled or [()]
         # A file cut at the end of a line is one with fewer tests; the number in the head tells.
         if len(tests) != n:
-            problem = f"it holds {len(tests)} of {n} tests, so it was cut or edited"
-            remedy = f'if that is meant, set "tests" in its head to {len(tests)}'
-            raise ValueError(f"{problem}; {remedy}")
+            raise ValueError(
+                f"it holds {len(tests)} of {n} tests, so it was cut or edited; "
+                f'if that is meant, set "tests" in its head to {len(tests)}'
+            )
         if not set(map(len, tests)) <= {len(names)}:
             raise ValueError("its rows differ in length, so that one was cut or edited")
         # By name, not by place: people rearrange columns and add their own, which are not read.
@@ -362,15 +364,6 @@ def _checked(head: Head | None) -> tuple[Head, int, dict[str, Kind]]:
     if version not in (2, 3, _FORMAT):
         raise ValueError(f"its format is {version!r:.20}, this version reads 2 to {_FORMAT}")
     return head, n, kinds_of_columns(_layout_of(head), head.get("extra", ()))
-
-
-def _filled(rows: Iterable[Sequence[Any]]) -> list[Sequence[Any]]:
-    """Return the rows that are not blank."""
-    filled = []
-    for row in rows:
-        if any(cell not in ("", None) for cell in row):
-            filled.append(row)
-    return filled
 
 
 def _text(cell: Any) -> str:

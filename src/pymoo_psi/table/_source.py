@@ -474,8 +474,9 @@ def _checked_head(head: Head) -> Head:
             entries = head.get(key, {})
             checked[key] = {in_a_line(name): value for name, value in entries.items()}
     except (TypeError, AttributeError):
-        problem = "what it says of its columns is damaged or of a later version"
-        raise UnfitError(f"{problem}; {HEAD_REMEDY}") from None
+        raise UnfitError(
+            "what it says of its columns is damaged or of a later version", HEAD_REMEDY
+        ) from None
     return checked
 
 
@@ -502,12 +503,12 @@ def _roles(
         if not objectives:
             objectives = [name for name in _free(others) if _is_candidate(designs, name)]
         if len(objectives) < 2:
-            rule = (
-                "two columns or more must be of numbers and neither label nor result such as rank"
-            )
             received = ", ".join(map(repr, objectives)) or "none"
-            remedy = "to rank by one alone, name it by --objectives"
-            raise UnfitError(f"{rule}, got {received}; {remedy}")
+            raise UnfitError(
+                "two columns or more must be of numbers and neither label nor result such as rank, "
+                f"got {received}",
+                "to rank by one alone, name it by --objectives",
+            )
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
             remedy = ""
@@ -558,7 +559,7 @@ def _incomplete(cells: Cells, objectives: Sequence[str], F: Array, drop: bool) -
         raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
     if not drop:
         place = cells.place(objectives[lacking[rows[0]].argmax()], rows[0])
-        raise UnfitError(f"{place}; leave out such designs by --drop-incomplete")
+        raise UnfitError(place, "leave out such designs by --drop-incomplete")
     places = ", ".join(map(cells.where, rows[:_N_LISTED]))
     if len(rows) > _N_LISTED:
         places += ", …"

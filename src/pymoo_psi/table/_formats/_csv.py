@@ -237,10 +237,10 @@ def _without_comments(rows: RowsByLine) -> RowsByLine:
     n_cells = len(next(iter(rows.values())))
     for end, row in comments.items():
         if len(row) == n_cells > 1 and all(row):
-            remedy = f"leave it out by --skip-rows {end} if it is a comment"
             raise UnfitError(
                 f"line {end} begins with # and has a cell in each column",
-                f"{remedy}, or begin its name otherwise",
+                f"leave it out by --skip-rows {end} if it is a comment, "
+                "or begin its name otherwise",
             )
     return designs
 

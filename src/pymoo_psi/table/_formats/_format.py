@@ -62,16 +62,20 @@ class SourceFile:
             text = self.content.decode(encoding)
         except UnicodeError as error:
             # Any bytes are text in cp1252, right or wrong; so it is not guessed.
-            remedy = "give its encoding, often --encoding cp1252 on Windows, or save it as UTF-8"
-            raise UnfitError(f"it is no text: {error}; {remedy}") from None
+            raise UnfitError(
+                f"it is no text: {error}",
+                "give its encoding, often --encoding cp1252 on Windows, or save it as UTF-8",
+            ) from None
         except (LookupError, ValueError, TypeError):
             raise invalid(
                 "encoding", "one that Python knows, such as utf-16", self.encoding
             ) from None
         # UTF-16 without a mark is valid UTF-8 where it has ASCII only: every second byte is NUL.
         if "\0" in text:
-            remedy = "give its encoding, such as --encoding utf-16-le"
-            raise UnfitError(f"it is no text, as it holds null characters; {remedy}")
+            raise UnfitError(
+                "it is no text, as it holds null characters",
+                "give its encoding, such as --encoding utf-16-le",
+            )
         return text.removeprefix("\ufeff")  # utf-16-le leaves the mark in the text
 
 

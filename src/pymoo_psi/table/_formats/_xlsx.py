@@ -44,8 +44,10 @@ class WorkbookFile(FileFormat):
     def read(self, file: SourceFile) -> Cells | StoredTests:
         """Return the cells of a sheet, or the tests that :meth:`write` wrote."""
         if file.start.startswith(_OLE):
-            problem = "it is a workbook of old, or with a password"
-            raise UnfitError(f"{problem}; save it as .xlsx without one, or as CSV")
+            raise UnfitError(
+                "it is a workbook of old, or with a password",
+                "save it as .xlsx without one, or as CSV",
+            )
         head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
         if is_of_tests(head):
             return tests_of_rows(file.path, head, rows.values(), str)
@@ -125,8 +127,9 @@ def _openpyxl() -> Any:
     try:
         import openpyxl  # type: ignore[import-untyped]
     except ImportError:
-        problem = "a workbook needs openpyxl, which is not installed"
-        raise PsiError(f"{problem}; pip install openpyxl, or use CSV") from None
+        raise PsiError(
+            "a workbook needs openpyxl, which is not installed; pip install openpyxl, or use CSV"
+        ) from None
     return openpyxl
 
 
@@ -167,9 +170,11 @@ def _rows_of_workbook(
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
     if hidden:
-        problem = f"the sheet hides {counted(len(hidden), 'row')}"
         numbers = ",".join(map(str, hidden))
-        raise UnfitError(f"{problem}; show them, or leave them out by --skip-rows {numbers}")
+        raise UnfitError(
+            f"the sheet hides {counted(len(hidden), 'row')}",
+            f"show them, or leave them out by --skip-rows {numbers}",
+        )
     return head, _of_one_length(rows)
 
 
@@ -179,8 +184,10 @@ def _title(titles: Sequence[str], name: str | None) -> str:
         return known_name("sheet", name, titles)
     # Taking the first sheet would rank the wrong one where a cover comes first.
     if len(titles) != 1:
-        problem = f"it has {counted(len(titles), 'sheet')}: {', '.join(titles) or 'none'}"
-        raise UnfitError(f"{problem}; name the one with the designs by --sheet")
+        raise UnfitError(
+            f"it has {counted(len(titles), 'sheet')}: {', '.join(titles) or 'none'}",
+            "name the one with the designs by --sheet",
+        )
     return titles[0]
 
 
