@@ -32,7 +32,6 @@ from pymoo_psi.parallel import (
 )
 from pymoo_psi.pareto import competes, meets_constraints
 from pymoo_psi.problems._wrapped import (
-    WrappedProblem,
     changes_designs_only,
     uses_wrapped_values,
 )
@@ -149,7 +148,7 @@ class _Model:
     """The function that a runner calls: pymoo's, with checked values or the reason for none."""
 
     def __init__(self, problem: Any, args: Any, kwargs: Any, stop: bool) -> None:
-        self.wrappers: list[WrappedProblem] = []
+        self.wrappers = []
         while changes_designs_only(problem):
             self.wrappers.append(problem)
             problem = problem.wrapped

@@ -112,8 +112,8 @@ class NamedProblem(ElementwiseProblem):
     ) -> None:
         require_known_keywords(type(self).__name__, ElementwiseProblem, kwargs, taken=OF_A_MODEL)
         settings = _settings(variables)
-        self.variables: dict[str, Any] = {}
-        self.log: list[str] = []
+        self.variables = {}
+        self.log = []
         for variable_name, setting in settings.items():
             self.variables[variable_name] = setting.variable
             if setting.scale == "log":
@@ -122,7 +122,7 @@ class NamedProblem(ElementwiseProblem):
         self.objectives = [*objectives]
         self.maximize = [*maximize]
         self._name = name
-        self.limits: list[Limit] = []
+        self.limits = []
         for output, text in mapping("limits", limits or {}, "names to limits").items():
             for sign, value in sides_of_text(f"the limit on {output}", text).items():
                 self.limits.append(Limit(output, sign, value))
@@ -169,8 +169,11 @@ class NamedProblem(ElementwiseProblem):
         columns = {name: np.array([value]) for name, value in design.items()}
         for required in self._required:
             if required.violation(columns)[0] > 0:
-                remedy = "give the algorithm Required(problem)"
-                raise EvaluationError(x, f"it violates the requirement {required.name}; {remedy}")
+                raise EvaluationError(
+                    x,
+                    f"it violates the requirement {required.name}; "
+                    "give the algorithm Required(problem)",
+                )
         outputs = self.values(design)
         out["F"], out["G"] = self.objectives_and_constraints(outputs)
         for name, value in outputs.items():

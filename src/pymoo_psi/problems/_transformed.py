@@ -92,7 +92,7 @@ class LogScaled(Transformed):
         require_problem(problem)
         space = design_space(problem, log=log)
         variables = [*space.variables]
-        self._log: dict[int, Variable] = {}
+        self._log = {}
         for j, variable in enumerate(space.variables):
             if variable.kind is Kind.LOG and not variable.fixed:
                 self._log[j] = variable

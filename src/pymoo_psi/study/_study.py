@@ -116,7 +116,7 @@ class Study:
     def __init__(self, path: str | PathLike[str], *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
             raise wrong_type("study path", "the name of a file", path)
-        self.path: str = os.path.realpath(path)
+        self.path = os.path.realpath(path)
         for suffix in (*_JOURNALS, "-shm", _LOCK):
             if self.path.endswith(suffix):
                 raise invalid(

@@ -291,7 +291,8 @@ def read_columns(
     readings = {}
     certain = set()
     for name, column in cells.columns.items():
-        readings[name] = _readings(column, notations)
+        plain = list(map(_plain, column))
+        readings[name] = {n.decimal: list(map(n.number, plain)) for n in notations}
         marks = _possible_marks(readings[name])
         if len(marks) == 1 and name not in labels:
             certain.add(marks[0])
@@ -308,6 +309,16 @@ class _Notation(NamedTuple):
     pattern: re.Pattern[str]
     translation: dict[int, str]
 
+    def number(self, cell: Any) -> float | None:
+        """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
+        if isinstance(cell, str) and len(cell) <= _LONGEST and self.pattern.fullmatch(cell):
+            return float(cell.translate(self.translation))
+        if _is_numeric(cell):
+            return float(str(cell))  # infinite for an integer beyond float64
+        if is_blank(cell):
+            return np.nan
+        return None
+
 
 def _notations(decimal: str | None, thousands: str | None) -> list[_Notation]:
     """Return the notations that the decimal mark and the mark between thousands allow."""
@@ -317,9 +328,7 @@ def _notations(decimal: str | None, thousands: str | None) -> list[_Notation]:
         raise invalid("thousands", "'.', ',', ' ' or \"'\", and not the decimal mark", thousands)
     if decimal is None and thousands in _OTHER:
         decimal = _OTHER[thousands]
-    if decimal is not None:
-        return [_notation(decimal, thousands)]
-    return [_notation(".", thousands), _notation(",", thousands)]
+    return [_notation(mark, thousands) for mark in decimal or ".,"]
 
 
 def _notation(decimal: str, thousands: str | None) -> _Notation:
@@ -335,26 +344,6 @@ def _notation(decimal: str, thousands: str | None) -> _Notation:
     pattern = re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity|∞)", re.IGNORECASE)
     translation = dict.fromkeys(gaps, "") | {decimal: ".", "∞": "inf"}
     return _Notation(decimal, pattern, str.maketrans(translation))
-
-
-def _readings(cells: list[Any], notations: list[_Notation]) -> _Readings:
-    """Return the numbers in a column under each notation."""
-    plain = list(map(_plain, cells))
-    readings = {}
-    for decimal, pattern, translation in notations:
-        readings[decimal] = [_number(cell, pattern, translation) for cell in plain]
-    return readings
-
-
-def _number(cell: Any, pattern: re.Pattern[str], translation: dict[int, str]) -> float | None:
-    """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
-    if isinstance(cell, str) and len(cell) <= _LONGEST and pattern.fullmatch(cell):
-        return float(cell.translate(translation))
-    if _is_numeric(cell):
-        return float(str(cell))  # infinite for an integer beyond float64
-    if is_blank(cell):
-        return np.nan
-    return None
 
 
 def _possible_marks(readings: _Readings) -> list[str]:

@@ -235,8 +235,10 @@ class Formulation:
                 known_name("an entry", name, ATTRIBUTES)
             return cls(**entries)
         except (ValueError, TypeError, RecursionError) as error:
-            rule = "a formulation, as Formulation.to_json and 'Save decision' of the page write it"
-            raise ArgumentValueError(f"{path} must be {rule}: {error}") from None
+            raise ArgumentValueError(
+                f"{path} must be a formulation, as Formulation.to_json and 'Save decision' of the "
+                f"page write it: {error}"
+            ) from None
 
 
 ATTRIBUTES = [attribute.name for attribute in fields(Formulation)]

@@ -272,8 +272,9 @@ def described(where: object) -> Iterator[None]:
         problem = str(error)
         if isinstance(error, KeyError):
             problem = f"the column or entry {error} is missing"
-        rule = "a table of tests, of to_csv or 'pymoo-psi export'"
-        raise ArgumentValueError(f"{where} must be {rule}: {problem}") from None
+        raise ArgumentValueError(
+            f"{where} must be a table of tests, of to_csv or 'pymoo-psi export': {problem}"
+        ) from None
 
 
 def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kind]:

@@ -93,7 +93,7 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
     if limits is None:
         return {}
     if isinstance(limits, str):
-        return _limits_of_texts([limits], argument)
+        limits = [limits]
     if isinstance(limits, (list, tuple)) and all(isinstance(text, str) for text in limits):
         return _limits_of_texts(limits, argument)
     rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"

@@ -401,8 +401,10 @@ def _table(
     for j, name in enumerate(objectives):
         F[:, j] = columns[name].required()
     if not formulation.objectives and not head["objectives"] and _counts(F[:, 0]):
-        remedy = "if it only numbers designs, name the objectives"
-        remarks.append(f"{objectives[0]}, taken as an objective, counts the rows; {remedy}.")
+        remarks.append(
+            f"{objectives[0]}, taken as an objective, counts the rows; "
+            "if it only numbers designs, name the objectives."
+        )
     values_by_variable = {}
     uncertain = []
     for name in variable_names:
