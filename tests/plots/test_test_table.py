@@ -55,7 +55,7 @@ def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):
     assert inside[osy.feasible()].all()
     assert (high - low < 3.5 * np.ptp(osy.F[osy.feasible()], axis=0)).all()
     assert sum(map(len, points(ax).values())) == inside.sum() < len(osy)
-    far = f" {len(osy) - inside.sum()} designs outside the axes, far from the others."
+    far = f" {len(osy) - inside.sum()} designs outside the axes."
     assert far in figure.caption
 
 
@@ -119,7 +119,7 @@ def test_one_outlier_does_not_flatten_a_histogram_and_is_reported():
     assert figure.axes[1].get_xlim()[1] <= 1
     assert max(heights) < 25
     assert sum(heights) == pytest.approx(99.5)
-    assert figure.caption.endswith(" Outside the histograms, far from the others: 1 value of heat.")
+    assert figure.caption.endswith(" Outside the histograms: 1 value of heat.")
     assert {"bars: feasible (200)"} < {*texts(figure)}
     assert len(texts(figure)) == 3
 

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers a
 
 # What the workers know: the modules are imported once, and every worker is a fork of the server.
 SERVER = """
-import json, os, signal, sys, time, traceback
+import json, os, signal, sys, tempfile, time, traceback
 from pymoo_psi.errors import PsiError, StudyAccessError
 from pymoo_psi.study import Study
 from tests.study.studies import HEAD, begun, block, read
@@ -162,8 +162,15 @@ def test_readers_see_whole_blocks_while_others_write(tmp_path, workers):
 # Disks and rights
 
 
-# Rights do not bind root. What is imported late is imported before: the packages may be root's.
-DROP = "block(1, 1)\nif os.getuid() == 0: os.setgid(65534); os.setuid(65534)\n"
+# Rights do not bind root. What Python and the packages import late is imported before, by doing all
+# of it once: their folders may be root's alone.
+DROP = """
+with tempfile.TemporaryDirectory() as rehearsal:
+    once = begun(rehearsal + "/s.db")
+    once.append(block(1, 1))
+    read(once.path)
+if os.getuid() == 0: os.setgid(65534); os.setuid(65534)
+"""
 
 
 @pytest.mark.parametrize("rights", [0o555, 0o777])

@@ -235,7 +235,7 @@ class Points:
             text += f", {failed.sum()} failed"
         n_far = (outside & ~failed).sum()
         if n_far:
-            text += f". {counted(n_far, 'design')} outside the axes, far from the others"
+            text += f". {counted(n_far, 'design')} outside the axes"
         return f"{text}."
 
 

@@ -198,7 +198,7 @@ def _outside(histograms: Sequence[Histogram]) -> str:
             parts.append(f"{counted(n, 'value')} of {bars.variable}")
     if not parts:
         return ""
-    return f"Outside the histograms, far from the others: {', '.join(parts)}."
+    return f"Outside the histograms: {', '.join(parts)}."
 
 
 # Objectives in pairs
