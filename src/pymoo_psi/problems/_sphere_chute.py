@@ -7,7 +7,14 @@ from typing import Any
 from numpy.typing import ArrayLike
 from pymoo.core.problem import ElementwiseProblem, Problem
 
-from pymoo_psi._validation import Received, finite_array, finite_number, invalid, known_name
+from pymoo_psi._validation import (
+    Received,
+    finite_array,
+    finite_number,
+    invalid,
+    known_name,
+    require_shape,
+)
 from pymoo_psi.chute import MODELS, ChuteParameters, criteria, motion
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 
@@ -111,6 +118,5 @@ class VectorizedSphereChute(_ChuteProblem):
 
 def _pair(name: str, value: ArrayLike) -> Any:
     pair = finite_array(name, value)
-    if pair.shape != (2,):
-        raise invalid(name, "two numbers", value)
+    require_shape(name, pair, (2,))
     return pair

@@ -473,13 +473,13 @@ def _summarises(row: Array, F: Array) -> bool:
     varied = least < greatest
 
     def close(summary: Array) -> Mask:
-        return np.asarray(np.abs(summary - row) <= _ROUNDED * np.abs(row))
+        return np.abs(summary - row) <= _ROUNDED * np.abs(row)
 
+    matches = [(row == least) | (row == greatest)]
     with np.errstate(all="ignore"):
         sums = close(np.nansum(F, axis=0))
-        matches = [close(np.nanmean(F, axis=0)), close(np.nanmedian(F, axis=0))]
-        matches.append(close(np.nanstd(F, axis=0)))
-    matches.append((row == least) | (row == greatest))
+        for summary in (np.nanmean, np.nanmedian, np.nanstd):
+            matches.append(close(summary(F, axis=0)))
     if varied.any() and any(match[varied].all() for match in matches):
         return True
     # Beside sums there may be ratios of sums; but a design may be the best in many columns.

@@ -163,7 +163,7 @@ def _full_name(table: TestTable, row: Any) -> str:
 def blank(column: AnyArray) -> Mask:
     """``(n,)`` which cells hold nothing."""
     if column.dtype.kind == "f":
-        return np.asarray(np.isnan(column))
+        return np.isnan(column)
     return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
 
 
