@@ -12,7 +12,7 @@ import numpy as np
 import openpyxl
 import pandas as pd
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
@@ -221,7 +221,7 @@ def test_designs_are_called_by_their_labels_or_rows(read):
     assert read("id,a,b\n7,1,2\nB,2,1\n").names == ["id 7", "B"]
     assert read("id,a,b\n007,1,2\n8,2,1\n").extra["id"].tolist() == ["007", "8"]
     assert "counts the rows" in read("Versuch,a\n7,3\n8,4\n9,4\n").remarks[0]
-    assert read("Versuch,a\n7,3\n8,4\n8,4\n").remarks == ()
+    assert read("Versuch,a\n7,3\n8,4\n8,5\n").remarks == ()
 
 
 def test_only_columns_that_are_needed_must_be_readable(read):
@@ -476,6 +476,7 @@ def styles(draw):
         columns[f"c{j}"] = values
         texts.append(cells)
     lines = [separator.join(columns), *(separator.join(row) for row in zip(*texts, strict=True))]
+    assume(len({*lines}) == len(lines))  # equal rows count once
     end = draw(st.sampled_from(["\n", "\r\n"]))
     title = draw(st.sampled_from(["", f"# made in May{end}"]))
     encoding = draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "cp1252"]))
@@ -523,6 +524,7 @@ def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, de
         st.lists(st.text("0123456789.,-+eE '", min_size=1, max_size=8), min_size=2, max_size=2),
         min_size=1,
         max_size=4,
+        unique_by=tuple,
     )
 )
 def test_a_number_that_programs_read_is_read_the_same(path, cells):
@@ -547,3 +549,67 @@ def test_the_frame_of_a_test_table_has_lost_its_directions():
     assert read_table(table.to_frame(), named).F.tolist() == table.F.tolist()
     with pytest.raises(PsiError, match="objectives must be columns that are named once, got 'f1'"):
         Formulation(objectives=["f1", "f1"])
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ["3D printing,1,2", "2K moulding,3,1", "casting,2,2"],
+        ["3D printing,1,2", "3D milling,3,1", "5-axis milling,2,2"],
+    ],
+)
+def test_a_digit_in_front_of_words_makes_no_number(tmp_path, rows):
+    path = tmp_path / "set.csv"
+    path.write_text("\n".join(["process,cost,mass", *rows]))
+    table = read_table(path)
+    assert table.layout.objectives == ("cost", "mass")
+    assert table.extra["process"].tolist() == [row.split(",")[0] for row in rows]
+
+
+@pytest.mark.parametrize("cells", [["5 kg", "6 kg"], ["10k Euro", "20k Euro"], ["5 minutes", "7"]])
+def test_numbers_with_units_are_still_refused(tmp_path, cells):
+    path = tmp_path / "set.csv"
+    path.write_text(f"a,cost,mass\n{cells[0]},1,2\n{cells[1]},2,1\n")
+    with pytest.raises(PsiError, match="no plain number"):
+        read_table(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\nИтого;9;11\n", "line 5) is called 'Итого' and"),
+        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\n合计;9;11\n", "line 5) is called '合计' and"),
+        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\n;9;11\n", "line 5) has no name and"),
+        ("cost;mass\n1;2\n3;4\n5;5\n9;11\n", "line 5) has no name and"),
+    ],
+)
+def test_sums_in_other_languages_or_without_a_name_are_no_designs(tmp_path, text, said):
+    path = tmp_path / "set.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(PsiError, match=re.escape(said)):
+        read_table(path)
+    path.write_text(text.replace("11", "10"), encoding="utf-8")  # no sum any more
+    if not text.startswith("name"):
+        assert len(read_table(path)) == 4
+
+
+def test_equal_rows_of_a_file_count_once(tmp_path):
+    path = tmp_path / "set.csv"
+    path.write_text("name,cost,mass\nA,1,2\nB,2,1\nA,1,2\nA,1,3\nB,2,1\n")
+    table = read_table(path)
+    assert table.numbers.tolist() == [1, 2, 4]
+    assert table.remarks[0] == "2 rows left out, equal to another one in all cells."
+    assert len(read_table(pd.read_csv(path))) == 5
+    assert len(read_table(np.ones((3, 2)))) == 3
+
+
+def test_hidden_columns_of_a_workbook_are_named(tmp_path):
+
+    book = openpyxl.Workbook()
+    for row in (["name", "cost", "margin", "mass"], ["A", 1, 7, 2], ["B", 2, 8, 1]):
+        book.active.append(row)
+    book.active.column_dimensions["C"].hidden = True
+    book.active.column_dimensions["Z"].hidden = True
+    book.save(tmp_path / "set.xlsx")
+    with pytest.raises(PsiError, match=r"hides the columns C; show or delete them"):
+        read_table(tmp_path / "set.xlsx")

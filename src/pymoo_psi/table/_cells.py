@@ -50,19 +50,23 @@ _OTHER = {".": ",", ",": "."}
 _GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
 _LONGEST = 100  # characters of a number; a longer text is not searched for one
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
-# =A1; but not dates and times.
+# =A1; but not dates and times, nor a digit in front of words: 3D printing, 2K moulding, 5 bolts M8.
 _NUMBERLIKE = re.compile(
     r"(?!\d{4}-\d\d?-\d\d?(?:[T ].*)?$|\d\d?[./]\d\d?[./]\d{2,4}$|\d\d?:\d\d(?::\d\d)?$)"
-    r"(?:=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d)",
+    r"(?:=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d"
+    r"(?![\w.,]*[\s-]*[^\W\d]+[\s-]+[^\W\d]{4,}))",
     re.IGNORECASE,
 )
+_LEADING = re.compile(r"\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
 # What spreadsheets and people call rows that summarise others: sums, means, extremes.
 _SUMMARY = re.compile(
     r"\b(sums?|totals?|subtotal|σ|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|teilsumme|"
     r"ergebnis|gesamtergebnis|teilergebnis|somme|suma|totale|mean|average|avg|ø|mittel|mittelwert|"
-    r"durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|deviation|"
+    r"durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|deviation|итого|всего|"
+    r"сумма|среднее|підсумок|разом|razem|suma|celkem|összesen|toplam|ortalama|totaal|gemiddelde|"
+    r"totalt|gennemsnit|keskiarvo|yhteensä|soma|média|σύνολο|합계|평균|合计|总计|合計|平均|"
     r"standardabweichung|min|minimum|max|maximum|best|worst|ideal|nadir|utopia|bester|"
     r"schlechtester)\b",
     re.IGNORECASE,
@@ -399,7 +403,11 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     if any(number is not None and number == number for number in numbers):
         rule = "no plain number like the others"
     else:
-        others = [i for i in others if _looks_like_number(cells.columns[name][i])]
+        column = cells.columns[name]
+        # Numbers of one unit, such as 5 k Euro, or texts?
+        units = {_LEADING.sub("", str(column[i]).strip(), count=1) for i in others}
+        if len(units) > 1 or not _LEADING.match(str(column[others[0]])):
+            others = [i for i in others if _looks_like_number(column[i])]
     if not others:
         return ""
     return (
@@ -433,6 +441,8 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
         else:
             names |= _names_of_summaries(column.cells)
     n = len(cells.rows)
+    if numbers and _is_nameless_sum(cells.columns.get(cells.label or ""), np.array(numbers).T):
+        names[n - 1] = ""
     # Words in most of many rows are values of a column, such as the levels min and max.
     if not names or not numbers or len(names) > max(10, n // 2):
         return
@@ -445,10 +455,25 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     for k, i in enumerate(named):
         if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
             skipped = ",".join(map(str, map(cells.line, named)))
+            called = f"is called {names[i]!r:.40}" if names[i] else "has no name"
             raise UnfitError(
-                f"{cells.where(i)} is called {names[i]!r:.40} and summarises other rows",
+                f"{cells.where(i)} {called} and summarises other rows",
                 f"leave it out by --skip-rows {skipped}, or rename it",
             )
+
+
+def _is_nameless_sum(labels: Sequence[Any] | None, F: Array) -> bool:
+    """Say whether the last row is one of sums without a name.
+
+    Among designs with names a blank one is enough to suspect it; without any names, the row must
+    be the sum of three rows or more in all of several columns.
+    """
+    if labels is not None:
+        return is_blank(labels[-1]) and not any(map(is_blank, labels[:-1]))
+    above = F[:-1]
+    if len(above) < 3 or F.shape[1] < 2 or (above == 0).all(axis=0).any():
+        return False
+    return np.allclose(above.sum(axis=0), F[-1], rtol=1e-9, atol=0)
 
 
 def _names_of_summaries(column: list[Any]) -> dict[int, str]:

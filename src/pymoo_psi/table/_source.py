@@ -136,7 +136,7 @@ def read_table(
         else:
             asked = formulation or Formulation()
             _require_directions(content, asked)
-            designs = _designs(content, decimal, thousands)
+            designs = _designs(content, decimal, thousands, is_file=path is not None)
             table = _table(designs, asked, variables, drop_incomplete)
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
@@ -284,8 +284,13 @@ class _Designs(NamedTuple):
     remarks: list[str]
 
 
-def _designs(cells: Cells, decimal: str | None, thousands: str | None) -> _Designs:
-    """Return the designs in cells.
+def _designs(
+    cells: Cells, decimal: str | None, thousands: str | None, *, is_file: bool
+) -> _Designs:
+    """Return the designs in cells; of equal rows of a file, the first.
+
+    Rows of a frame or an array stay, as its owner counts them, and as results of pymoo may be equal
+    in their objectives.
 
     Raises:
         ArgumentValueError: No design is feasible, or a row summarises others.
@@ -298,6 +303,12 @@ def _designs(cells: Cells, decimal: str | None, thousands: str | None) -> _Desig
     if len(taken) < n_rows:
         left_out = counted(n_rows - len(taken), "design")
         remarks.append(f"{left_out} left out as not feasible.")
+    if is_file:
+        n_feasible = len(taken)
+        taken = _first_of_equal(cells, taken)
+        if len(taken) < n_feasible:
+            n_repeats = counted(n_feasible - len(taken), "row")
+            remarks.append(f"{n_repeats} left out, equal to another one in all cells.")
     # A failed design may hold anything, so it is left out before numbers are read.
     columns_of_results = {*_DERIVED}
     if _is_export(cells):
@@ -331,6 +342,14 @@ def _feasible_rows(cells: Cells, n_rows: int) -> list[int]:
     if _is_export(cells):
         taken &= np.array(cells.columns["mark"], dtype=object) != "prototype"
     return np.flatnonzero(taken).tolist()
+
+
+def _first_of_equal(cells: Cells, rows: Sequence[int]) -> list[int]:
+    """Return the rows without those that have the same cells as one before."""
+    first: dict[tuple[str, ...], int] = {}
+    for i in rows:
+        first.setdefault(tuple(str(column[i]) for column in cells.columns.values()), i)
+    return [*first.values()]
 
 
 def _is_export(cells: Cells) -> bool:

@@ -143,7 +143,7 @@ def _rows_of_workbook(
 
     Raises:
         ArgumentValueError: It is no workbook, there is no sheet of that name, it is not known which
-            one is meant, or the sheet hides rows that are not left out.
+            one is meant, or the sheet hides columns, or rows that are not left out.
         PsiError: openpyxl is not installed.
     """
     openpyxl = _openpyxl()
@@ -164,18 +164,24 @@ def _rows_of_workbook(
                 row = list(map(_shown, cells))
                 if not all(map(_is_nothing, row)):
                     rows[number] = row
-            hidden = sorted(_hidden_rows(sheet) & rows.keys() - {*skip_rows})
+            hidden_rows, hidden_columns = _hidden(sheet)
     except PsiError:
         raise
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    if hidden:
-        numbers = ",".join(map(str, hidden))
+    hidden_rows = sorted({*hidden_rows} & rows.keys() - {*skip_rows})
+    if hidden_rows:
+        numbers = ",".join(map(str, hidden_rows))
         raise UnfitError(
-            f"the sheet hides {counted(len(hidden), 'row')}",
+            f"the sheet hides {counted(len(hidden_rows), 'row')}",
             f"show them, or leave them out by --skip-rows {numbers}",
         )
-    return head, _of_one_length(rows)
+    rows = _of_one_length(rows)
+    width = max(map(len, rows.values()), default=0)
+    letters = [openpyxl.utils.get_column_letter(j) for j in hidden_columns if j <= width]
+    if letters:
+        raise UnfitError(f"the sheet hides the columns {', '.join(letters)}", "show or delete them")
+    return head, rows
 
 
 def _title(titles: Sequence[str], name: str | None) -> str:
@@ -205,20 +211,27 @@ def _sheet_head(rows: Iterable[Sequence[Any]]) -> Head:
     return head
 
 
-def _hidden_rows(sheet: Any) -> set[int]:
-    """Return the hidden rows of a sheet, which openpyxl tells only where it loads everything."""
+def _hidden(sheet: Any) -> tuple[list[int], list[int]]:
+    """Return the hidden rows and columns of a sheet, by number.
+
+    openpyxl tells them only where it loads everything.
+    """
     from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
 
-    hidden = set()
+    rows = []
+    columns: list[int] = []
     number = 0
     with sheet._get_source() as file:
         for _, element in iterparse(file):
+            is_hidden = element.get("hidden") in ("1", "true")
+            if element.tag.endswith("}col") and is_hidden:
+                columns += range(int(element.get("min", 1)), int(element.get("max", 1)) + 1)
             if element.tag.endswith("}row"):
                 number = int(element.get("r", number + 1))
-                if element.get("hidden") in ("1", "true"):
-                    hidden.add(number)
+                if is_hidden:
+                    rows.append(number)
                 element.clear()
-    return hidden
+    return rows, columns
 
 
 def _of_one_length(rows: RowsByLine) -> RowsByLine:
