@@ -106,7 +106,7 @@ class StudyVersionError(StudyError):
         ...         read_table(path)
         ...     except StudyVersionError as error:
         ...         print(error)
-        study ...chute.db has format 99, but this version of pymoo-psi reads format ...
+        study ...chute.db has format 99, but this version of pymoo-psi reads formats 4 and 5...
     """
 
 

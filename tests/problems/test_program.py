@@ -3,11 +3,9 @@
 import json
 import re
 import signal
-import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +15,7 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, JoblibRunner, ProgramProblem, PsiError, investigate, nsga3
 from pymoo_psi.errors import StudyMismatchError
 from tests.processes import gone, posix, until
+from tests.study.studies import as_version_0_3, edit
 
 # A solver as one writes it: reads a deck, prints a log, leaves a table and JSON.
 SOLVER = """
@@ -266,12 +265,9 @@ def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
         with pytest.raises(StudyMismatchError, match="hidden and linked files"):
             investigate(problem, 2, study=study)
         changed.write_text(before)
-    with closing(sqlite3.connect(study)) as db:
-        (text,) = db.execute("SELECT value FROM study WHERE name = 'head'").fetchone()
-        head = json.loads(text)
-        del head["problem"]["parameters"]["hidden and linked files"]
-        db.execute("UPDATE study SET value = ? WHERE name = 'head'", [json.dumps(head)])
-        db.commit()
+    as_version_0_3(study)
+    entry = "$.problem.parameters.hidden and linked files"
+    edit(study, f"UPDATE study SET value = json_remove(value, '{entry}') WHERE name = 'head'")
     (linked / "data").write_text("3")
     assert investigate(problem, 4, study=study).F.tolist() == [[1], [1], [3], [3]]
 

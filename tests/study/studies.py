@@ -1,5 +1,7 @@
 """Studies to test: their head, blocks of tests, and what is compared of them and of folders."""
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -69,3 +71,20 @@ def begun(path, head=HEAD, **options):
     study = Study(path, **options)
     study.begin(head)
     return study
+
+
+def edit(path, *statements):
+    with closing(sqlite3.connect(path, isolation_level=None)) as db:
+        for statement in statements:
+            db.execute(statement)
+
+
+def as_version_0_3(path):
+    """Take from a study what its format has and that of version 0.3 had not."""
+    edit(
+        path,
+        "ALTER TABLE tests DROP COLUMN row_checksum",
+        "ALTER TABLE proposals DROP COLUMN checksum",
+        "DELETE FROM study WHERE name = 'checksum'",
+        "PRAGMA user_version = 4",
+    )

@@ -2,7 +2,6 @@
 
 import os
 import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from pymoo_psi.errors import (
     StudyVersionError,
 )
 from pymoo_psi.study import Study
-from tests.study.studies import HEAD, begun, bits, block, contents, read
+from tests.study.studies import HEAD, as_version_0_3, begun, bits, block, contents, edit, read
 
 PAGE = 4096
 
@@ -37,12 +36,6 @@ def calls(path):
         lambda: study.append(block(1, 1)),
         lambda: study.contents(1, 5)[1],
     )
-
-
-def edit(path, *statements):
-    with closing(sqlite3.connect(path, isolation_level=None)) as db:
-        for statement in statements:
-            db.execute(statement)
 
 
 # Not there, foreign
@@ -268,17 +261,6 @@ def test_facts_and_proposals_with_another_value_are_reported(study, statement):
     edit(study.path, statement)
     with pytest.raises(StudyCorruptError, match="changed"):
         study.proposals(9, 1)
-
-
-def as_version_0_3(path):
-    """Take from a study what its format has and that of version 0.3 had not."""
-    edit(
-        path,
-        "ALTER TABLE tests DROP COLUMN row_checksum",
-        "ALTER TABLE proposals DROP COLUMN checksum",
-        "DELETE FROM study WHERE name = 'checksum'",
-        "PRAGMA user_version = 4",
-    )
 
 
 def test_a_study_of_version_0_3_is_read_and_continued(study, tmp_path):
