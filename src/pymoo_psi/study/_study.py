@@ -219,8 +219,9 @@ class Study:
             new = _new_tests(db, self.path, facts, columns)
             if new.any():
                 wider_head = _with_outputs(head, columns)
-                _add_columns(db, wider_head, present=_columns(head))
-                _put(db, head=wider_head)
+                if wider_head != head:
+                    _add_columns(db, wider_head, present=_columns(head))
+                    _put(db, head=wider_head)
                 new_columns = {name: column[new] for name, column in columns.items()}
                 new_seconds = np.full(len(new), seconds, dtype=np.float64)[new]
                 _insert(db, wider_head, new_columns, origin, new_seconds)
