@@ -83,6 +83,26 @@ def test_what_is_wrong_is_said_by_try(beam):
     assert (code, printed, err.count("\n")) == (2, "", 1)
 
 
+@pytest.mark.parametrize(
+    ("leaves", "shown"),
+    [
+        ("print('mesh 1 of 7')\nprint('diverged')", "The end of {}/stdout.txt:\nmesh 1 of 7\nd"),
+        ("pass", "{}/stdout.txt is empty."),
+        ("import os; os.remove('stdout.txt')", "There is no file {}/stdout.txt."),
+    ],
+)
+def test_try_shows_once_what_a_file_without_results_holds(beam, leaves, shown):
+    Path("model", "solver.py").write_text(leaves)
+    further = "tilt = {file = 'stdout.txt', pattern = 'tilt = (.+)'}\nmass ="
+    Path("beam.toml").write_text(FILE.replace("mass =", further, 1))
+    code, printed, err = beam("solve", "beam.toml", "--try")
+    assert (code, err) == (1, "")
+    folder = printed.partition("Folder: ")[2].splitlines()[0]
+    assert shown.format(folder) in printed
+    assert printed.count("stdout.txt") <= 5
+    assert "(nor can tilt be read there)" in printed
+
+
 def test_a_mistake_in_the_file_is_one_line(beam):
     Path("beam.toml").write_text(FILE.replace("[2, 4]", "[4, 2]"))
     code, printed, err = beam("solve", "beam.toml", "--try")

@@ -28,7 +28,7 @@ from pymoo_psi import (
     nsga3,
     rank_of_efficiency,
 )
-from pymoo_psi.table import read_table
+from pymoo_psi.table import alike, read_table
 from tests.table.exact_csv import EXACT
 
 
@@ -183,6 +183,23 @@ def test_failures_are_counted_and_tried_again(run):
     for given, left in (([], 32), (["--retry", "failed"], 0)):
         assert run("solve", "models:Mended", *words, *given)[0] == 0
         assert (read_table("s.db").status == "failed").sum() == left
+
+
+def test_failures_that_differ_in_numbers_alone_are_one_reason(run):
+    """Exit codes and names are none of these numbers."""
+    reasons = ["step 3: f1 is 0.5", "step 12: f1 is 7e-3", "step 3: f2 is 1", "exit code 3: at 1"]
+    assert alike([*reasons, "exit code 4: at 1", "exit code 4: at 22"]) == [
+        *["step …: f1 is …"] * 2,
+        "step 3: f2 is 1",
+        "exit code 3: at 1",
+        *["exit code 4: at …"] * 2,
+    ]
+
+
+def test_a_study_of_more_tests_than_asked_for_is_said_to_be_one(run):
+    words = ["solve", "bnh", "--study", "s.db", "--points"]
+    assert "The study has" not in run(*words, 96)[1]
+    assert "The study has 96 tests, of which this run asked for 64." in run(*words, 64)[1]
 
 
 def test_a_problem_is_made_of_options(run):
