@@ -473,7 +473,8 @@ def _is_nameless_sum(labels: Sequence[Any] | None, F: Array) -> bool:
     above = F[:-1]
     if len(above) < 3 or F.shape[1] < 2 or (above == 0).all(axis=0).any():
         return False
-    return np.allclose(above.sum(axis=0), F[-1], rtol=1e-9, atol=0)
+    with np.errstate(all="ignore"):
+        return np.allclose(np.nansum(above, axis=0), F[-1], rtol=1e-9, atol=0)
 
 
 def _names_of_summaries(column: list[Any]) -> dict[int, str]:
