@@ -319,3 +319,22 @@ def test_what_is_an_expression_is_computed_and_not_learned(tmp_path):
     for given in (problem, Recorded(problem, study=tmp_path / "run.db")):
         # the least area is -1; where nothing is computed, the first round reaches -0.4
         assert run(given, 24).table.F[20:, 0].min() < -0.99
+
+
+@pytest.mark.parametrize("limit", [(0.6, None), (None, 0.4), (0.3, 0.6)])
+def test_where_an_output_is_unknown_it_keeps_no_limit(limit):
+    """A design without the output that has a limit is infeasible: proposals go where it is known."""
+
+    class Partial(ElementwiseProblem):
+        def __init__(self):
+            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            out["F"] = [x[0] + 0.3 * x[1], 1 - x[0] + 0.3 * x[1]]
+            out["cool"] = x[1] if x[0] < 0.5 else np.nan
+
+    table = minimize(Partial(), SurrogatePSI(48, limits={"cool": limit}), seed=1).algorithm.table
+    proposed = table.column("proposal_round") > 0
+    assert proposed.any()
+    assert np.isfinite(table.column("cool")[proposed]).mean() > 0.5
+    assert table.feasible()[proposed].mean() > table.feasible()[~proposed].mean()

@@ -350,11 +350,28 @@ class SurrogateSource(Source):
         F = without_penalties(table.F, uniform)
         G = np.where(unknown[:, None], np.nan, table.G[:, :n_ieq])
         G = below_zero(G, n_uniform)
-        outputs = [table.column(name) for name in further]
+        limited = table.under(limits=self._limits)
+        outputs = []
+        for name in further:
+            values = table.column(name)
+            if name in limited.limits:
+                values = _known_or_beyond(values, *limited.limits[name])
+            outputs.append(values)
         Y = np.column_stack([F, G, table.H, *outputs])
         points = self._model.space.points(table.X)
-        eligible = table.under(limits=self._limits).eligible()
+        eligible = limited.eligible()
         return KnownTests(points, Y, eligible, failed, unknown, pending.units)
+
+
+def _known_or_beyond(values: Array, least: float, greatest: float) -> Array:
+    """Return ``(n,)`` values of an output; beyond its limits where a design has none."""
+    finite = values[np.isfinite(values)]
+    if len(finite) == 0:
+        return values
+    beyond = max(finite.max(), greatest + np.ptp(finite))
+    if greatest == np.inf:
+        beyond = min(finite.min(), least - np.ptp(finite))
+    return np.where(np.isnan(values), beyond, values)
 
 
 def _computed(
