@@ -1,5 +1,7 @@
 """Requirements: a model never runs for a design that violates one."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -201,19 +203,32 @@ def test_each_of_several_functions_of_one_name_counts():
         np.testing.assert_array_equal(table.column(name) > 0, total < limit)
 
 
-def test_a_study_knows_what_a_function_requires(tmp_path):
+class AtLeast:
+    def __init__(self, limit):
+        self.limit = limit
+
+    def __call__(self, columns):
+        return columns["width"] >= self.limit
+
+
+def wide_enough(limit, columns):
+    return columns["width"] >= limit
+
+
+@pytest.mark.parametrize("rule", [at_least, AtLeast, lambda limit: partial(wide_enough, limit)])
+def test_a_study_knows_what_a_function_requires(tmp_path, rule):
     """Its code, and the constants that it uses; not only its name."""
     study = tmp_path / "plain.db"
-    table = investigate(Required(Plain(), [at_least(0.5)]), 8, study=study)
-    assert investigate(Required(Plain(), [at_least(0.5)]), 8, study=study).equals(table)
+    table = investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study)
+    assert investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study).equals(table)
     with pytest.raises(StudyMismatchError, match="functions"):
-        investigate(Required(Plain(), [at_least(0.6)]), 8, study=study)
+        investigate(Required(Plain(), {"enough": rule(0.6)}), 8, study=study)
 
     def enough(columns):
         return columns["width"] >= 0.5
 
     with pytest.raises(StudyMismatchError, match="functions"):
-        investigate(Required(Plain(), [enough]), 8, study=study)
+        investigate(Required(Plain(), {"enough": enough}), 8, study=study)
 
 
 def test_those_who_ask_and_tell_are_not_asked_for_a_model_run():

@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -60,19 +60,7 @@ class Requirement:
     @property
     def source(self) -> str:
         """What a function does, empty for a text: its code, and numbers and texts that it uses."""
-        if not inspect.isfunction(self.rule):
-            return type(self.rule).__name__ if callable(self.rule) else ""
-        code = self.rule.__code__
-        try:
-            text = inspect.getsource(code)
-        except OSError:  # typed into an interpreter
-            text = repr((code.co_code, code.co_consts, code.co_names))
-        used = inspect.getclosurevars(self.rule)
-        constants = []
-        for name, value in sorted({**used.globals, **used.nonlocals}.items()):
-            if isinstance(value, (int, float, str)):
-                constants.append((name, value))
-        return f"{text}{constants}{self.rule.__defaults__}"
+        return _source(self.rule) if callable(self.rule) else ""
 
     @property
     def text(self) -> str:
@@ -122,6 +110,30 @@ class Requirement:
             )
         terms = [Expression.of(part) for part in parts[::2]]
         return terms, -1.0 if signs[0] == "<=" else 1.0
+
+
+def _source(function: Any) -> str:
+    """Return the code of a function, or of a value that can be called, and its constants."""
+    if isinstance(function, partial):
+        return f"{_source(function.func)}{function.args}{function.keywords}"
+    constants: dict[str, Any] = {}
+    if not inspect.isfunction(function):
+        constants |= getattr(function, "__dict__", {})
+        function = getattr(type(function), "__call__", function)  # noqa: B004 - its code is read
+    if not inspect.isfunction(function):  # compiled
+        return repr(function)
+    code = function.__code__
+    try:
+        text = inspect.getsource(code)
+    except OSError:  # typed into an interpreter
+        text = repr((code.co_code, code.co_consts, code.co_names))
+    used = inspect.getclosurevars(function)
+    constants |= {**used.globals, **used.nonlocals}
+    plain = []
+    for name, value in sorted(constants.items()):
+        if isinstance(value, (int, float, str)):
+            plain.append((name, value))
+    return f"{text}{plain}{function.__defaults__}"
 
 
 def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, ...]:
