@@ -164,9 +164,21 @@ def costs_of(question):
 def shown_columns(columns):
     """The columns of a table as it is shown or written, without limits, by name."""
     shown = {name: cells for name, cells in columns.items() if not is_limit(str(name))}
+    if "mu3" in shown:
+        shown = ranked_columns(shown)
     if "violated" in shown:
         shown["violated"] = [violated_columns(cell) for cell in shown["violated"]]
     return shown
+
+
+def ranked_columns(columns):
+    """The columns of a ranking as 0.3 names them, without places, the rows sorted."""
+    columns = {name: cells for name, cells in columns.items() if name != "place"}
+    if "efficiency_rank" in columns:
+        columns["rank"] = columns.pop("efficiency_rank")
+    names = sorted(columns, key=str)
+    rows = sorted(zip(*(columns[name] for name in names), strict=True))
+    return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
 def violated_columns(cell):

@@ -281,7 +281,7 @@ def rankings(rng, folder):
 
     def frame():
         shown = psi.rank_of_efficiency(F, **options).to_frame()
-        return {str(name): shown[name].to_numpy() for name in shown.columns}
+        return adapter.shown_columns({str(name): shown[name].to_numpy() for name in shown.columns})
 
     attempt(found, "frame", frame)
     return found

@@ -1,4 +1,4 @@
-"""solve, rank, page and report propose the same design, and give the same ranks."""
+"""solve, rank, page and report propose the same design, and give the same places."""
 
 import json
 import re
@@ -19,8 +19,10 @@ RANKED = """
 const Logic = require(process.argv[1])
 const data = Logic.decode(JSON.parse(require("fs").readFileSync(0, "utf-8")))
 const {state} = Logic.initial(data)
-const {rank, best} = Logic.ranked(data, Logic.left(data, state).mask)
-console.log(JSON.stringify({rank: [...rank].slice(0, data.n), best}))
+const ranking = Logic.ranked(data, Logic.left(data, state).mask)
+const {place, rank, best} = ranking
+const order = [...Logic.order(data, ranking, state)]
+console.log(JSON.stringify({order, place: [...place].slice(0, data.n), rank: [...rank].slice(0, data.n), best}))
 """
 
 
@@ -51,6 +53,12 @@ def a_source(rng):
     return "s.csv", None, options
 
 
+def placed(path):
+    """The designs of a file by number, in their order; 0 for those without a place."""
+    frame = pd.read_csv(path, comment="#").fillna({"place": 0}).astype({"place": int})
+    return frame.set_index("test_point" if "test_point" in frame else "row")
+
+
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
 @pytest.mark.parametrize("seed", [*range(8), 518])  # its first half has no hypervolume
 def test_all_commands_agree(run, tmp_path, undrawn, seed):
@@ -62,24 +70,37 @@ def test_all_commands_agree(run, tmp_path, undrawn, seed):
         assert run("report", path, *options)[0] == 1
         return
     assert (solved, code, err) == (0, 0, "")
-    ranked = pd.read_csv("r.csv", comment="#")
-    number = "test_point" if "test_point" in ranked else "row"
-    ranks = dict(zip(ranked[number], ranked["rank"], strict=True))
-    best, names = ranked.loc[ranked["rank"] == 6, number].tolist(), read_table(path)
+    ranked = placed("r.csv")
+    assert ranked["place"].gt(0).tolist() == ranked["pareto"].tolist()
+    front = ranked[ranked["pareto"]]
+    assert front["place"].tolist() == front["mu1"].round(12).rank(method="min").tolist()
+    best, names = ranked.index[ranked["place"] == 1].tolist(), read_table(path)
     names = dict(zip(names.numbers.tolist(), names.names, strict=True))
     if solve is not None:
-        front = pd.read_csv("s.csv", comment="#")
-        optimal = {n: ranks[n] for n in ranked.loc[ranked["pareto"], number]}
-        assert dict(zip(front[number], front["rank"], strict=True)) == optimal
+        columns = ["place", "efficiency_rank"]
+        assert placed("s.csv")[columns].equals(front[columns])
     assert run("page", path, *options)[0] == 0
     text = re.search('id="payload">(.*?)</script>', (tmp_path / "page.html").read_text("utf-8"))[1]
     done = subprocess.run(
         ["node", "-e", RANKED, LOGIC], input=text, text=True, capture_output=True, check=True
     )
     found, shown = json.loads(done.stdout), json.loads(text)["names"]
-    on_page = {name: rank for name, rank in zip(shown, found["rank"], strict=True) if rank >= 0}
-    assert on_page == {names[n]: rank for n, rank in ranks.items()}
+    on_page = {}
+    for row, name in enumerate(shown):
+        if found["rank"][row] >= 0:
+            on_page[name] = (found["place"][row], found["rank"][row])
+    pairs = zip(ranked["place"], ranked["efficiency_rank"], strict=True)
+    assert on_page == dict(zip([names[n] for n in ranked.index], pairs, strict=True))
+    assert [shown[row] for row in found["order"]] == [names[n] for n in front.index]
     assert {shown[i] for i in found["best"]} == {names[n] for n in best}
     assert run("report", path, *options)[0] == 0
     report = unescape((tmp_path / "report.html").read_text("utf-8"))
     assert f"{names[best[0]].capitalize()} is proposed; no design is chosen." in report
+    # A design that is chosen instead is called by its place.
+    last, tied = front.index[-1], front["place"].value_counts()
+    if front["place"].iloc[-1] > 1:
+        assert run("report", path, *options, "--design", names[last])[0] == 0
+        report = unescape((tmp_path / "report.html").read_text("utf-8"))
+        place = len(front) + 1 - tied[front["place"].iloc[-1]]
+        words = f"has place {place} of {len(front)} Pareto-optimal designs"
+        assert f"{names[last].capitalize()} {words}".lower() in report.lower()

@@ -86,9 +86,9 @@ def test_exported_texts_are_no_formulas(run, tmp_path):
     assert run("rank", "set.csv", "--objectives=-a,c", "--out", "o.csv")[0] == 0
     with open("o.csv", newline="", encoding="utf-8-sig") as file:
         header, *rows = csv.reader(line for line in file if line[0] not in "#\n")
-    assert header[1:4] == ["'=b", "'-a", "c"]
-    assert [row[1] for row in rows] == [INERT[cell] for cell in cells]
-    assert {row[2] for row in rows} == {"-1.5"}
+    assert header[2:5] == ["'=b", "'-a", "c"]
+    assert [row[2] for row in rows] == [INERT[cell] for cell in cells]
+    assert {row[3] for row in rows} == {"-1.5"}
 
 
 def test_a_narrow_reader_is_shown_every_number(run, tmp_path, monkeypatch):
@@ -99,12 +99,12 @@ def test_a_narrow_reader_is_shown_every_number(run, tmp_path, monkeypatch):
     )
     monkeypatch.setenv("COLUMNS", "40")
     printed = run("rank", "set.csv", "--out", "o.csv")[1]
-    table = printed.partition("first:\n")[2].partition("mu1: ")[0]
+    table = printed.partition("place:\n")[2].partition("place: ")[0]
     assert max(map(len, printed.splitlines())) <= 40
-    for text in (*names, "1234.5", "987.25", "71.25", "75.5", "rank"):
+    for text in (*names, "1234.5", "987.25", "71.25", "75.5", "eff_rank"):
         assert text in table
     rows = [line.split()[0] for line in table.splitlines() if line[:3].strip().isdigit()]
-    assert rows == rows[:2] * (len(rows) // 2)  # the row leads each part
+    assert rows == rows[:2] * (len(rows) // 2)  # the place leads each part
     assert len(rows) > 2
 
 

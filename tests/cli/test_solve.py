@@ -61,7 +61,8 @@ def test_the_pareto_set_is_the_librarys(run, words, problem, psi):
     objectives = [name for name in found if name[0] == "f"]
     np.testing.assert_array_equal(found[objectives], result.F)
     np.testing.assert_array_equal(found[[n for n in found if n[0] == "x"]], result.opt.get("X"))
-    assert found["rank"].tolist() == rank_of_efficiency(result.F).rank.tolist()
+    assert found["efficiency_rank"].tolist() == rank_of_efficiency(result.F).rank.tolist()
+    assert found["place"].tolist() == rank_of_efficiency(result.F).place.tolist()
     assert f"All {len(found)} written to o.csv" in printed
 
 

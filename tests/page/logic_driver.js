@@ -9,8 +9,8 @@ function drag({payload, states}) {
   return states.map((given) => {
     const {state} = Logic.checked(data, given)
     const ranking = Logic.ranked(data, Logic.left(data, state).mask)
-    const {front, rank} = ranking
-    return {front: list(front), rank: list(rank), order: list(Logic.order(data, ranking, state))}
+    const {front, place, rank} = ranking
+    return {front: list(front), place: list(place), rank: list(rank), order: list(Logic.order(data, ranking, state))}
   })
 }
 
@@ -40,12 +40,12 @@ function answer({payload, states, rows, pins, texts, typed}) {
       const left = Logic.left(data, state)
       const {mask, count} = left
       const ranking = Logic.ranked(data, mask, state.fixed ? data.fixed : null)
-      const {front, rank, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
+      const {front, place, rank, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
       const order = Logic.order(data, ranking, state)
       const written = JSON.stringify(Logic.decision(data, state, ranking, "2026-01-31"))
       return {
         state, remarks, count, verdict: Logic.verdict(data, ranking, -1), written, mask: list(mask),
-        front: list(front), rank: list(rank), pareto: list(pareto), best, ideal, nadir,
+        front: list(front), place: list(place), rank: list(rank), pareto: list(pareto), best, ideal, nadir,
         mu: [mu1, mu2, mu3].map(list), order: list(order),
         explained: count ? rows[k].map((row) => Logic.explain(data, ranking, row)) : [],
         instead: rows[k].map((row) => Logic.verdict(data, ranking, row)?.instead),

@@ -566,16 +566,17 @@ def test_export_gives_exactly_what_is_shown(reader, tmp_path):
     exported = pd.read_csv(
         io.StringIO(text), comment="#", dtype={"number": str}, keep_default_na=False, **EXACT
     )
-    names = ["number", *OBJECTIVES, "width", "material", "mu1", "mu2", "mu3", "rank", "mark"]
-    assert list(exported.columns) == names
+    names = ["place", "number", *OBJECTIVES, "width", "material"]
+    assert list(exported.columns) == [*names, "mu1", "mu2", "mu3", "efficiency_rank", "mark"]
     assert exported["number"].tolist() == shown
     frame = beams().set_index(beams()["number"].astype(str))
     for name in [*OBJECTIVES, "material"]:  # every digit
         assert exported[name].tolist()[1:] == frame.loc[shown[1:], name].tolist()
     ranking = rank_of_efficiency(minimised(beams()))
-    rank = dict(zip(frame.index, ranking.rank, strict=True))
-    assert [int(cell) for cell in exported["rank"][1:]] == [rank[label] for label in shown[1:]]
-    assert exported["rank"][0] == ""  # a prototype has none
+    for name, values in {"place": ranking.place, "efficiency_rank": ranking.rank}.items():
+        known = dict(zip(frame.index, values, strict=True))
+        assert [int(cell) for cell in exported[name][1:]] == [known[label] for label in shown[1:]]
+        assert exported[name][0] == ""  # a prototype has none
     # It is ranked, and shown again, in the senses and units of the page.
     (tmp_path / "export.csv").write_text(text, "utf-8")
     layout = read_table(tmp_path / "export.csv").layout

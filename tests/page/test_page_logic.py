@@ -3,7 +3,6 @@
 import json
 import shutil
 import subprocess
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -206,9 +205,12 @@ def test_the_same_designs_are_left(cases, answers):
     assert emptied < 10
 
 
-def test_ranks_are_those_of_python(rankings):
-    freed = 0
+def test_places_and_ranks_are_those_of_python(rankings):
+    freed = tied = 0
     for case, _, found, rows, ranking in rankings:
+        assert [found["place"][i] for i in rows] == ranking.place.tolist()
+        assert not any(found["place"][len(case.frame) :])  # of prototypes
+        tied += ranking.pareto.sum() - len(set(ranking.place[ranking.pareto]))
         assert [found["rank"][i] for i in rows] == ranking.rank.tolist()
         assert [found["pareto"][i] for i in rows] == ranking.pareto.astype(int).tolist()
         assert found["front"] == rows[ranking.pareto].tolist()
@@ -220,6 +222,7 @@ def test_ranks_are_those_of_python(rankings):
         np.testing.assert_allclose(mu, ranking.criteria, rtol=1e-12, atol=noise)
         freed += (ranking.pareto & ~case.whole.pareto[rows]).sum()
     assert freed > 50  # dominated designs whose dominators are rejected
+    assert tied > 500
 
 
 class Drag:
@@ -281,7 +284,9 @@ def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
             rows = drag.left(limits)
             left = drag.frame.iloc[rows][drag.names]
             assert found["front"] == rows[nondominated(left.to_numpy())].tolist()
-            assert [found["rank"][i] for i in rows] == rank_of_efficiency(left).rank.tolist()
+            ranking = rank_of_efficiency(left)
+            assert [found["rank"][i] for i in rows] == ranking.rank.tolist()
+            assert [found["place"][i] for i in rows] == ranking.place.tolist()
             freed += len(set(found["front"]) - whole)
     assert freed > 1000
 
@@ -299,14 +304,25 @@ def test_the_order_is_that_of_the_ranking(rankings):
         shown = found["order"][case.seed % 2 :]
         assert sorted(shown) == rows.tolist()
         at = np.searchsorted(rows, shown)
-        if k < 2:
-            keys = (~ranking.pareto[at], -ranking.rank[at] * (k == 0))
-            groups = list(zip(*keys, strict=True))
-            assert groups == sorted(groups)
-            mu1 = ranking.criteria[at, 0]
-            same = [a == b for a, b in pairwise(groups)]
-            # Distances that are equal up to rounding may stand either way.
-            assert (np.diff(mu1)[same] >= -1e-12 * np.maximum(mu1[1:][same], 1)).all()
+        if k == 0:  # by rank of efficiency
+            near = ranking.by_place
+            at = at[: ranking.pareto.sum()]
+            assert (
+                at.tolist()
+                == near[np.lexsort((-ranking.rank[near], ~ranking.pareto[near]))][
+                    : len(at)
+                ].tolist()
+            )
+        if k == 1:
+            assert (
+                at[: ranking.pareto.sum()].tolist()
+                == ranking.by_place[: ranking.pareto.sum()].tolist()
+            )
+        if (
+            k < 2
+        ):  # distances of dominated designs that are equal up to rounding may stand either way
+            mu1 = ranking.criteria[np.searchsorted(rows, shown), 0][ranking.pareto.sum() :]
+            assert (np.diff(mu1) >= -1e-12 * np.maximum(mu1[1:], 1)).all()
         if k == 2:
             chosen = set(found["preferred"])
             assert set(shown[: len(chosen)]) == chosen

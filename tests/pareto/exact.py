@@ -19,6 +19,7 @@ LAST_PLACES = 8 * EPS  # of a term of a distance, as a share of its size
 @dataclass
 class Exact:
     pareto: list
+    place: list
     rank: list
     salukvadze: list
     criteria: np.ndarray
@@ -133,5 +134,7 @@ def exact_ranking(F, *, normalize=True, maximize=()):
     ranks = iter([3 * a + 2 * b + c for a, b, c in zip(p23, p13, p12, strict=True)])
     nearest = iter(levels[:, 0] == 0)
     rank = [next(ranks) if is_in else 0 for is_in in pareto]
+    places = iter([1 + sum(other < level for other in levels[:, 0]) for level in levels[:, 0]])
+    place = [next(places) if is_in else 0 for is_in in pareto]
     salukvadze = [i for i, is_in in enumerate(pareto) if is_in and next(nearest)]
-    return Exact(pareto, rank, salukvadze, criteria, np.array(noise), oracle.decided)
+    return Exact(pareto, place, rank, salukvadze, criteria, np.array(noise), oracle.decided)

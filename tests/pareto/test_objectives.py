@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import PsiError, rank_of_efficiency
+from pymoo_psi.pareto import RANKING_COLUMNS
 from tests.pareto.exact import exact_ranking
 
 # Ties, duplicates and dominated rows are common on a grid; generic points have none.
@@ -98,7 +99,7 @@ def test_a_data_frame_keeps_its_names_and_values(designs):
     before = designs.copy()
     ranking = rank_of_efficiency(designs, maximize=["Ertrag"])
     frame = ranking.to_frame()
-    assert frame.columns.tolist() == ["cost [€]", "Ertrag", "mu1", "mu2", "mu3", "rank", "pareto"]
+    assert frame.columns.tolist() == ["place", "cost [€]", "Ertrag", *RANKING_COLUMNS[1:]]
     assert frame.index.tolist() == ["B", "A", "C", "D"]
     pd.testing.assert_frame_equal(
         frame[["cost [€]", "Ertrag"]].loc[designs.index], designs.astype(float)
@@ -109,7 +110,7 @@ def test_a_data_frame_keeps_its_names_and_values(designs):
     by_index = rank_of_efficiency(designs, maximize=[1])
     assert by_index.rank.tolist() == ranking.rank.tolist()
     named = ranking.to_frame(names=["a", "b"])
-    assert named.columns.tolist()[:2] == ["a", "b"]
+    assert named.columns.tolist()[1:3] == ["a", "b"]
     pd.testing.assert_frame_equal(designs, before)
 
 

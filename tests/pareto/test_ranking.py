@@ -52,7 +52,20 @@ def test_designs_are_ordered_by_rank_and_within_a_rank_by_distance(F):
     ranking = rank_of_efficiency(F)
     keys = zip(~ranking.pareto, -ranking.rank, ranking.criteria[:, 0], strict=True)
     expected = [i for _, i in sorted(zip(keys, range(len(F)), strict=True))]
-    assert ranking.order.tolist() == ranking.to_frame().index.tolist() == expected
+    assert ranking.order.tolist() == expected
+
+
+def test_equally_near_designs_share_a_place_and_frames_are_ordered_by_it():
+    F = [[5.0, 5.0], [0.0, 4.0], [1.0, 1.0], [4.0, 0.0], [3.0, 0.5], [4.0, 4.0]]
+    ranking = rank_of_efficiency(F)
+    assert ranking.place.tolist() == [0, 3, 1, 3, 2, 0]
+    assert ranking.by_place.tolist() == [2, 4, 1, 3, 5, 0]
+    frame = ranking.to_frame()
+    assert [*frame] == ["place", "f1", "f2", "mu1", "mu2", "mu3", "efficiency_rank", "pareto"]
+    assert frame.index.tolist() == ranking.by_place.tolist()
+    assert frame["place"].tolist()[:4] == [1, 2, 3, 3]
+    assert frame["place"].isna().tolist() == [False] * 4 + [True] * 2
+    assert frame["efficiency_rank"].tolist() == ranking.rank[ranking.by_place].tolist()
 
 
 def test_a_design_without_a_rank_comes_behind_a_farther_one_with_a_rank():

@@ -77,12 +77,13 @@ def test_ranks_agree_with_exact_arithmetic(kind, data, normalize):
     chosen = set(ranking.salukvadze)
     assert set(ranking.rank) <= {0, 3, 4, 5, 6}
     assert set(np.flatnonzero(ranking.rank == 6)) <= chosen <= set(np.flatnonzero(ranking.pareto))
-    assert chosen
+    assert chosen == set(np.flatnonzero(ranking.place == 1))
     exact = exact_ranking(F, normalize=normalize)
     event(f"decided: {exact.decided}")
     if exact.decided:
         assert ranking.pareto.tolist() == exact.pareto
         assert ranking.rank.tolist() == exact.rank
+        assert ranking.place.tolist() == exact.place
         assert ranking.salukvadze.tolist() == exact.salukvadze
         front = ranking.pareto
         error = np.abs(ranking.criteria[front] - exact.criteria[front])
@@ -137,6 +138,7 @@ def test_an_objective_that_is_constant_but_for_noise_changes_nothing(
     plain = rank_of_efficiency(F, normalize=normalize)
     assert noisy.pareto.tolist() == plain.pareto.tolist()
     assert noisy.rank.tolist() == plain.rank.tolist()
+    assert noisy.place.tolist() == plain.place.tolist()
     assert noisy.salukvadze.tolist() == plain.salukvadze.tolist()
 
 

@@ -180,6 +180,12 @@ def test_a_file_is_read_right_or_refused(read, name):
         (",cost,mass\n0,1.5,30\n1,2,3\n", ("cost", "mass"), "index"),
         ("cost,mass,ID,remark\n1.5,30,7,a\n2,3,8,b\n", ("cost", "mass"), "ID"),
         ("cost,mass,mu1,mu2,mu3,rank,pareto\n1.5,30,1,1,1,6,True\n", ("cost", "mass"), "row"),
+        (
+            "place,cost,mass,mu1,mu2,mu3,efficiency_rank\n1,1.5,30,1,1,1,6\n",
+            ("cost", "mass"),
+            "row",
+        ),
+        ("place,cost,mass\nBonn,1.5,30\nUlm,2,3\n", ("cost", "mass"), "place"),
         ("mass,f1,cost\n30,1.5,1.5\n3,2,2\n", ("mass", "f1", "cost"), "row"),
         ("row,Variante,a,b\n2,V2,2,1\n1,V1,1,4\n", ("a", "b"), "Variante"),
         ("Variante,a,b\nV1,2,1\nV1,1,4\n", ("a", "b"), "row"),  # names tell designs apart
@@ -270,9 +276,10 @@ def test_designs_are_read_back_as_what_they_were_written(read, layout):
         np.testing.assert_array_equal(table.column(name), column)
 
 
-def test_prototypes_of_an_export_are_no_designs(read):
+@pytest.mark.parametrize("rank", ["rank", "efficiency_rank"])  # of 0.3, of this version
+def test_prototypes_of_an_export_are_no_designs(read, rank):
     text = (
-        "number,f1,f2,mu1,mu2,mu3,rank,mark\nold,9,9,1,1,1,,prototype\n"
+        f"number,f1,f2,mu1,mu2,mu3,{rank},mark\nold,9,9,1,1,1,,prototype\n"
         "5,1,2,0,0,0,6,Salukvadze optimum\n7,2,1,1,1,1,0,\n8,3,3,1,1,1,0,dominated\n"
     )
     for label in ("number", "test_point"):

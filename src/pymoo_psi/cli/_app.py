@@ -200,7 +200,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _JOBS,
 )
 def solve(options: Options) -> int:
-    """Find the Pareto set of a problem and rank it by efficiency.
+    """Find the Pareto set of a problem, the best compromise first.
 
     PROBLEM is 'chute', a test problem of pymoo such as bnh, your own problem as module:attribute
     (beam:Beam for the class Beam in beam.py), or the FILE.toml of an external program. Arguments of
@@ -224,9 +224,11 @@ def solve(options: Options) -> int:
 
 @_command(_FILE, _file("out", "FILE", "Write all designs here ({designs})."), *_READING)
 def rank(options: Options) -> int:
-    """Rank the designs of any Pareto set by efficiency.
+    """Rank the designs of any Pareto set, the best compromise first.
 
-    FILE is a table or study ({sources}), or a folder of shares. In a list, put a name that has a
+    Each Pareto-optimal design has a place: 1 is the nearest, equal distances share one. Beside it
+    is the rank of efficiency, 0 to 6. FILE is a table or study ({sources}), or a folder of
+    shares. In a list, put a name that has a
     comma in quotation marks: --objectives '"time, s",mass'.
 
     Examples:

@@ -1,4 +1,4 @@
-"""``pymoo-psi rank``: the ranks of efficiency of a source, and remarks on a decision."""
+"""``pymoo-psi rank``: the places of the designs of a source, and remarks on a decision."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid
@@ -14,7 +13,14 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, require_output, say, write_frame
 from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import PsiError
-from pymoo_psi.pareto import EfficiencyRanking, cautions, explain, measured_in, number
+from pymoo_psi.pareto import (
+    EfficiencyRanking,
+    cautions,
+    explain,
+    measured_in,
+    number,
+    ranking_columns,
+)
 from pymoo_psi.table import Formulation, TestTable, constraint_costs, suffixes_for
 
 _N_REASONS = 4  # sentences that a reader takes in at a glance
@@ -22,20 +28,22 @@ _N_PRINTED = 12  # designs; all are in the file
 
 
 def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
-    """Return designs with their ranking, the best first, for a file or to be printed.
+    """Return designs with their ranking, by place, for a file or to be printed.
 
-    Columns: ``test_point``, or ``row`` of a file; texts carried along; variables, objectives,
-    outputs; ``mu1``, ``mu2``, ``mu3``, ``rank``, ``pareto``.
+    Columns: ``place``; ``test_point``, or ``row`` of a file; texts carried along; variables,
+    objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``, ``pareto``.
     """
     layout = designs.layout
     number_column = "test_point" if layout.label is None else "row"
-    columns = {number_column: designs.numbers, **designs.extra}
+    beside = ranking_columns(ranking)
+    columns = {"place": beside.pop("place"), number_column: designs.numbers}
+    for name, cells in designs.extra.items():
+        if name == "place":  # of words
+            name = "place (text)"
+        columns[name] = cells
     for name in (*layout.variables, *layout.objectives, *layout.outputs):
         columns[name] = designs.column(name)
-    columns["mu1"], columns["mu2"], columns["mu3"] = ranking.criteria.T
-    columns["rank"] = ranking.rank
-    columns["pareto"] = ranking.pareto
-    return pd.DataFrame(columns).iloc[ranking.order]
+    return pd.DataFrame(columns | beside).iloc[ranking.by_place]
 
 
 def most_violated(table: TestTable) -> str:
@@ -136,7 +144,7 @@ def run_rank(options: Options) -> int:
 
     say_source(path, table, formulation)
     _say_set(path, designs, ranking)
-    title = "The best compromises, the nearest to the ideal point first:"
+    title = "The best compromises, by place:"
     say_best(frame, title, ranking, designs.layout.units, out)
     return 0
 
@@ -180,21 +188,18 @@ def say_best(
     """
     for caution in cautions(ranking):
         say(f"Attention: {caution}")
-    nearest = np.lexsort((frame["mu1"], ~frame["pareto"]))
-    best = frame.iloc[nearest[:_N_PRINTED]].round({"mu1": 4})
-    measures = ["rank", "mu1"]
-    hidden = ["mu2", "mu3"]
-    if frame["pareto"].all():
-        hidden.append("pareto")
-    others = best.columns.drop([*measures, *hidden])
-    print_frame(best[[*others, *measures]], title)
+    best = frame.head(_N_PRINTED).round({"mu1": 4})
+    short = best.drop(columns=["mu2", "mu3", "pareto"])
+    print_frame(short.rename(columns={"efficiency_rank": "eff_rank"}), title, n_keys=2)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     elif len(frame) > _N_PRINTED:
         say(f"({len(frame) - _N_PRINTED} more; --out FILE.csv writes all)")
     say(
-        "mu1: distance to the ideal point. Rank 6 is the optimum; designs of ranks 5 to 3 are best "
-        "in two of the three distances, and are often extreme designs, not compromises."
+        "place: by mu1, the distance to the ideal point; equal distances share a place, dominated "
+        "designs have none. eff_rank: the rank of efficiency; 6 is the optimum, designs of ranks 5 "
+        "to 3 are best in two of the three distances, and are often extreme designs, not "
+        "compromises."
     )
     option = "(--no-normalize)"
     if ranking.frame.normalize:

@@ -119,7 +119,7 @@ def run_solve(options: Options) -> int:
         write_frame(frame.drop(columns="pareto"), out, designs)
     size = counted(len(frame), "Pareto-optimal design")
     name = problem_name(problem)
-    title = f"{name} by {algorithm}: {size}, {search.counts}, best compromises first"
+    title = f"{name} by {algorithm}: {size}, {search.counts}, by place"
     labelled = frame.rename(columns=designs.layout.label_of)
     say_best(labelled, title, ranking, designs.layout.units, options.out)
     say(*search.table.remarks, *_failures(search.reasons))

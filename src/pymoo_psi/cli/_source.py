@@ -14,7 +14,7 @@ from pathlib import Path
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
 from pymoo_psi.errors import PsiError
-from pymoo_psi.pareto import RANKING_COLUMNS
+from pymoo_psi.pareto import RANKING_NAMES
 from pymoo_psi.table import NUMBER, Formulation, TestTable, entries_of, limits_of, read_table
 
 
@@ -120,7 +120,7 @@ def with_choice(formulation: Formulation, table: TestTable) -> Formulation:
 def require_free_names(names: Iterable[str]) -> None:
     """Refuse names of columns that results give to the columns of a ranking."""
     for name in names:
-        if name in RANKING_COLUMNS:
+        if name in RANKING_NAMES:
             remedy = "give it another name, by problem.names of a problem"
             raise invalid("the columns", "named unlike the columns of a ranking", name, remedy)
 

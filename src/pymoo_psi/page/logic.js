@@ -1,5 +1,5 @@
-// The logic of the decision page, without a document, so that it runs in the page and in Node. Ranks,
-// sentences and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection.
+// The logic of the decision page, without a document, so that it runs in the page and in Node. Places,
+// ranks, sentences and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection.
 //
 // Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
 // All arrays have one entry a row. Objectives in data.F are minimised and equal where they are equal
@@ -331,18 +331,18 @@ function nondominatedPair(front, columns, noise) {
 // The ranking of the rows left (pareto's rank_of_efficiency), with the points U and N of another
 // frame if one is given.
 //   mask, rows, count     what was ranked, without prototypes
-//   front, byMu1          the Pareto-optimal rows, and these with the nearest to the ideal first
-//   pareto, rank          by row; the rank of a prototype and of a row not left is -1
+//   front, byPlace        the Pareto-optimal rows, and these by place
+//   pareto, place, rank   by row; only Pareto-optimal rows have a place, others have 0; the rank of a
+//                         prototype and of a row not left is -1
 //   mu1, mu2, mu3         by row, of prototypes too
 //   ideal, nadir          in the original direction
-//   best, isBest          the rows of the Salukvadze optimum; the same by row
+//   best                  the rows of the Salukvadze optimum, which have place 1
 //   frame                 the points U and N
 function ranked(data, mask, fixed = null) {
   const {n, total, F} = data
   const rows = picked(data.designs, (i) => mask[i])
   const pareto = new Uint8Array(total)
   const rank = new Int8Array(total).fill(-1)
-  const isBest = new Uint8Array(total)
   const front = rows.length ? frontOf(data, mask, rows) : rows
   const frame = new Frame(F, front, data.normalize, fixed)
   const all = rows.length ? concat(rows, data.prototypes) : rows
@@ -356,17 +356,33 @@ function ranked(data, mask, fixed = null) {
   for (const i of new Set([...p12, ...p13, ...p23])) rank[i] = 3
   for (const i of p13) rank[i] += 2
   for (const i of p12) rank[i] += 1
-  const reach = leastOf(mu[0], front) + noise[0]
-  const best = [...picked(front, (i) => mu[0][i] <= reach)]
-  for (const i of best) isBest[i] = 1
+  const {byPlace, place} = placed(front, mu[0], noise[0])
+  const best = [...picked(front, (i) => place[i] === 1)]
   mu.forEach((column, k) => {
     for (let at = 0; at < all.length; at++) column[all[at]] *= units[k]
   })
   const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
-  let byMu1 = null
-  return {mask, rows, count: rows.length, front, pareto, rank, mu1: mu[0], mu2: mu[1], mu3: mu[2],
-    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, isBest, frame, fixed,
-    get byMu1() { return byMu1 ??= argsort(mu[0], front) }}
+  return {mask, rows, count: rows.length, front, byPlace, pareto, place, rank, mu1: mu[0], mu2: mu[1], mu3: mu[2],
+    ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, frame, fixed}
+}
+
+// The places of the Pareto-optimal rows, by row: 1 and the number of those that are nearer to the
+// ideal; rows that are equally near, up to rounding, share one. And the rows in this order.
+function placed(front, mu1, noise) {
+  const byPlace = argsort(mu1, front)
+  const place = new Int32Array(mu1.length)
+  let [from, reach] = [0, -Infinity]
+  const close = (to) => { if (to - from > 1) byPlace.subarray(from, to).sort() }
+  byPlace.forEach((row, k) => {
+    if (mu1[row] > reach) {
+      close(k)
+      from = k
+      reach = mu1[row] + noise
+    }
+    place[row] = from + 1
+  })
+  close(byPlace.length)
+  return {byPlace, place}
 }
 
 // ------------------------------------------------------------------------------------------ limits
@@ -420,7 +436,7 @@ function relaxations(data, state, ranking, {mask, rejected, times}) {
     const wider = mask.slice()
     for (const i of rows) wider[i] = 1
     const next = ranked(data, wider, ranking.fixed)
-    const best = first >= 0 && next.isBest[first] ? first : next.best[0]
+    const best = first >= 0 && next.place[first] === 1 ? first : next.best[0]
     const outcome = first < 0 ? sentence(data, "first proposed", {design: data.names[best]})
       : against(data, next, best === first ? "same proposed" : "new proposed", best, first)
     return {back: rows.length, best, text: sentence(data, key, {limit, back: counted(rows.length, "design"), outcome})}
@@ -475,8 +491,8 @@ function nearestDesign(data, state, {times, rejected}) {
 // ------------------------------------------------------------------------------------- the orders
 
 // The rows shown, prototypes first, then the best design first; dominated designs come last but
-// where they are sorted by a column. "distance" is the nearest to the ideal first: ranks 5 to 3 are
-// often the ends of the set, and no compromises.
+// where they are sorted by a column. "distance" is by place, "rank" by rank of efficiency and then
+// by place.
 function order(data, ranking, state) {
   const {by, name, down} = state.order
   const {pareto, rank} = ranking
@@ -495,8 +511,8 @@ function order(data, ranking, state) {
     const ordered = concat(best, argsort(value, argsort(total, others)))
     return concat(data.prototypes, turned(ordered), turned(argsort(value, dominated)))
   }
-  const near = ranking.byMu1
-  const front = by === "rank" ? concat(...[6, 5, 4, 3, 0].map((r) => picked(near, (i) => rank[i] === r))) : near
+  const {byPlace} = ranking
+  const front = by === "rank" ? concat(...[6, 5, 4, 3, 0].map((r) => picked(byPlace, (i) => rank[i] === r))) : byPlace
   return concat(data.prototypes, turned(front), turned(argsort(ranking.mu1, dominated)))
 }
 
@@ -600,11 +616,10 @@ function percent(share) {
 }
 
 // What a design is under the limits.
-function rankText(data, {mask, pareto, rank}, row) {
+function placeText(data, {mask, pareto, place}, row) {
   if (row >= data.n) return "prototype"
   if (!mask[row]) return "outside the limits"
-  if (!pareto[row]) return "dominated"
-  return rank[row] === 0 ? "unranked" : `rank ${rank[row]}`
+  return pareto[row] ? `place ${place[row]}` : "dominated"
 }
 
 // A number with the digits that tell designs of its column apart; a text is itself.
@@ -671,11 +686,11 @@ function compared(data, ranking, state) {
   const chosen = row(state.chosen)
   const base = data.total > data.n ? data.n : best
   const rows = new Set([base, best, chosen, ...state.pins.map(row)].filter((i) => i >= 0))
-  const next = rows.size === 1 ? ranking.byMu1.find((i) => i !== base) ?? -1 : -1
+  const next = rows.size === 1 ? ranking.byPlace.find((i) => i !== base) ?? -1 : -1
   if (next >= 0) rows.add(next)
   const whole = data.whole.best[0]
   const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], [next, "next nearest to the ideal"],
-    [ranking.isBest[whole] ? -1 : whole, "proposed without limits"]]
+    [ranking.place[whole] === 1 ? -1 : whole, "proposed without limits"]]
   return [...rows].map((i) => ({
     row: i, roles: roles.filter(([one]) => one === i).map(([, role]) => role),
   }))
@@ -755,9 +770,9 @@ function explain(data, ranking, row) {
 }
 
 function standing(data, ranking, row, dominatedBy) {
-  const {front, best, isBest, rank, mask} = ranking
+  const {front, best, place, rank, mask} = ranking
   const parts = {design: capital(data.names[row]), front: counted(front.length, "Pareto-optimal design"),
-    count: best.length, rank: rank[row]}
+    count: best.length, place: place[row], rank: rank[row]}
   if (row >= data.n) return `${parts.design} is not among the designs that are ranked.`
   if (!mask[row]) return `${parts.design} is beyond the limits.`
   if (dominatedBy >= 0) {
@@ -765,7 +780,7 @@ function standing(data, ranking, row, dominatedBy) {
     const better = difference(data, gains[1], shares[1])
     return sentence(data, "dominated", {...parts, other: data.names[dominatedBy], difference: better})
   }
-  const key = front.length === 1 ? "single" : !isBest[row] ? "ranked" : best.length === 1 ? "optimum" : "optima"
+  const key = front.length === 1 ? "single" : place[row] > 1 ? "ranked" : best.length === 1 ? "optimum" : "optima"
   return sentence(data, key, parts)
 }
 
@@ -798,10 +813,10 @@ function verdict(data, ranking, chosen) {
   if (worst > 0.5 && ranking.front.length > 1) {
     remarks.push(sentence(data, "far", {objectives: listed(found.weakest), share: percent(worst)}))
   }
-  if (!ranking.isBest[first]) {
+  if (ranking.place[first] !== 1) {
     remarks.push(against(data, data.whole, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
-  const isProposed = row < data.n && ranking.isBest[row]
+  const isProposed = ranking.place[row] === 1
   return {...found, proposed, remarks, instead: isProposed ? "" : against(data, ranking, "instead", row, proposed)}
 }
 
@@ -918,7 +933,7 @@ const named = (value) => Array.isArray(value) ? value.map(named)
   : !isObject(value) ? value
   : Object.fromEntries(Object.entries(value).map(([name, inner]) => [inert(name), named(inner)]))
 
-// Rows as CSV, every digit of the numbers, with ranks under the limits. The comment below says what
+// Rows as CSV, every digit of the numbers, with places and ranks under the limits. The comment below says what
 // the columns are and what is chosen, so that the file comes back with its objectives, directions and units.
 function csv(data, rows, ranking, state) {
   const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text)
@@ -927,10 +942,11 @@ function csv(data, rows, ranking, state) {
     const array = values(data, ranking, column)
     return column.texts ? (i) => text(column.texts[array[i]]) : (i) => text(array[i])
   })
-  const header = [data.label, ...data.columns.map(({role, field, name}) =>
-    role === "geometric" ? field : name), "rank", "mark"]
-  const lines = [...rows].map((i) => [text(data.labels[i]), ...cells.map((cell) => cell(i)),
-    ranking.rank[i] < 0 ? "" : ranking.rank[i], rankText(data, ranking, i)].join(","))
+  const own = (name) => (name === "place" ? "place (text)" : name)
+  const header = ["place", own(data.label), ...data.columns.map(({role, field, name}) =>
+    role === "geometric" ? field : own(name)), "efficiency_rank", "mark"]
+  const lines = [...rows].map((i) => [ranking.place[i] || "", text(data.labels[i]), ...cells.map((cell) => cell(i)),
+    ranking.rank[i] < 0 ? "" : ranking.rank[i], placeText(data, ranking, i)].join(","))
   const chosen = state.chosen === null ? {} : {chosen: [state.chosen, state.reason]}
   const head = JSON.stringify(named({...data.head, ranges: rangesOf(data, state), ...chosen})).replace(/"(?:[^"\\]|\\.)*"/g, (name) =>
     name.replace(/[,;]/g, (mark) => (mark === "," ? "\\u002c" : "\\u003b")))
@@ -1012,7 +1028,7 @@ function decided(data, {limits, chosen, reason, ranges, page: {values, state: vi
 
 return {
   decode, initial, checked, parsed, values, left, ranked, order, preference, verdict, explain,
-  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, rankText, short, apart, percent, sum, endOf,
+  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, placeText, short, apart, percent, sum, endOf,
   csv, decision, opened, MOST_PINS,
 }
 })()

@@ -190,10 +190,10 @@ const page = (() => {
   function look(row) {
     if (row >= data.n) return "prototype"
     if (!ranking.pareto[row]) return "dominated"
-    if (ranking.isBest[row]) return "6"
+    if (ranking.place[row] === 1) return "6"
     return ranking.rank[row] > 0 ? String(ranking.rank[row]) : "unranked"
   }
-  const rankText = (row) => Logic.rankText(data, ranking, row)
+  const placeText = (row) => Logic.placeText(data, ranking, row)
   const cellText = (column, row) => written(column, Logic.values(data, ranking, column)[row])
 
   function choose(row) {
@@ -231,7 +231,7 @@ const page = (() => {
       const isBest = instead === ""
       renew($("verdict-words"),
         make("p.best", {}, left.mask[row] ? Charts.icon(look(row)) : null, make("strong", {}, called(row)),
-          make(left.mask[row] ? "span.hint" : "span.warning", {}, isBest ? "the nearest to the ideal point" : rankText(row)),
+          make(left.mask[row] ? "span.hint" : "span.warning", {}, isBest ? "place 1, the nearest to the ideal point" : placeText(row)),
           clear ?? chooseButton(row), pinButton(row)),
         ...(isBest ? [] : [make("p.instead", {}, readable(instead), " ", pinButton(proposed))]),
         ...(chosen < 0 ? [make("p.hint.screen", {}, "Nothing is chosen yet. Choose here, in the table, or click in a chart.")] : []))
@@ -275,7 +275,7 @@ const page = (() => {
     $("export").disabled = order.length === 0
     renew($("shown"), `${countText(order.length)} shown${isWrong($("search")) ? ", no design of that name" : table.aside()}`)
     const counts = Object.assign(Array(7).fill(0), {dominated})
-    ranking.front.forEach((row) => { counts[ranking.rank[row]]++ })
+    ranking.front.forEach((row) => { counts[ranking.place[row] === 1 ? 6 : ranking.rank[row]]++ })
     for (const key of $("ranks").querySelectorAll("[data-rank]")) renew(key.lastElementChild, countText(counts[key.dataset.rank]))
     $("dominated").checked = state.dominated
   }
@@ -295,7 +295,7 @@ const page = (() => {
       const name = called(row)
       const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => `${objectives.filter(({gains}) => sign * gains[k] > 0).length} ${word}`)
       return make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("span.label", {}, name),
-        make("div.roles", {}, [...roles, left.mask[row] ? "" : "outside the limits"].filter(Boolean).join(", ")),
+        make("div.roles", {}, [...roles, placeText(row)].join(", ")),
         k > 0 ? make("div.roles", {}, sums.join(", ")) : null,
         make("div.tools", {},
           isPinned(row) ? button("×", () => pin(row), {"aria-label": `× ${name} out of the comparison`, title: "Take out"}) : null))
@@ -524,7 +524,7 @@ const page = (() => {
     if (!$("preferences").open || !verdict) return renew($("preference-words"))
     const [first] = Logic.preference(data, ranking, state.preference).best
     renew($("preference-words"), "First by your preferences: ", make("strong", {}, called(first)),
-      ranking.isBest[first] ? ", also the best compromise. " : ". ", chooseButton(first), " ", pinButton(first))
+      ranking.place[first] === 1 ? ", also the best compromise. " : ". ", chooseButton(first), " ", pinButton(first))
   }
 
   // Charts.
@@ -590,7 +590,7 @@ const page = (() => {
     renew($("lines"), ...lines.filter(([, , has]) => has).map(([look, text]) => make("span", {}, make(`i.line-${look}`, {}), text)))
     renew($("drawn"), [
       total > context.length ? `grey: ${countText(context.length)} of ${countText(total)} designs, a fixed sample` : "",
-      number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} within the limits, including all ranked ones` : "",
+      number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} within the limits, including all of ranks of efficiency 3 to 6` : "",
     ].filter(Boolean).join("; "))
     for (const chart of [parallel, ...plots]) chart.draw(modelOfCharts(), all)
   }
@@ -608,7 +608,7 @@ const page = (() => {
     mark(row)
     tip.hidden = row < 0
     if (tip.hidden) return
-    tip.replaceChildren(make("strong", {}, called(row)), ` ${rankText(row)}`, make("table", {}, limitable.slice(0, 16).map((column) =>
+    tip.replaceChildren(make("strong", {}, called(row)), ` ${placeText(row)}${ranking.pareto[row] ? `, rank of efficiency ${ranking.rank[row]}` : ""}`, make("table", {}, limitable.slice(0, 16).map((column) =>
       make("tr", {}, make("td", {}, column.label), make("td.number", {}, cellText(column, row))))))
     const [width, height] = [tip.offsetWidth, tip.offsetHeight]
     tip.style.left = `${Math.max(4, x + 16 + width > innerWidth ? x - width - 12 : x + 16)}px`
@@ -624,7 +624,7 @@ const page = (() => {
 
   function buildColours() {
     const columns = data.columns.filter(({texts}) => texts && texts.length <= 8) // so many hues
-    $("colour").append(make("option", {}, "rank"), ...columns.map(({label}) => make("option", {}, label)))
+    $("colour").append(make("option", {}, "rank of efficiency"), ...columns.map(({label}) => make("option", {}, label)))
     $("colour").addEventListener("change", () => {
       const column = columns[$("colour").selectedIndex - 1]
       hues = column ? (row) => Charts.hue(column.values[row]) : null
@@ -678,10 +678,11 @@ const page = (() => {
     const ended = (row) => called(row).match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", {}, part))
     const columns = [
       {text: data.label, width: longest(data.names), order: {by: "label"}, cell: ended, kind: ".label"},
-      {text: "rank", width: 13, order: {by: "rank"}, cell: rankText, kind: ""},
+      {text: "place", width: 10, order: {by: "distance"}, cell: (row) => placeText(row).replace("place ", ""), kind: ""},
       ...data.columns.map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column),
         order: {by: "column", name: column.name}, cell: (row) => cellText(column, row), kind: column.texts ? "" : ".number"})),
+      {text: "rank of efficiency", width: 6, order: {by: "rank"}, cell: (row) => (ranking.pareto[row] ? String(ranking.rank[row]) : "–"), kind: ".number"},
     ]
     const pixels = columns.map(({width, text}) => Math.ceil(Math.max(7.4 * width + 22, Math.min(7.2 * text.length + 34, 150), 62)))
     const widths = pixels.map((width, j) => (j ? `${width}px` : `min(${width}px, 55vw)`))

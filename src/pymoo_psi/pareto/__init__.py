@@ -3,7 +3,9 @@
 The rank of efficiency follows from three distances to the utopian point U (the best value of every
 objective) and the line from U to its opposite N: μ1 to U, μ2 to the line, μ3 from U to the
 projection onto the line. A design scores 3 if no other dominates it in (μ2, μ3), 2 in (μ1, μ3), 1
-in (μ1, μ2); rank 6, all three, is the Salukvadze optimum. Dominated rows have rank 0 and no effect.
+in (μ1, μ2); rank 6, all three, is the Salukvadze optimum. Most designs have rank 0. What orders all
+of them is the place: 1 plus the number of Pareto-optimal designs that are nearer to U. Dominated
+rows have rank 0, no place and no effect.
 
 Any ``(n, m)`` array or data frame of objectives can be ranked. All are minimised unless
 ``maximize=["yield"]`` (names of a data frame's columns, or indices from 0) says otherwise. By
@@ -16,12 +18,12 @@ Example:
     >>> from pymoo_psi import rank_of_efficiency
     >>> F = np.array([[0.0, 1.0], [0.2, 0.5], [0.4, 0.32], [1.0, 0.0], [0.9, 0.9]])
     >>> print(rank_of_efficiency(F).to_frame(names=["cost", "mass"]).round(3))
-       cost  mass    mu1    mu2    mu3  rank  pareto
-    2   0.4  0.32  0.512  0.057  0.509     6    True
-    1   0.2  0.50  0.539  0.212  0.495     5    True
-    0   0.0  1.00  1.000  0.707  0.707     0    True
-    3   1.0  0.00  1.000  0.707  0.707     0    True
-    4   0.9  0.90  1.273  0.000  1.273     0   False
+       place  cost  mass    mu1    mu2    mu3  efficiency_rank  pareto
+    2      1   0.4  0.32  0.512  0.057  0.509                6    True
+    1      2   0.2  0.50  0.539  0.212  0.495                5    True
+    0      3   0.0  1.00  1.000  0.707  0.707                0    True
+    3      3   1.0  0.00  1.000  0.707  0.707                0    True
+    4   <NA>   0.9  0.90  1.273  0.000  1.273                0   False
 
 :func:`cautions` returns reasons not to rely on the optimum, :func:`explain` why it is this design
 and what another would cost, :func:`compare_designs` gains and losses, :func:`representatives` a few

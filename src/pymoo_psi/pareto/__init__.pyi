@@ -31,10 +31,12 @@ from ._indicators import igd_plus as igd_plus
 from ._indicators import pareto_rank as pareto_rank
 from ._indicators import spread_subset as spread_subset
 from ._ranking import RANKING_COLUMNS as RANKING_COLUMNS
+from ._ranking import RANKING_NAMES as RANKING_NAMES
 from ._ranking import Objectives as Objectives
 from ._ranking import UtopianFrame as UtopianFrame
 from ._ranking import front_of as front_of
 from ._ranking import measured_in as measured_in
+from ._ranking import ranking_columns as ranking_columns
 from ._ranking import ranking_from as ranking_from
 from ._ranking import ranking_of as ranking_of
 from ._sentences import SENTENCES as SENTENCES

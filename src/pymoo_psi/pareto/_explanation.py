@@ -213,8 +213,14 @@ class Explanation:
         else:
             kind = "optimum"
         front = counted(n_optimal, "Pareto-optimal design")
-        rank = ranking.rank[self.row]
-        return sentence(kind, design=design, front=front, rank=rank, count=n_optima)
+        return sentence(
+            kind,
+            design=design,
+            front=front,
+            place=ranking.place[self.row],
+            rank=ranking.rank[self.row],
+            count=n_optima,
+        )
 
     def _distances(self, columns: Rows) -> str:
         """Return how far the design is from the best, in the objectives where it is behind."""

@@ -17,6 +17,11 @@ Pareto-optimal point is
 M6, the points in all three, is the Salukvadze optimum: the points nearest to U. Since
 μ1² = μ2² + μ3², P12 and P13 lie inside P23, so that ranks 1 and 2 do not occur.
 
+Most points are unranked, so that ranks are no order of a set. The place of a Pareto-optimal point
+is: 1 plus the number of Pareto-optimal points that are nearer to U. Points that are equally near,
+up to rounding, share a place, and the places after it are left out: 1, 2, 2, 4. The Salukvadze
+optimum has place 1.
+
 The paper (Section 5; Cheshankov et al., 2004) names the criteria and the ranks; the formula is
 inferred from its tables, all of which it reproduces.
 """
@@ -59,8 +64,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-RANKING_COLUMNS = ("mu1", "mu2", "mu3", "rank", "pareto")
-"""The columns that follow the objectives in the frame of a ranking."""
+RANKING_COLUMNS = ("place", "mu1", "mu2", "mu3", "efficiency_rank", "pareto")
+"""The columns beside the objectives in the frame of a ranking; the place is the first column."""
+RANKING_NAMES = (*RANKING_COLUMNS, "rank")
+"""Names that other columns cannot have; files of 0.3 call the rank of efficiency ``rank``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,15 +202,17 @@ class EfficiencyRanking(Shown):
 
     Attributes:
         criteria: ``(n, 3)`` geometric criteria μ1, μ2, μ3, for the dominated rows too.
+        place: ``(n,)`` 1 plus the number of Pareto-optimal rows that are nearer to U; rows that are
+            equally near, up to rounding, share a place. Dominated rows have none, which is 0 here.
         rank: ``(n,)`` rank of efficiency, 0 to 6; dominated rows have rank 0.
         pareto: ``(n,)`` which rows are Pareto optimal.
         frame: The points U and N and the scale in which the criteria are measured, all objectives
             minimised.
         objectives: The ranked values, in the original units and directions, with names and labels.
         salukvadze: Indices of the Salukvadze optimum: the Pareto-optimal rows nearest to U, equal
-            up to rounding. They are the rows of rank 6, and there is usually one. If several rows
-            are equally near to U but differ in μ2 and μ3, as on a sphere around U, M6 is empty and
-            all of them are listed here.
+            up to rounding. They are the rows of place 1 and of rank 6, and there is usually one. If
+            several rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, M6
+            is empty and all of them are listed here.
         rows: ``(n,)`` the rows of the table or array that are ranked; 0, 1, … for an array, of
             which all rows are.
 
@@ -211,11 +220,12 @@ class EfficiencyRanking(Shown):
         The last row is dominated; of the others, the second is nearest to U = (0, 0).
 
         >>> ranking = rank_of_efficiency([[0, 4], [1, 1], [4, 0], [4, 4]])
-        >>> ranking.pareto.tolist(), ranking.salukvadze.tolist()
-        ([True, True, True, False], [1])
+        >>> ranking.place.tolist(), ranking.salukvadze.tolist()
+        ([2, 1, 2, 0], [1])
     """
 
     criteria: Array
+    place: NDArray[np.int64]
     rank: NDArray[np.int64]
     pareto: Mask
     frame: UtopianFrame
@@ -314,16 +324,17 @@ class EfficiencyRanking(Shown):
         return members[np.argsort(self.criteria[members, 0], kind="stable")]
 
     def to_frame(self, *, names: Sequence[Any] | None = None) -> pd.DataFrame:
-        """Return a table of the ranked designs, the best rank and the nearest to U first.
+        """Return a table of the ranked designs by place, the dominated ones last.
 
         Args:
             names: Names of the objectives; by default those of the data frame that was ranked,
                 or f1, f2, ….
 
         Returns:
-            One row per design, its index the label of the design in the data frame or table that
-            was ranked, or its row in the array; columns: the objectives, ``mu1``, ``mu2``,
-            ``mu3``, ``rank``, ``pareto``.
+            One row per design, in the order of :attr:`by_place`, its index the label of the design
+            in the data frame or table that was ranked, or its row in the array; columns: ``place``,
+            missing for dominated designs, the objectives, ``mu1``, ``mu2``, ``mu3``,
+            ``efficiency_rank``, ``pareto``.
 
         Raises:
             ArgumentValueError: The number of names differs, or an objective has the name of
@@ -331,11 +342,11 @@ class EfficiencyRanking(Shown):
 
         Example:
             >>> ranking = rank_of_efficiency([[1, 5], [3, 3], [5, 1]])
-            >>> print(ranking.to_frame(names=["cost", "mass"]).round(2))
-               cost  mass   mu1   mu2   mu3  rank  pareto
-            1   3.0   3.0  0.71  0.00  0.71     6    True
-            0   1.0   5.0  1.00  0.71  0.71     0    True
-            2   5.0   1.0  1.00  0.71  0.71     0    True
+            >>> print(ranking.to_frame(names=["cost", "mass"]).drop(columns="mu2").round(2))
+               place  cost  mass   mu1   mu3  efficiency_rank  pareto
+            1      1   3.0   3.0  0.71  0.71                6    True
+            0      2   1.0   5.0  1.00  0.71                0    True
+            2      2   5.0   1.0  1.00  0.71                0    True
         """
         import pandas as pd
 
@@ -347,10 +358,20 @@ class EfficiencyRanking(Shown):
             rule = f"{m} different names other than {', '.join(RANKING_COLUMNS)}"
             raise invalid("names", rule, columns, "give others by names=[...]")
         frame = pd.DataFrame(objectives.values, columns=columns, index=pd.Index(objectives.labels))
-        frame[["mu1", "mu2", "mu3"]] = self.criteria
-        frame["rank"] = self.rank
-        frame["pareto"] = self.pareto
-        return frame.iloc[self.order]
+        beside = ranking_columns(self)
+        frame.insert(0, "place", beside.pop("place"))
+        return frame.assign(**beside).iloc[self.by_place]
+
+    @property
+    def by_place(self) -> Rows:
+        """``(n,)`` indices by place, equal ones in their order; then the dominated rows by μ1.
+
+        Example:
+            >>> rank_of_efficiency([[9, 9], [1, 4], [2, 2], [4, 1]]).by_place
+            array([2, 1, 3, 0])
+        """
+        distance = np.where(self.pareto, 0.0, self.criteria[:, 0])
+        return np.lexsort((distance, self.place, ~self.pareto))
 
     @property
     def order(self) -> Rows:
@@ -373,8 +394,8 @@ def rank_of_efficiency(
 ) -> EfficiencyRanking:
     """Rank the rows of any objective matrix by efficiency.
 
-    Dominated rows get rank 0 and do not affect U or N. Values of a criterion that are equal up to
-    rounding count as equal, so that rounding noise decides nothing.
+    Dominated rows get rank 0 and no place, and do not affect U or N. Values of a criterion that are
+    equal up to rounding count as equal, so that rounding noise decides nothing.
 
     Args:
         F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n,
@@ -408,11 +429,12 @@ def rank_of_efficiency(
 
         >>> import pandas as pd
         >>> F = pd.DataFrame({"cost": [1, 2, 5], "yield": [10, 30, 40]}, index=["A", "B", "C"])
-        >>> rank_of_efficiency(F, maximize=["yield"]).to_frame().round(2)
-           cost  yield   mu1   mu2   mu3  rank  pareto
-        B   2.0   30.0  0.42  0.06  0.41     6    True
-        A   1.0   10.0  1.00  0.71  0.71     0    True
-        C   5.0   40.0  1.00  0.71  0.71     0    True
+        >>> ranking = rank_of_efficiency(F, maximize=["yield"])
+        >>> ranking.to_frame().drop(columns=["mu2", "mu3"]).round(2)
+           place  cost  yield   mu1  efficiency_rank  pareto
+        B      1   2.0   30.0  0.42                6    True
+        A      2   1.0   10.0  1.00                0    True
+        C      2   5.0   40.0  1.00                0    True
     """
     normalize = boolean("normalize", normalize)
     from_table = is_table(F)
@@ -455,12 +477,14 @@ def ranking_of(
     frame = UtopianFrame(U, N, normalize)
     measured, units = frame.measured(F)
     mu1, mu2, mu3 = map(levels, measured[front].T, frame.noise(optimal, units))
+    place = np.zeros(len(F), dtype=np.int64)
+    place[front] = _places(mu1)
     rank = np.zeros(len(F), dtype=np.int64)
     rank[front] = _ranks(mu1, mu2, mu3)
     with np.errstate(over="ignore"):  # a dominated design may be infinitely far
         criteria = measured * units
     salukvadze = front[mu1 == 0]
-    return EfficiencyRanking(criteria, rank, pareto, frame, salukvadze, objectives, rows)
+    return EfficiencyRanking(criteria, place, rank, pareto, frame, salukvadze, objectives, rows)
 
 
 def _ends(
@@ -486,6 +510,13 @@ def _ends(
     return U, N
 
 
+def _places(mu1: Levels) -> NDArray[np.int64]:
+    """Return the places of k Pareto-optimal points from the levels of their distances from U."""
+    counts = np.bincount(mu1)
+    nearer = np.cumsum(counts) - counts
+    return np.asarray(1 + nearer[mu1])
+
+
 def _ranks(mu1: Levels, mu2: Levels, mu3: Levels) -> NDArray[np.int64]:
     """Return the ranks of efficiency of k Pareto-optimal points from the levels of their criteria.
 
@@ -500,6 +531,16 @@ def _ranks(mu1: Levels, mu2: Levels, mu3: Levels) -> NDArray[np.int64]:
     rank[p13] += 2
     rank[p23] += 3
     return rank
+
+
+def ranking_columns(ranking: EfficiencyRanking) -> dict[str, Any]:
+    """Return the columns of :data:`RANKING_COLUMNS`; a dominated design lacks a place."""
+    import pandas as pd
+
+    place = pd.array(ranking.place, dtype="Int64")
+    place[~ranking.pareto] = pd.NA
+    columns = (place, *ranking.criteria.T, ranking.rank, ranking.pareto)
+    return dict(zip(RANKING_COLUMNS, columns, strict=True))
 
 
 def ranking_from(F: Any, normalize: bool, maximize: Collection[Any]) -> EfficiencyRanking:

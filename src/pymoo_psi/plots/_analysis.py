@@ -99,7 +99,7 @@ def plot_identification(
     Args:
         problem: The model and its experiments.
         table: Its tests.
-        best: Number of designs to draw, those with the highest ranks of efficiency.
+        best: Number of designs to draw, those nearest to the ideal point.
         title: Subject of the tests, with which the caption begins.
 
     Raises:
@@ -124,7 +124,7 @@ def plot_identification(
     instance("problem", problem, Identification)
     integer("best", best, minimum=1)
     ranking = checked(table).feasible_ranking()
-    chosen = ranking.rows[ranking.order[:best]]
+    chosen = ranking.rows[ranking.by_place[:best]]
     pairs = []
     for name, data in problem.experiments.items():
         for column in data.columns[1:]:

@@ -263,7 +263,7 @@ def plot_ranking(
     title: str = "",
     row: int | None = None,
 ) -> Drawing:
-    """Return the Pareto-optimal designs of a ranking as parallel coordinates, by rank.
+    """Return the Pareto-optimal designs of a ranking as parallel coordinates.
 
     Each design is a line. The best value of each objective in the Pareto set is at the bottom, the
     worst on top. :func:`plot_objectives` draws the objectives of a table in pairs.
@@ -293,7 +293,10 @@ def plot_ranking(
         legend = []
         for name, group in ranked_groups(ranking).items():
             ax.add_collection(_lines(shares, group))
-            legend.append(Line2D([], [], **group.style(name)))
+            label = name.replace("unranked", "rank 0").replace("rank", "rank of efficiency")
+            if group.marker is OPTIMUM:
+                label = "place 1, the Salukvadze optimum"
+            legend.append(Line2D([], [], **group.style(label)))
         if row is not None and row not in ranking.salukvadze:
             style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
             ax.plot(np.arange(n), shares[row], "k--", label="chosen", zorder=7.0, **style)

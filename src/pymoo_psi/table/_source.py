@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -20,7 +20,7 @@ from pymoo_psi._validation import (
     real_array,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import RANKING_COLUMNS
+from pymoo_psi.pareto import RANKING_NAMES
 from pymoo_psi.table._cells import (
     Cells,
     Column,
@@ -53,7 +53,7 @@ from pymoo_psi.table._tests import STATUSES
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
-_DERIVED = (*RANKING_COLUMNS, "status", "violated", "reason")  # follow from other columns
+_DERIVED = (*RANKING_NAMES, "status", "violated", "reason")  # follow from other columns
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _N_LISTED = 6  # rows that a remark names
@@ -313,6 +313,8 @@ def _designs(
     columns_of_results = {*_DERIVED}
     if _is_export(cells):
         columns_of_results.add("mark")
+    if not _has_ranking(cells) and _holds_words(cells.columns.get("place", ())):
+        columns_of_results.discard("place")  # a town, and not the place of a ranking
     kept = {}
     for name, column in cells.columns.items():
         if name not in columns_of_results:
@@ -352,16 +354,28 @@ def _first_of_equal(cells: Cells, rows: Sequence[int]) -> list[int]:
     return [*first.values()]
 
 
+def _has_ranking(cells: Cells) -> bool:
+    """Say whether columns are those of a ranking, as this version or 0.3 names them."""
+    names = cells.columns.keys()
+    has_rank = "efficiency_rank" in names or "rank" in names
+    return has_rank and names >= {"mu1", "mu2", "mu3"}
+
+
 def _is_export(cells: Cells) -> bool:
     """Say whether the page exported the cells."""
-    return cells.columns.keys() >= {"mark", *RANKING_COLUMNS[:-1]}
+    return _has_ranking(cells) and "mark" in cells.columns
 
 
 def _is_ranking(cells: Cells) -> bool:
     """Say whether all rows are those of a ranking; a summary has no place in the Pareto set."""
-    if not cells.columns.keys() >= {*RANKING_COLUMNS}:
+    if not _has_ranking(cells) or "pareto" not in cells.columns:
         return False
     return {str(cell).lower() for cell in cells.columns["pareto"]} <= {"true", "false"}
+
+
+def _holds_words(cells: Iterable[Any]) -> bool:
+    """Say whether a cell is a text with a letter in it."""
+    return any(isinstance(cell, str) and re.search(r"[^\W\d_]", cell) for cell in cells)
 
 
 def _is_label(name: str) -> bool:
@@ -542,7 +556,7 @@ def _roles(
 
 def _free(names: Collection[str]) -> list[str]:
     """Return the names that are neither labels nor columns of a ranking."""
-    return [name for name in names if not _is_label(name) and name not in RANKING_COLUMNS]
+    return [name for name in names if not _is_label(name) and name not in RANKING_NAMES]
 
 
 def _numbered(names: Collection[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
