@@ -31,7 +31,7 @@ LAYER = {name: layer for layer, names in LAYERS.items() for name in names}
 ONLY = {
     "pymoo": {"pymoo", "experiments", "presentation"},
     "joblib": {"pymoo", "experiments", "presentation"},
-    "matplotlib": {"plots", "report"},
+    "matplotlib": {"plots"},
     "sqlite3": {"study"},
     "moocore": {"mathematics"},
     "click": {"cli"},

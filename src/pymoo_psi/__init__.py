@@ -37,9 +37,11 @@ and those that subpackages share.
 | mathematics | `sequences`, `chute`, `pareto` | arrays |
 | data | `study` (the file of tests), `table` (tests and designs, sources, analysis) | arrays, \
 pandas; SQLite only in `study` |
-| pymoo | `problems`, `parallel`, `algorithms`, `selection` | pymoo |
+| pymoo | `parallel`, `problems`, `algorithms`, `selection` | pymoo |
 | experiments | `comparison`, `paper` | all above |
-| presentation | `plots`, `page`, `report`, `cli` | all above, matplotlib |
+| presentation | `plots`, `page`, `report`, `cli` | all above; matplotlib only in `plots` |
+
+Within a layer, too, a subpackage imports only those before it.
 
 Every name is imported at its first use, so that importing the package costs next to nothing; the
 stub beside this file says where each comes from.

@@ -8,6 +8,7 @@ import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 from scipy.stats import uniform
 
 import pymoo_psi
@@ -201,3 +202,14 @@ def test_no_place_of_the_package_asks_for_the_class_of_a_wrapper():
             if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance":
                 asked = {n.id for n in ast.walk(node.args[1]) if isinstance(n, ast.Name)}
                 assert not asked & names - own, f"{path}:{node.lineno}"
+
+
+def test_the_front_of_a_wrapper_that_changes_values_is_unknown():
+    class Taxed(WrappedProblem):
+        def values_from(self, X, evaluate):
+            values = evaluate(X)
+            return values | {"F": 2 * values["F"]}
+
+    problem = get_problem("bnh")
+    assert Taxed(problem).pareto_front() is None
+    np.testing.assert_array_equal(FailureTolerant(problem).pareto_front(), problem.pareto_front())

@@ -96,3 +96,19 @@ def test_other_suffixes_are_refused_by_those_that_there_are(command, tmp_path):
         table.to_xlsx("o.records")
     with pytest.raises(PsiError, match="sheet must be left out"):
         read_table("set.csv", sheet="S1")
+
+
+def test_a_file_that_the_reader_of_a_format_did_not_expect_is_refused(tmp_path):
+    class Odd(FileFormat):
+        suffix = ".odd"
+
+        def read(self, file):
+            return file.text.splitlines()[0]
+
+    FORMATS.insert(0, Odd())
+    try:
+        (tmp_path / "a.odd").touch()
+        with pytest.raises(PsiError, match=r"a.odd: it cannot be read as .odd: IndexError"):
+            read_table(tmp_path / "a.odd")
+    finally:
+        FORMATS.pop(0)

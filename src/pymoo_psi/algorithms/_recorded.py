@@ -99,6 +99,7 @@ class Recorded(WrappedProblem):
         (50, 20)
     """
 
+    same_front = True
     same_columns = True
 
     @takes(StudyKeywords)

@@ -142,6 +142,8 @@ class ObservedProblem(WrappedProblem):
         evaluation_seconds: Wall time spent in the problem.
     """
 
+    same_front = True
+
     def __init__(self, problem: Any, budget: int) -> None:
         # pymoo would look for NaN in the reasons of failures, too; values are checked elsewhere.
         super().__init__(problem, elementwise=False, replace_nan_values_by=None)

@@ -16,3 +16,4 @@ from ._tables import plot_table as plot_table
 from ._analysis import plot_indicator as plot_indicator
 from ._paper import shown_case as shown_case
 from ._style import literal as literal
+from ._style import svg_of as svg_of

@@ -7,9 +7,10 @@ ranks are darker. A figure has panel letters and no title; its caption says what
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from io import BytesIO
+from io import BytesIO, StringIO
 from itertools import cycle
 from pathlib import Path
 from string import ascii_lowercase
@@ -237,6 +238,20 @@ def core(values: Array) -> Array:
     if not 0 < np.ptp(near) < _FLAT * np.ptp(values):
         return values
     return near
+
+
+def svg_of(figure: Figure, dpi: int) -> str:
+    """Return a figure as SVG, in which texts are paths, whatever fonts its reader has.
+
+    Args:
+        figure: The figure.
+        dpi: Resolution of what is drawn as an image, in dots per inch.
+    """
+    text = StringIO()
+    with rc_context({"svg.fonttype": "path"}):
+        figure.savefig(text, format="svg", dpi=dpi, metadata={"Date": None})
+    # The comments beside the paths hold the texts, and so what no XML may hold.
+    return re.sub(r"<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
 
 
 def save_figures(

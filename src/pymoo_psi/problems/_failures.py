@@ -79,6 +79,7 @@ class FailureTolerant(WrappedProblem):
         [array([-0.25])]
     """
 
+    same_front = True
     tolerates_failures = True
 
     def __init__(self, problem: Any, *, failed_as: str = "constraint") -> None:

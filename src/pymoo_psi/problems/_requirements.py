@@ -205,7 +205,6 @@ class Required(WrappedProblem):
         (array([[ inf,  inf], [0.5 , 0.29...]]), array([[0.3], [0. ]]))
     """
 
-    same_front = False
     same_columns = True
     checks_requirements = True
 

@@ -114,8 +114,6 @@ class Robust(WrappedProblem):
         array([[2.312, 0.031, 0.26 , 0.516]])
     """
 
-    same_front = False
-
     def __init__(
         self,
         problem: Any,

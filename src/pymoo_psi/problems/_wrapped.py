@@ -36,7 +36,8 @@ class WrappedProblem(Problem):
 
     Attributes:
         wrapped: The other problem.
-        same_front: Whether the Pareto front and set are the wrapped problem's.
+        same_front: Whether the Pareto front and set are the wrapped problem's; unless a class says
+            so, they are unknown.
         same_columns: Whether variables, objectives and outputs in a table are the wrapped
             problem's, so that expressions between them hold, too.
         checks_requirements: Whether its last constraints are requirements, with the methods and
@@ -55,7 +56,7 @@ class WrappedProblem(Problem):
         True
     """
 
-    same_front = True
+    same_front = False
     same_columns = False
     checks_requirements = False
     tolerates_failures = False

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
@@ -11,7 +10,6 @@ from os import PathLike
 from typing import Any
 
 from jinja2 import Environment, PackageLoader
-from matplotlib import rc_context
 
 from pymoo_psi import plots
 from pymoo_psi._names import asked_under_a_formulation
@@ -133,12 +131,7 @@ def _image(figure: plots.Drawing) -> str:
 
     Nothing drawn in an image can reach the rest of the document.
     """
-    text = io.StringIO()
-    with rc_context({"svg.fonttype": "path"}):  # independent of the reader's fonts
-        figure.savefig(text, format="svg", dpi=_DPI, metadata={"Date": None})
-    # Texts are drawn as paths; the comments beside them could hold what no XML may.
-    svg = re.sub(r"<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
-    data = b64encode(svg.encode("utf-8")).decode("ascii")
+    data = b64encode(plots.svg_of(figure, _DPI).encode("utf-8")).decode("ascii")
     return f"data:image/svg+xml;base64,{data}"
 
 

@@ -19,7 +19,7 @@ from pymoo_psi._validation import (
     known_name,
     real_array,
 )
-from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.pareto import RANKING_NAMES
 from pymoo_psi.table._cells import (
     Cells,
@@ -228,7 +228,14 @@ def _content(
         file_format = recognized(file)
         if sheet is not None and not file_format.has_sheets:
             raise invalid("sheet", f"left out, as {path} is no workbook (.xlsx)", sheet)
-        content = file_format.read(file)
+        try:
+            content = file_format.read(file)
+        except (LookupError, ValueError, TypeError) as error:
+            if isinstance(error, PsiError):
+                raise
+            # of a format that was added, whose reader did not expect such a file
+            problem = f"it cannot be read as {file_format.suffix}"
+            raise UnfitError(f"{problem}: {error!r:.80}") from error
     if isinstance(content, Cells) and is_of_tests(content.head):
         rows = zip(*content.columns.values(), strict=True)
         return tests_of_rows(path, content.head, [[*content.columns], *rows], str)

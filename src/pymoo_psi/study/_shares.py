@@ -1,0 +1,164 @@
+"""Shares: the points of one investigation divided among machines, and their studies as one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pymoo_psi._validation import Integers, Received, integer, invalid, wrong_type
+from pymoo_psi.errors import StudyAccessError, StudyMismatchError
+from pymoo_psi.study._study import (
+    SUFFIX,
+    Columns,
+    Study,
+    differing,
+    require_alike,
+    studies_in,
+)
+
+_GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
+
+
+class Share(NamedTuple):
+    """The k-th of n parts of the test points.
+
+    The points are assigned in rounds of n consecutive numbers, of which each share gets one. So the
+    first results of all shares together are the beginning of the sequence, which is uniform. A
+    longer run extends every share, and the share of a point does not depend on their number.
+
+    The k-th share does not get the k-th point of every round: the low binary digits of a number
+    are the leading ones of a point of LPτ. Every 64th point lies in one strip, a 64th of the first
+    variable, and a lost share would leave that strip empty. Instead each round begins with another
+    share, by multiples of the golden ratio (Fibonacci hashing, Knuth, The Art of Computer
+    Programming 3, section 6.4), so that every single share is spread over the bounds.
+
+    Attributes:
+        part: The part, from 1 to ``of``.
+        of: The number of parts.
+    """
+
+    part: int
+    of: int
+
+    @classmethod
+    def checked(cls, value: object) -> Share:
+        """Return the share that a user gives as ``(k, n)``.
+
+        Raises:
+            ArgumentValueError: There is no k-th of n parts.
+            ArgumentTypeError: It is no pair of integers.
+        """
+        if not isinstance(value, (tuple, list)) or len(value) != 2:
+            raise wrong_type("share", "a pair (k, n), the k-th of n parts", value)
+        part = integer("k and n of share=(k, n)", value[0], minimum=1)
+        of = integer("k and n of share=(k, n)", value[1], minimum=1)
+        if part > of:
+            raise invalid("share", "(k, n) with k from 1 to n", Received(f"({part}, {of})"))
+        return cls(part, of)
+
+    def __str__(self) -> str:
+        """Return "3 of 64"."""
+        return f"{self.part} of {self.of}"
+
+    @property
+    def file(self) -> str:
+        """The name of its file in a folder of studies; the names sort by part."""
+        digits = len(str(self.of))
+        return f"share-{self.part:0{digits}}-of-{self.of}{SUFFIX}"
+
+    def numbers(self, first: int, last: int) -> Integers:
+        """Return its test points from ``first`` to ``last``, increasing."""
+        if self.of == 1:
+            return np.arange(first, last + 1)
+        rounds = np.arange((first - 1) // self.of, (last - 1) // self.of + 1)
+        # Only the lowest 32 bits of the product count, so that its overflow does no harm.
+        shifts = (rounds * _GOLDEN % 2**32) * self.of // 2**32
+        places = (self.part - 1 + shifts) % self.of
+        numbers = rounds * self.of + places + 1
+        return numbers[(first <= numbers) & (numbers <= last)]
+
+
+ALL = Share(1, 1)  # all points
+
+
+def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str]:
+    """Return the tests of all studies in a folder as those of one; see :class:`Study`.
+
+    Returns:
+        The head, the columns, and which test points are missing; empty if none are.
+
+    Raises:
+        StudyMismatchError: Two studies belong to different problems, or have different results for
+            the same test point.
+        StudyError: One of them is damaged, or there is none; the message names the file.
+    """
+    files = studies_in(Path(path).resolve())
+    if not files:
+        raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
+    facts, blocks = zip(*(Study(file).contents() for file in files), strict=True)
+    outputs: dict[str, None] = {}  # in order
+    n_shares = 1
+    for file, facts_of_file in zip(files, facts, strict=True):
+        require_alike(file, facts_of_file, facts[0], where=f"in {files[0]}")
+        outputs |= dict.fromkeys(facts_of_file["head"].get("outputs", ()))
+        if "share" in facts_of_file and n_shares == 1:
+            n_shares = facts_of_file["share"][1]
+    head = facts[0]["head"]
+    if outputs:
+        head = head | {"outputs": [*outputs]}
+    columns = _joined(blocks, [*(blocks[0] | outputs)], files)
+    return head, columns, _missing(n_shares, columns["test_point"])
+
+
+def _joined(blocks: Sequence[Columns], names: Sequence[str], files: Sequence[str]) -> Columns:
+    """Return the tests of several studies in the order of their numbers, each once.
+
+    Raises:
+        StudyMismatchError: Two studies have different results for a test point.
+    """
+    lengths = [len(block["test_point"]) for block in blocks]
+    file_of_row = np.repeat(np.arange(len(files)), lengths)
+    whole = {}
+    for name in names:
+        parts = []
+        for block, length in zip(blocks, lengths, strict=True):
+            # A share has the outputs that its tests have had so far; the others are NaN.
+            parts.append(block.get(name, np.full(length, np.nan)))
+        whole[name] = np.concatenate(parts)
+    # Stable, so that of a test that several files hold the first one is taken.
+    order = np.argsort(whole["test_point"], kind="stable")
+    columns = {name: column[order] for name, column in whole.items()}
+    numbers = columns["test_point"]
+    repeats = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
+    different = repeats[differing(columns, repeats, columns, repeats - 1)]
+    if len(different):
+        row = different[0]
+        first = files[file_of_row[order[row - 1]]]
+        second = files[file_of_row[order[row]]]
+        raise StudyMismatchError(
+            f"studies {first} and {second} have different results for test point {numbers[row]}; "
+            "move the file that is wrong, or older, to another folder"
+        )
+    return {name: np.delete(column, repeats) for name, column in columns.items()}
+
+
+def _missing(n_shares: int, numbers: Integers) -> str:
+    """Say how many test points each share lacks between the first and the last stored one."""
+    if n_shares == 1 or len(numbers) == 0:
+        return ""
+    first = int(numbers[0])
+    last = int(numbers[-1])
+    counts = []
+    for part in range(1, n_shares + 1):
+        share = Share(part, n_shares)
+        n_missing = len(np.setdiff1d(share.numbers(first, last), numbers))
+        if n_missing:
+            counts.append(f"{n_missing} of share {share}")
+    if not counts:
+        return ""
+    return f"Missing between test points {first} and {last}: {', '.join(counts)}"
