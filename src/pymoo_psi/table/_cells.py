@@ -143,7 +143,7 @@ class Column(NamedTuple):
     numbers: Array | None = None
     problem: str = ""
 
-    def required(self) -> Array:
+    def require_numbers(self) -> Array:
         """Return the ``(n,)`` numbers.
 
         Raises:
@@ -288,7 +288,8 @@ def read_columns(
     Args:
         cells: Texts, or the values of a source whose cells have types.
         decimal: The decimal mark, ``"."`` or ``","``, if the user gave it.
-        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, likewise.
+        thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``, if the user
+            gave it.
         labels: Columns that name designs. A design called 1.2 says nothing about decimals.
     """
     notations = _notations(decimal, thousands)
@@ -368,19 +369,19 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: Collection[st
     ambiguous = np.flatnonzero(~np.isnan(first) & (first != last)).tolist()
     if not ambiguous:
         return Column(name, column, first)
-    decimal = _mark_in(column[ambiguous[0]])
-    used = {_mark_in(column[i]) for i in ambiguous}
-    # Either all other columns agree, or the numbers are printed by a program.
-    settled = used == certain
-    if not certain and cells.separator == ",":
-        settled = all(map(_is_printed, column))
-    if len(used) > 1 or not settled:
-        i = ambiguous[0]
-        numbers = f"{readings[_OTHER[decimal]][i]:.15g} or {readings[decimal][i]:.15g}"
-        remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
-        problem = f"{cells.place(name, i)}, either {numbers}; {remedy}"
-        return Column(name, column, problem=problem)
-    return Column(name, column, np.array(readings[decimal]))
+    i = ambiguous[0]
+    decimal = _mark_in(column[i])
+    # It is a decimal mark if all certain columns agree, or else if a program printed the numbers.
+    is_one_mark = all(_mark_in(column[k]) == decimal for k in ambiguous)
+    if certain:
+        is_decimal = set(certain) == {decimal}
+    else:
+        is_decimal = cells.separator == "," and all(map(_is_printed, column))
+    if is_one_mark and is_decimal:
+        return Column(name, column, np.array(readings[decimal]))
+    numbers = f"{readings[_OTHER[decimal]][i]:.15g} or {readings[decimal][i]:.15g}"
+    remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
+    return Column(name, column, problem=f"{cells.place(name, i)}, either {numbers}; {remedy}")
 
 
 def _mark_in(cell: str) -> str:
@@ -421,7 +422,7 @@ def _looks_like_number(cell: Any) -> bool:
     return _NUMBERLIKE.match(str(cell).strip()[:_LONGEST]) is not None
 
 
-# RowsByLine that summarise others
+# Rows that summarise others
 
 
 def require_designs(cells: Cells, columns: Collection[Column]) -> None:
@@ -450,7 +451,7 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     F = np.where(np.isfinite(F), F, np.nan)
     named = sorted(names)
     others = np.setdiff1d(np.arange(n), named)
-    # Sums of groups stand below or above these, so between the named rows.
+    # The sum of a group is directly above or below it.
     groups = np.split(others, np.searchsorted(others, named))
     for k, i in enumerate(named):
         if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):

@@ -60,8 +60,8 @@ class Formulation:
 
     Attributes:
         objectives: Names of the objectives: any columns of numbers, the table's unless given. A
-            variable or a constraint among them is one no more (an equality counts by its absolute
-            value). The table's other objectives become outputs.
+            variable or constraint named here becomes an objective only (an equality counts by its
+            absolute value). The table's other objectives become outputs.
         maximize: Objectives to be maximised, beside those of which the table says so.
         limits: Limits on objectives, variables and outputs by name, in the original direction,
             ``{"mass": 30, "width": (0.2, 0.4), "gain": (0.9, None)}``: at most 30, from 0.2 to

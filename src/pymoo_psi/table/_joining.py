@@ -177,9 +177,9 @@ def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:
 
 
 def difference(a: TestTable, b: TestTable) -> str:
-    """Say in what two tables differ first besides their tests; empty if in nothing.
+    """Return the first difference between two tables apart from their tests, or "".
 
-    What one of them does not have or know is no difference: an output, kinds, problem.
+    It is no difference if one of them lacks an output, kinds or the problem.
     """
     if a.layout is b.layout and a.problem is b.problem:
         return ""

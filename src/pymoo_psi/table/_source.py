@@ -269,7 +269,7 @@ def numbers_of_file(path: str | PathLike[str]) -> dict[str, Array]:
     n_rows = len(next(iter(content.columns.values()), ()))
     cells = replace(content, rows=range(1, n_rows + 1))
     columns = read_columns(cells, None, None, ())
-    return {name: column.required() for name, column in columns.items()}
+    return {name: column.require_numbers() for name, column in columns.items()}
 
 
 # From cells to designs
@@ -439,7 +439,7 @@ def _table(
     objectives, variable_names = _roles(designs, head, formulation, variables)
     F = np.empty((len(cells.rows), len(objectives)))
     for j, name in enumerate(objectives):
-        F[:, j] = columns[name].required()
+        F[:, j] = columns[name].require_numbers()
     if not formulation.objectives and not head["objectives"] and _counts(F[:, 0]):
         remarks.append(
             f"{objectives[0]}, taken as an objective, counts the rows; "
@@ -463,7 +463,7 @@ def _table(
             continue
         is_numeric = column.numbers is not None and name not in designs.labels
         if is_numeric or name in formulation.columns:
-            outputs[name] = column.required()
+            outputs[name] = column.require_numbers()
         else:
             extra[name] = _extra_cells(column)
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
@@ -587,7 +587,7 @@ def _is_candidate(designs: _Designs, name: str) -> bool:
     if name in designs.labels:
         return False
     if column.problem or all(map(is_blank, column.cells)):
-        column.required()
+        column.require_numbers()
     return column.numbers is not None
 
 

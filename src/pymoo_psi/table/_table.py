@@ -56,14 +56,14 @@ from pymoo_psi.table._joining import (
 )
 from pymoo_psi.table._layout import Key, Layout
 from pymoo_psi.table._limits import limit_text, limits_by_name, within
-from pymoo_psi.table._tests import Tests, extra_columns, lack, require_distinct
+from pymoo_psi.table._tests import Tests, extra_columns, nonfinite_objective, require_distinct
 
 if TYPE_CHECKING:
     import pandas as pd
     from typing_extensions import Unpack
 
 
-# What an evaluation gives to what fails: its values are not known under any formulation.
+# Values of a test that failed in its evaluation, under any formulation.
 _OF_FAILED = {"F": np.inf, "G": 0.0, "H": 0.0, "outputs": np.nan}
 
 
@@ -92,9 +92,9 @@ class TestTable(Tests, Shown):
         objective that cannot be computed has failed; one that failed in its evaluation stays
         failed, as its values are not known.
 
-        The formulation takes the place of that which the table carries, and is one of the tests as
-        they were tested: limits can be loosened as well as tightened, and ``under(limits={})`` has
-        none. What a formulation does not say stays as the tests have it.
+        The formulation replaces that of the table and applies to the tests as evaluated: limits can
+        be loosened as well as tightened, and ``under(limits={})`` has none. What a formulation does
+        not say stays as the tests have it.
 
         Args:
             formulation: The formulation; that of the table unless given.
@@ -134,21 +134,19 @@ class TestTable(Tests, Shown):
     def _under(self, formulation: Formulation) -> TestTable:
         columns = {name: self.column(name) for name in self.layout.columns}
         layout, columns = formulated(formulation, self.layout, columns)
-        formulation = _completed(formulation, self.formulation, self.layout, layout)
-        changes: dict[str, Any] = {"layout": layout, "formulation": formulation, "_tested": self}
+        completed = _completed(formulation, self.formulation, self.layout, layout)
+        changes: dict[str, Any] = {"layout": layout, "formulation": completed, "_tested": self}
         # Failed for an objective, a design may count under others; failed in its evaluation, it
         # has no values.
         reasons = self._failed_in_evaluation()
-        rows = np.isin(self.numbers, list(reasons))
-        if formulation.without_columns() != formulation:
-            changes |= blocks_of(layout, columns, len(self))
+        if completed.without_columns() != completed:
+            blocks = blocks_of(layout, columns, len(self))
+            _fill_failed(blocks, np.isin(self.numbers, list(reasons)))
+            changes |= blocks
             changes["problem"] = facts_of(self.problem, "sampling")
-            for name, value in _OF_FAILED.items():
-                values = changes[name][rows]
-                changes[name][rows] = np.where(np.isfinite(values), values, value)
         if layout.variables != self.layout.variables:
-            kept = [self.layout.variables.index(name) for name in layout.variables]
-            changes["X"] = design_matrix("X", self.X[:, kept])
+            indices = [self.layout.variables.index(name) for name in layout.variables]
+            changes["X"] = design_matrix("X", self.X[:, indices])
         table = self._with(**changes)
         table._check_ranges()
         table._set_status(reasons)
@@ -179,7 +177,7 @@ class TestTable(Tests, Shown):
         for row in np.flatnonzero(self.status == "failed"):
             number = int(self.numbers[row])
             reason = self.reasons.get(number, "")
-            if reason != lack(self, row):
+            if reason != nonfinite_objective(self, row):
                 reasons[number] = reason
         return reasons
 
@@ -277,8 +275,8 @@ class TestTable(Tests, Shown):
     def feasible_ranking(self) -> EfficiencyRanking:
         """Rank all feasible designs, dominated ones among them, each design once.
 
-        What commands, page and report show: without a design of the Pareto set those that it
-        dominates may come into it, which :func:`~pymoo_psi.cautions` report.
+        Commands, page and report show this ranking: if an optimal design is dropped, designs that
+        it dominates may become optimal, which :func:`~pymoo_psi.cautions` report.
 
         Returns:
             The ranking of the eligible designs, as that of :meth:`ranking`; its labels are the
@@ -299,7 +297,7 @@ class TestTable(Tests, Shown):
         return self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
 
     def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
-        """Return the ranking of some rows, of which it is known which are Pareto optimal."""
+        """Return the ranking of some rows; ``pareto`` marks the Pareto-optimal ones of them."""
         if len(rows) == 0:
             raise self._none_feasible()
         sign = self.layout.sign
@@ -345,7 +343,7 @@ class TestTable(Tests, Shown):
 
     @asked_under_a_formulation
     def explain(self, design: int | str | None = None, *, row: int | None = None) -> Explanation:
-        """Say why a design: :func:`pymoo_psi.explain` among the feasible designs of the table.
+        """Explain a design by comparison with the feasible ones; see :func:`pymoo_psi.explain`.
 
         Names, directions and units are the table's.
 
@@ -500,16 +498,17 @@ class TestTable(Tests, Shown):
         require_one_formulation([self, other])
         whole = stacked([self.tested, other.tested])
         _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
+        # first[i] is the first row with the number of row i.
         first = rows[inverse]
         require_one_result(whole, first)
-        repeated = np.flatnonzero(first != np.arange(len(whole)))
-        before = first[repeated]
+        later = np.flatnonzero(first != np.arange(len(whole)))
+        earlier = first[later]
         outputs = whole.outputs.copy()
-        outputs[before] = np.where(np.isnan(outputs[before]), outputs[repeated], outputs[before])
+        outputs[earlier] = np.where(np.isnan(outputs[earlier]), outputs[later], outputs[earlier])
         extra = {name: column.copy() for name, column in whole.extra.items()}
         for column in extra.values():
-            unknown = blank(column[before])
-            column[before[unknown]] = column[repeated[unknown]]
+            unknown = blank(column[earlier])
+            column[earlier[unknown]] = column[later[unknown]]
         table = whole._with(outputs=outputs, extra=extra).rows(rows)
         require_one_result(table)
         return self._asked_as_before(table)
@@ -735,6 +734,13 @@ def _widened(low: Any, high: Any, margin: float, kind: Kind) -> tuple[Any, Any]:
     if kind is Kind.INTEGER:
         return np.floor(low - step), np.ceil(high + step)
     return low - step, high + step
+
+
+def _fill_failed(blocks: Mapping[str, Array], failed: Mask) -> None:
+    """Write the values of failed tests into blocks wherever a number is not finite."""
+    for name, value in _OF_FAILED.items():
+        values = blocks[name][failed]
+        blocks[name][failed] = np.where(np.isfinite(values), values, value)
 
 
 def _completed(

@@ -127,7 +127,12 @@ class Tests:
         formulation = self.formulation.without_columns()
         self._set(arrays | {"numbers": numbers, "extra": extra, "formulation": formulation})
         self._check_ranges()
-        self._set_status(self.reasons, given_status)
+        if given_status is None:
+            self._set_status(self.reasons)
+        else:
+            given_status = np.array(given_status, dtype=str)
+            self._set_status(self.reasons, given_status)
+            self._require_status(given_status)
         # Which outputs a model gives is known as soon as it has run for a test without failing.
         run = (self.status != "failed") & np.isfinite(self.F).any(axis=1)
         if run.any():
@@ -142,29 +147,31 @@ class Tests:
     def _set_status(
         self, reasons: Mapping[int, str], given: NDArray[np.str_] | None = None
     ) -> None:
-        """Derive which tests are feasible, and the reasons of failures.
+        """Derive the status of the tests, and the reasons of failures.
 
-        What failed is that with a reason and, unless the status is given, what meets its
-        constraints and limits without finite objectives. What failed is believed; the rest must
-        follow, so that no two places of the table can disagree on what is feasible.
+        A test failed if the given status says so. Without one, a test failed if it has a reason, or
+        if it meets its constraints and limits but an objective is not finite. All other tests are
+        infeasible or ok, as constraints and limits have it.
         """
         reasons = _writable_reasons(reasons)
-        if given is None:
-            failed = np.isin(self.numbers, list(reasons))
-        else:
-            given = np.array(given, dtype=str)
+        if given is not None:
             failed = given == "failed"
-        violates = self._violates(failed)
-        if given is None:
-            lost = ~failed & ~violates & ~np.isfinite(self.F).all(axis=1)
-            for row in np.flatnonzero(lost):
-                reasons[int(self.numbers[row])] = lack(self, row)
-            failed |= lost
-        status = np.where(failed, "failed", np.where(violates, "infeasible", "ok"))
+            violates = self._violates(failed)
+        else:
+            failed = np.isin(self.numbers, list(reasons))
+            violates = self._violates(failed)
+            is_finite = np.isfinite(self.F).all(axis=1)
+            for row in np.flatnonzero(~failed & ~violates & ~is_finite):
+                reasons[int(self.numbers[row])] = nonfinite_objective(self, row)
+                failed[row] = True
+        status = np.select([failed, violates], ["failed", "infeasible"], "ok")
         self._set({"status": status, "reasons": reasons})
-        if given is None:
-            return
-        for row in np.flatnonzero(given != status):
+
+    def _require_status(self, given: NDArray[np.str_]) -> None:
+        """Refuse a given status other than the derived one: feasibility has one source."""
+        differing = np.flatnonzero(given != self.status)
+        if len(differing) > 0:
+            row = differing[0]
             raise invalid(
                 "status",
                 "ok where constraints and limits are met, infeasible where not, or failed",
@@ -332,10 +339,10 @@ class Tests:
 
     @property
     def names(self) -> list[str]:
-        """What sentences call the n designs, each another: by the label, else by test point.
+        """Unique names of the n designs: the label, or else the test point.
 
-        Of designs with the same label each has its number behind it; a label that is a number has
-        the name of its column before it.
+        Designs that share a label get their number appended; a label that is a number is preceded
+        by the name of its column.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]])
@@ -546,8 +553,8 @@ def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
     return writable
 
 
-def lack(table: Tests, row: np.intp) -> str:
-    """Say which objective of a test is not finite; empty if all are."""
+def nonfinite_objective(table: Tests, row: np.intp) -> str:
+    """Return the first objective of a test that is not finite, with its value; else ""."""
     for j in np.flatnonzero(~np.isfinite(table.F[row])):
         return f"{table.layout.objectives[j]} is {table.F[row, j] * table.layout.sign[j]}"
     return ""
