@@ -33,10 +33,10 @@ from pymoo_psi.problems import (
     design_space,
     evaluate_designs,
     problem_layout,
-    required,
     stream_designs,
     streams,
     untolerant,
+    with_requirements,
     without_requirements,
 )
 from pymoo_psi.study import LAST
@@ -159,7 +159,7 @@ class Model:
     """
 
     def __init__(self, problem: Any, options: RunOptions) -> None:
-        self.problem = required(untolerant(problem), options.requirements)
+        self.problem = with_requirements(untolerant(problem), options.requirements)
         self.inner = without_requirements(self.problem)
         names = mapping("names", options.names or {}, "names such as f1 to your own")
         log = options.log

@@ -30,8 +30,8 @@ from pymoo_psi.problems import (
     design_space,
     require_known_keywords,
     require_problem,
-    required,
     seed_ties,
+    with_requirements,
 )
 
 
@@ -82,7 +82,7 @@ def nsga3(
         300
     """
     require_problem(problem)
-    problem = required(problem)
+    problem = with_requirements(problem)
     kinds = [variable.kind for variable in design_space(problem).variables]
     scaled = Kind.LOG in kinds
     if scaled:

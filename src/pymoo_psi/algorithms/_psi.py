@@ -36,8 +36,8 @@ from pymoo_psi.problems import (
     evaluate_designs,
     require_known_keywords,
     require_problem,
-    required,
     untolerant,
+    with_requirements,
 )
 from pymoo_psi.table import TestTable, bounds_of
 
@@ -146,7 +146,7 @@ class PointAlgorithm(Algorithm):
         if self.is_initialized:  # pymoo's would keep termination, iterations and evaluations
             received = Received(f"one that has tested {self.n_tested} points")
             raise invalid("the algorithm", "set up before it runs", received, "make another")
-        problem = required(untolerant(problem), self.options.requirements)
+        problem = with_requirements(untolerant(problem), self.options.requirements)
         known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
         require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))

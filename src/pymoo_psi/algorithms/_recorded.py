@@ -26,10 +26,10 @@ from pymoo_psi.problems import (
     problem_name,
     require_known_keywords,
     require_problem,
-    required,
     seed_ties,
     tolerance_outside,
     tolerates_failures,
+    with_requirements,
 )
 from pymoo_psi.table import TestTable, design_keys, design_matrix
 
@@ -114,7 +114,7 @@ class Recorded(WrappedProblem):
             self._tolerant = problem
             evaluated = problem.wrapped
         else:
-            problem = required(problem)
+            problem = with_requirements(problem)
             evaluated = problem
         super().__init__(problem, replace_nan_values_by=None)  # it is replaced when it is checked
         if evaluated.requires_kwargs or isinstance(evaluated, DynamicProblem):

@@ -274,8 +274,8 @@ def move(xp: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any
         way: how far.
     """
     invariant = c + 0.4 * wy0
-    time, vx, y, left, how = follow_slip(xp, b, tau, invariant, way, c - wy0, abs(vy0), c)
-    free = how == ROLLS
+    time, vx, y, left, ending = follow_slip(xp, b, tau, invariant, way, c - wy0, abs(vy0), c)
+    free = ending == ROLLS
     steep = tau > 3.5
     rest = xp.where(free, xp.maximum(left, 0.0), 0.0)
     speed = xp.maximum((invariant + a * time + 0.4 * vx) / 1.4, 0.0)  # at rest: not -1e-17
@@ -284,7 +284,7 @@ def move(xp: Any, a: Any, b: Any, tau: Any, c: Any, wy0: Any, vy0: Any, way: Any
     dt = 2.0 * rest / (speed + final + TINY)
     slide = xp.where(free & steep, (a - 3.5 * b) * dt, 0.0)
     # On a level chute the slip may use up all speed: the sphere stalls where it would roll.
-    stalls = (how == STALLS) | (free & (final == 0.0) & (rest > 0.0))
+    stalls = (ending == STALLS) | (free & (final == 0.0) & (rest > 0.0))
     rolls = free & xp.logical_not(steep | stalls)
     speed = xp.where(stalls, 0.0, final)
     vy = xp.copysign(y, vy0)

@@ -117,7 +117,7 @@ QUADRATURES = (
     _quadrature(24, crowding=8.0),
     _quadrature(26, crowding=4.0, fall=3.7),
 )
-# For each quadrature but the last the longest step, in units of `_along`.
+# For each quadrature but the last the longest step, in units of `_advance`.
 LONGEST = (0.0045, 0.1, 0.4, 0.75, 1e300)
 LONG = 4
 
@@ -222,18 +222,18 @@ def _follow_pool(ids: Rows, slip: Slip, end: Array) -> tuple[Rows, Slip]:
         exact = _error(np, aim) < EXACT
         if exact.any():
             done = np.flatnonzero(exact)
-            end[:, ids[done]] = _finish(np, _taken(slip, done), _taken(aim, done))
+            end[:, ids[done]] = _finish(np, _rows_of(slip, done), _rows_of(aim, done))
             rest = np.flatnonzero(~exact)
             ids = ids[rest]
-            slip = _taken(slip, rest)
-            aim = _taken(aim, rest)
+            slip = _rows_of(slip, rest)
+            aim = _rows_of(aim, rest)
         if not ids.size:
             break
         slip = _next(np, slip, aim)
     return ids, slip
 
 
-def _taken(entries: Any, rows: Rows) -> Any:
+def _rows_of(entries: Any, rows: Rows) -> Any:
     """Return the Slip or Aim of some designs."""
     return entries._make(entry.take(rows) for entry in entries)
 
@@ -256,9 +256,9 @@ def _aim(xp: Any, slip: Slip) -> Aim:
     turn = xp.maximum(xp.minimum(turn, limit), -limit)  # far from the exit the order does not hold
     dt, w, stops = _reach(xp, slip, rate, cosine + turn / 3.0, cosine + turn / 2.0)
     w = xp.where(rho > NONE * slip.b, w, -np.inf)
-    held = xp.maximum(w, -1.0 + 1e-16)  # at w = -1, ρ = 0 and ds would be infinite: 37 is enough
-    dt = dt * (held / w)
-    ds = xp.log1p(held) / held * rate * dt
+    clipped = xp.maximum(w, -1.0 + 1e-16)  # at w = -1, ρ = 0 and ds would be infinite: 37 is enough
+    dt = dt * (clipped / w)
+    ds = xp.log1p(clipped) / clipped * rate * dt
     return Aim(rho, dt, ds, w, turn, stops)
 
 
@@ -301,8 +301,8 @@ def _finish(xp: Any, slip: Slip, aim: Aim) -> tuple[Any, ...]:
     slips = aim.w > -1.0
     vx = xp.where(slips, slip.vx + push, 0.0)
     y = xp.where(slips, y, 0.0)
-    how = xp.where(slips, xp.where(aim.stops, STALLS, SLIPS), ROLLS)
-    return slip.t + aim.dt, vx, y, left, how
+    ending = xp.where(slips, xp.where(aim.stops, STALLS, SLIPS), ROLLS)
+    return slip.t + aim.dt, vx, y, left, ending
 
 
 def _next(xp: Any, slip: Slip, aim: Aim) -> Slip:
@@ -314,7 +314,7 @@ def _next(xp: Any, slip: Slip, aim: Aim) -> Slip:
     ends = aim.w <= -1.0
     whole = ends & (longest == np.inf) & (q > 0.2) & (q < 2.0) & (tau < 1.6)
     step = xp.where(whole, 16.0 * (1.0 + tau), step)
-    dt, slid, vx1, y1 = _along(xp, slip, aim.rho, q, step, whole)
+    dt, slid, vx1, y1 = _advance(xp, slip, aim.rho, q, step, whole)
     a = b * tau
     t1 = t + dt
     v1 = (invariant + a * t1 + 0.4 * vx1) / 1.4
@@ -354,7 +354,7 @@ def _limited(xp: Any, step: Any, slip: Slip, q: Any) -> Any:
     return xp.maximum(xp.minimum(step, FORTH / rate), BACK / rate)
 
 
-def _along(
+def _advance(
     xp: Any, slip: Slip, rho: Any, q: Any, step: Any, whole: Any
 ) -> tuple[Any, Any, Any, Any]:
     """Follow the slip over a step of log time λ, Eqs. (2) to (5).
@@ -421,7 +421,7 @@ def _integrals_by_kind(kind: Rows, columns: Any) -> Array:
 
 
 def _integrals(nodes: Array, weights: Array, long: bool, columns: Any) -> tuple[Any, Any, Any]:
-    """Return the sums of dt and v_x dt, and the last v_x, in the units of `_along`.
+    """Return the sums of dt and v_x dt, and the last v_x, in the units of `_advance`.
 
     Args:
         nodes: Shares of the step.

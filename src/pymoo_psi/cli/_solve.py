@@ -30,7 +30,13 @@ from pymoo_psi.cli._problem import load_problem, try_program, write_example
 from pymoo_psi.cli._rank import designs_frame, most_violated, say_best
 from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
 from pymoo_psi.parallel import progress_bar
-from pymoo_psi.problems import FailureTolerant, design_space, problem_layout, problem_name, required
+from pymoo_psi.problems import (
+    FailureTolerant,
+    design_space,
+    problem_layout,
+    problem_name,
+    with_requirements,
+)
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.study import Study
 from pymoo_psi.table import Formulation, TestTable, alike, suffixes_for
@@ -279,7 +285,7 @@ def _search(
     """Return the result of tests, of which ``n_evaluated`` are new."""
     has_run = np.full(len(tests), True)
     violations = []
-    for rule in getattr(required(problem), "required", ()):
+    for rule in getattr(with_requirements(problem), "required", ()):
         violated = tests.column(rule.text) > 0
         has_run &= ~violated
         if violated.any():
@@ -306,7 +312,7 @@ def _by_nsga3(
     __: Formulation,
     show: Show,
 ) -> Search:
-    problem = required(problem)
+    problem = with_requirements(problem)
     with TemporaryDirectory() as folder:
         # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
         # names no study, a temporary one keeps the tests for the table.

@@ -31,7 +31,13 @@ from pymoo_psi.comparison._quality import INDICATORS, Reference, pairwise_tests
 from pymoo_psi.comparison._runs import Run, Task, perform, stored_runs
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.pareto import listed
-from pymoo_psi.problems import design_space, problem_layout, problem_name, require_problem, required
+from pymoo_psi.problems import (
+    design_space,
+    problem_layout,
+    problem_name,
+    require_problem,
+    with_requirements,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -258,7 +264,7 @@ def compare(
         [64, 64, 64]
     """
     require_problem(problem)
-    problem = required(problem)
+    problem = with_requirements(problem)
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
     problem_layout(problem, design_space(problem))  # what it lacks is reported before any run

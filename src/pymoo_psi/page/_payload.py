@@ -220,14 +220,14 @@ def _packed_numbers(values: Array, optimal: Mask, *, log: bool) -> Content:
         optimal: ``(n,)`` which designs are Pareto optimal.
         log: Whether the column is a logarithmic variable.
     """
-    of_optimal = values[: len(optimal)][optimal]
-    of_optimal = of_optimal[np.isfinite(of_optimal)]
-    low, high, crowded = scale_of(of_optimal)
-    near = of_optimal[(of_optimal >= low) & (of_optimal <= high)]
+    optimal_values = values[: len(optimal)][optimal]
+    optimal_values = optimal_values[np.isfinite(optimal_values)]
+    low, high, crowded = scale_of(optimal_values)
+    near = optimal_values[(optimal_values >= low) & (optimal_values <= high)]
     notation = notation_of(near, values[np.isfinite(values)])
     if log and high > 10**_DECADES * low:  # digits in each decade
         notation = ("exponent", _DIGITS - 1)
-    n_outliers = len(of_optimal) - len(near)
+    n_outliers = len(optimal_values) - len(near)
     return {
         "texts": None,
         "values": _base64(values),

@@ -272,21 +272,24 @@ class EfficiencyRanking(Shown):
         if not isinstance(design, str):
             design = integer("design", design, minimum=0)
         labels = list(self.objectives.labels)
-        keys: list[Any] = list(range(len(labels)))
-        rule = f"a row of F, 0 to {keys[-1]}"
-        remedy = ""
-        if labels != keys:
-            remedy = f"labels are such as {str(labels[0])!r}; row= takes a row"
+        rows: list[Any] = list(range(len(labels)))
+        keys: list[Any]
         if isinstance(design, str):
             keys = [str(label) for label in labels]
             rule = "the label of just one design"
         elif self.objectives.numbers is not None:
             keys = self.objectives.numbers.tolist()
             rule = "the label of a feasible design or the number of its test"
-        elif labels != keys:  # if they are integers, 3 may be a label or a row
+        elif labels == rows:
+            keys = rows
+            rule = f"a row of F, 0 to {rows[-1]}"
+        else:  # if the labels are integers, 3 may be a label or a row
             keys = []
             rule = "a label, as a text"
         if keys.count(design) != 1:
+            remedy = ""
+            if labels != rows:
+                remedy = f"labels are such as {str(labels[0])!r}; row= takes a row"
             raise invalid("design", rule, design, remedy)
         return keys.index(design)
 

@@ -35,7 +35,7 @@ from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem
 from ._pymoo import seed_ties as seed_ties
 from ._requirements import Requirement as Requirement
-from ._requirements import required as required
+from ._requirements import with_requirements as with_requirements
 from ._requirements import without_requirements as without_requirements
 from ._wrapped import known_expressions as known_expressions
 from ._wrapped import layers as layers

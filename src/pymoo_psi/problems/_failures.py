@@ -16,7 +16,7 @@ from pymoo_psi.errors import EvaluationError
 from pymoo_psi.pareto import constraint_violation
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import leave_failed_out, require_problem
-from pymoo_psi.problems._requirements import required
+from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import (
     WrappedProblem,
     layers,
@@ -84,7 +84,7 @@ class FailureTolerant(WrappedProblem):
 
     def __init__(self, problem: Any, *, failed_as: str = "constraint") -> None:
         require_problem(problem)
-        problem = required(untolerant(problem))
+        problem = with_requirements(untolerant(problem))
         self.failed_as = known_name("failed_as", failed_as, ("constraint", "penalty"))
         self.failures: list[EvaluationError] = []
         self._largest = np.full(problem.n_obj, -np.inf)  # size of every objective so far
@@ -160,4 +160,4 @@ def tolerance_outside(problem: Any) -> Any:
     if plain is problem or tolerates_failures(problem):
         return problem
     tolerant = next(filter(tolerates_failures, layers(problem)))
-    return tolerant.around(required(plain))
+    return tolerant.around(with_requirements(plain))

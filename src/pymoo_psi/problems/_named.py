@@ -167,11 +167,11 @@ class NamedProblem(ElementwiseProblem):
     def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         design = dict(x if isinstance(x, Mapping) else zip(self.variables, x, strict=True))
         columns = {name: np.array([value]) for name, value in design.items()}
-        for required in self._required:
-            if required.violation(columns)[0] > 0:
+        for requirement in self._required:
+            if requirement.violation(columns)[0] > 0:
                 raise EvaluationError(
                     x,
-                    f"it violates the requirement {required.name}; "
+                    f"it violates the requirement {requirement.name}; "
                     "give the algorithm Required(problem)",
                 )
         outputs = self.values(design)

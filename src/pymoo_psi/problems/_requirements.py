@@ -275,7 +275,7 @@ class Required(WrappedProblem):
         return Required(problem, self.rules)
 
 
-def required(problem: Any, requirements: Any = None) -> Any:
+def with_requirements(problem: Any, requirements: Any = None) -> Any:
     """Return a problem with its requirements, or those given, as :class:`Required`."""
     if checks_requirements(problem):
         if requirements is None or requirements == problem.rules:

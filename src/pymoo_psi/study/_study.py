@@ -600,26 +600,25 @@ def _selected(db: sqlite3.Connection, facts: Facts, first: int, last: int) -> Co
     Raises:
         ValueError: A row has another checksum.
     """
-    dtypes: dict[str, Any] = {"test_point": np.int64}
-    selected = ["test_point"]
+    # By name: what is selected, and the type of its cells.
+    terms: dict[str, tuple[str, Any]] = {"test_point": ("test_point", np.int64)}
     for name, (column, kind) in _columns(facts["head"]).items():
-        dtypes[name] = DTYPES[kind]
         # With the table: SQLite takes a quoted name that is no column for a text.
-        selected.append(f"tests.{column}")
-    dtypes |= {"status": np.object_, "reason": np.object_}
-    selected += ["status", "coalesce(reason, '')"]
+        terms[name] = (f"tests.{column}", DTYPES[kind])
+    terms["status"] = ("status", np.object_)
+    terms["reason"] = ("coalesce(reason, '')", np.object_)
     if facts["format"] == _VERSION:
-        dtypes[_UNNAMED] = np.int64
-        selected.append("row_checksum")
+        terms[_UNNAMED] = ("row_checksum", np.int64)
     cursor = db.execute(
-        f"SELECT {', '.join(selected)} "
+        f"SELECT {', '.join(term for term, _ in terms.values())} "
         "FROM tests WHERE test_point BETWEEN ? AND ? ORDER BY test_point",
         (min(first, LAST), min(last, LAST)),
     )
-    parts = {name: [np.array([], dtype)] for name, dtype in dtypes.items()}
+    parts = {name: [np.array([], dtype)] for name, (_, dtype) in terms.items()}
     for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
-        for name, cells in zip(dtypes, zip(*rows, strict=True), strict=True):
-            parts[name].append(np.array(cells, dtypes[name]))
+        for name, cells in zip(terms, zip(*rows, strict=True), strict=True):
+            _, dtype = terms[name]
+            parts[name].append(np.array(cells, dtype))
     columns = {name: np.concatenate(part) for name, part in parts.items()}
     stored = columns.pop(_UNNAMED, None)
     if stored is not None:
