@@ -395,20 +395,20 @@ class ProgramProblem(NamedProblem):
         """
         outputs = {name: asdict(output) for name, output in self.outputs.items()}
         content = hashlib.sha256(json.dumps([outputs, [*self.program.files]]).encode())
-        further = hashlib.sha256()
+        hidden_or_linked = hashlib.sha256()
         for path in self._template_files():
             name = path.relative_to(self._template)
             folders = [self._template.joinpath(folder) for folder in name.parents]
-            known = content
+            digest = content
             if any(part[0] == "." for part in name.parts) or any(map(Path.is_symlink, folders)):
-                known = further
-            known.update(name.as_posix().encode())
-            known.update(path.read_bytes())
+                digest = hidden_or_linked
+            digest.update(name.as_posix().encode())
+            digest.update(path.read_bytes())
         return {
             "key": self.key,
             "command": self.program.command,
             "template and outputs": content.hexdigest()[:16],
-            "hidden and linked files": further.hexdigest()[:16],
+            "hidden and linked files": hidden_or_linked.hexdigest()[:16],
         }
 
     def _template_files(self) -> list[Path]:
@@ -464,10 +464,10 @@ class ProgramProblem(NamedProblem):
                 (run.folder / output.file).unlink(missing_ok=True)
         for file in self.program.files:
             path = run.folder / file
-            text, run.written[file] = filled(text_of(path), values)
+            text, run.written[file] = fill_placeholders(text_of(path), values)
             path.write_bytes(text.encode(errors="surrogateescape"))
         for word in shlex.split(self.program.command):
-            text, _ = filled(word, values)
+            text, _ = fill_placeholders(word, values)
             run.words.append(text)
 
     @property
@@ -507,7 +507,7 @@ class ProgramProblem(NamedProblem):
         values = dict(zip(self.variables, lowest, strict=True))
         for where, text in texts.items():
             try:
-                filled(text, values)
+                fill_placeholders(text, values)
             except ValueError as error:
                 rule = "with formats that fit, such as {width:.6g}"
                 raise invalid(f"a placeholder in {where}", rule, Received(error)) from None
@@ -526,12 +526,12 @@ class ProgramProblem(NamedProblem):
     def _operands(self) -> set[str]:
         """Return the variables and outputs that expressions use; each must be above its use."""
         used: set[str] = set()
-        known = [*self.variables]
+        names = [*self.variables]
         for name, output in self.outputs.items():
             for operand in output.operands:
-                known_name(f"a name in the expression of {name}", operand, known)
+                known_name(f"a name in the expression of {name}", operand, names)
                 used.add(operand)
-            known.append(name)
+            names.append(name)
         return used
 
     def _read(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
@@ -541,11 +541,9 @@ class ProgramProblem(NamedProblem):
             RunError: Some cannot be read.
         """
         columns = {name: np.array([value]) for name, value in values.items()}
-        flaws: dict[str, str] = {}
-        # Of the outputs that a file lacks, which may be all, the first one says what is wrong.
-        others: dict[str, list[str]] = {}
+        failures: dict[str, list[tuple[str, str]]] = {}  # by file: outputs with their errors
         for name, output in self.outputs.items():
-            if not columns.keys() >= {*output.operands}:  # an operand has a flaw already
+            if not columns.keys() >= {*output.operands}:  # an operand has failed already
                 continue
             try:
                 if output.expression:
@@ -555,17 +553,12 @@ class ProgramProblem(NamedProblem):
                 if not math.isfinite(value):
                     raise RunError(f"it is {value}")
             except RunError as error:
-                if output.file in flaws:
-                    others.setdefault(output.file, []).append(name)
-                else:
-                    flaws[output.file] = f"output {name}: {error}"
+                failures.setdefault(output.file, []).append((name, str(error)))
                 continue
             run.outputs[name] = value
             columns[name] = np.array([value])
-        for file, names in others.items():
-            flaws[file] += f" (nor can {', '.join(names)} be read there)"
-        if flaws:
-            raise RunError("; ".join(flaws.values()))
+        if failures:
+            raise RunError("; ".join(map(_flaw_of_file, failures.values())))
 
     @property
     def known_expressions(self) -> dict[str, Output]:
@@ -601,7 +594,20 @@ class ProgramProblem(NamedProblem):
         return run.outputs
 
 
-def filled(text: str, values: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
+def _flaw_of_file(failures: Sequence[tuple[str, str]]) -> str:
+    """Return what is wrong with a file, by outputs that cannot be read there and their errors.
+
+    It may lack all of them, so only the first error is shown.
+    """
+    name, error = failures[0]
+    flaw = f"output {name}: {error}"
+    others = [name for name, _ in failures[1:]]
+    if others:
+        flaw += f" (nor can {', '.join(others)} be read there)"
+    return flaw
+
+
+def fill_placeholders(text: str, values: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
     """Return a text with values for placeholders, and what was written for each placeholder."""
     written: dict[str, str] = {}
 

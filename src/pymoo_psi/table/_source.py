@@ -303,18 +303,18 @@ def _designs(
         ArgumentValueError: No design is feasible, or a row summarises others.
     """
     n_rows = len(next(iter(cells.columns.values()), ()))
-    taken = _feasible_rows(cells, n_rows)
-    if not taken:
+    rows = _feasible_rows(cells, n_rows)
+    if not rows:
         raise UnfitError(f"none of its {counted(n_rows, 'design')} is feasible")
     remarks = []
-    if len(taken) < n_rows:
-        left_out = counted(n_rows - len(taken), "design")
+    if len(rows) < n_rows:
+        left_out = counted(n_rows - len(rows), "design")
         remarks.append(f"{left_out} left out as not feasible.")
     if is_file:
-        n_feasible = len(taken)
-        taken = _first_of_equal(cells, taken)
-        if len(taken) < n_feasible:
-            n_repeats = counted(n_feasible - len(taken), "row")
+        n_feasible = len(rows)
+        rows = _first_of_equal(cells, rows)
+        if len(rows) < n_feasible:
+            n_repeats = counted(n_feasible - len(rows), "row")
             remarks.append(f"{n_repeats} left out, equal to another one in all cells.")
     # A failed design may hold anything, so it is left out before numbers are read.
     columns_of_results = {*_DERIVED}
@@ -322,13 +322,13 @@ def _designs(
         columns_of_results.add("mark")
     if not _has_ranking(cells) and _holds_words(cells.columns.get("place", ())):
         columns_of_results.discard("place")  # a town, and not the place of a ranking
-    kept = {}
+    cells_by_name = {}
     for name, column in cells.columns.items():
         if name not in columns_of_results:
-            kept[name] = [column[i] for i in taken]
-    lines = [cells.lines[i] for i in taken if cells.lines]
-    designs = replace(cells, columns=kept, rows=[i + 1 for i in taken], lines=lines)
-    labels = set(filter(_is_label, kept))
+            cells_by_name[name] = [column[i] for i in rows]
+    lines = [cells.lines[i] for i in rows if cells.lines]
+    designs = replace(cells, columns=cells_by_name, rows=[i + 1 for i in rows], lines=lines)
+    labels = set(filter(_is_label, cells_by_name))
     columns = read_columns(designs, decimal, thousands, labels)
     if designs.label is None:
         designs = replace(designs, label=_label(columns))
@@ -343,14 +343,14 @@ def _designs(
 
 def _feasible_rows(cells: Cells, n_rows: int) -> list[int]:
     """Return the rows with feasible designs that are no prototypes of the page."""
-    taken = np.ones(n_rows, dtype=bool)
+    is_feasible = np.ones(n_rows, dtype=bool)
     status = [*map(str, cells.columns.get("status", ()))]
     # A column "status" with other words in it is another program's, and selects nothing.
     if status and {*status} <= {*STATUSES}:
-        taken &= np.array(status) == "ok"
+        is_feasible &= np.array(status) == "ok"
     if _is_export(cells):
-        taken &= np.array(cells.columns["mark"], dtype=object) != "prototype"
-    return np.flatnonzero(taken).tolist()
+        is_feasible &= np.array(cells.columns["mark"], dtype=object) != "prototype"
+    return np.flatnonzero(is_feasible).tolist()
 
 
 def _first_of_equal(cells: Cells, rows: Sequence[int]) -> list[int]:
@@ -396,9 +396,9 @@ def _folded(name: str) -> str:
 def _label(columns: Mapping[str, Column]) -> str | None:
     """Return the column that names the designs.
 
-    If no name tells it, or only one of a column that numbers rows, it is the first other column, if
-    that holds texts of which nine in ten differ: people write lists so, under "Variante" as under
-    "Model".
+    If no name tells it, or only that of a column that numbers rows, it is the first other column,
+    if that holds texts of which nine in ten differ: such lists are common, under "Variante" as
+    under "Model".
     """
     labels = sorted(filter(_is_label, columns), key=lambda name: _LABELS.index(_folded(name)))
     if labels and _folded(labels[0]) in _NAMING:
@@ -440,7 +440,7 @@ def _table(
     F = np.empty((len(cells.rows), len(objectives)))
     for j, name in enumerate(objectives):
         F[:, j] = columns[name].require_numbers()
-    if not formulation.objectives and not head["objectives"] and _counts(F[:, 0]):
+    if not formulation.objectives and not head["objectives"] and _are_row_numbers(F[:, 0]):
         remarks.append(
             f"{objectives[0]}, taken as an objective, counts the rows; "
             "if it only numbers designs, name the objectives."
@@ -456,24 +456,10 @@ def _table(
     if uncertain:
         names = ", ".join(uncertain)
         remarks.append(f"No variable, as not all of its values are certain: {names}.")
-    outputs = {}
-    extra: dict[str, Sequence[Any]] = {}
-    for name, column in columns.items():
-        if name in objectives or name in values_by_variable:
-            continue
-        is_numeric = column.numbers is not None and name not in designs.labels
-        if is_numeric or name in formulation.columns:
-            outputs[name] = column.require_numbers()
-        else:
-            extra[name] = _extra_cells(column)
+    outputs, extra = _other_columns(designs, {*objectives, *values_by_variable}, formulation)
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
-    taken = {*objectives, *values_by_variable, *outputs}
-    label = cells.label
-    if label not in extra:
-        label = "row"
-        if label in taken:
-            label = "design"
-        extra.setdefault(label, cells.rows)
+    used = {*objectives, *values_by_variable, *outputs}
+    label, extra = _with_label(cells, extra, used)
     numbers = cells.rows
     if "test_point" in extra:  # a table's own name, which no further column can have
         numbers = _test_points(extra.pop("test_point"))
@@ -484,7 +470,7 @@ def _table(
         objectives,
         outputs=[*outputs],
         maximize=[name for name in head["maximized"] if name in objectives or name in outputs],
-        units=_of(taken, head["units"]),
+        units=_of(used, head["units"]),
     )
     layout = replace(layout, label=label)
     X: Any = np.empty((len(F), 0))
@@ -496,12 +482,44 @@ def _table(
     return replace(table, remarks=tuple(remarks), formulation=formulation_of_head(head))
 
 
+def _other_columns(
+    designs: _Designs, used: Collection[str], formulation: Formulation
+) -> tuple[dict[str, Array], dict[str, Sequence[Any]]]:
+    """Return the outputs, which are numbers, and the extra columns, among the columns not used."""
+    outputs = {}
+    extra: dict[str, Sequence[Any]] = {}
+    for name, column in designs.columns.items():
+        if name in used:
+            continue
+        is_numeric = column.numbers is not None and name not in designs.labels
+        if is_numeric or name in formulation.columns:
+            outputs[name] = column.require_numbers()
+        else:
+            extra[name] = _extra_cells(column)
+    return outputs, extra
+
+
+def _with_label(
+    cells: Cells, extra: Mapping[str, Sequence[Any]], used: Collection[str]
+) -> tuple[str | None, dict[str, Sequence[Any]]]:
+    """Return the column that names the designs, and the extra columns with it.
+
+    Without such a column the rows of the source name the designs.
+    """
+    if cells.label in extra:
+        return cells.label, {**extra}
+    label = "row"
+    if label in used:
+        label = "design"
+    return label, {**extra, label: extra.get(label, cells.rows)}
+
+
 def _of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
     """Return the units of some columns."""
     return {name: unit for name, unit in units.items() if name in names}
 
 
-def _counts(values: Array) -> bool:
+def _are_row_numbers(values: Array) -> bool:
     """Say whether numbers count the rows; ranked by them, the first or the last would be best."""
     return len(values) >= 3 and np.array_equal(values, values[0] + np.arange(len(values)))
 
