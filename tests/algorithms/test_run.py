@@ -45,7 +45,7 @@ class Halving(Source):
     def ask(self, count, n_free):
         points = Points.none()
         if len(self.given) == 0:
-            points = dataclasses.replace(self.sequence, given=self.sequence.units)
+            points = dataclasses.replace(self.sequence, coordinates=self.sequence.units)
         elif len(self.tests) == len(self.given) and not self.is_paused:
             row = self.tests.numbers[self.tests.F[:, 0].argmin()] - 1
             unit = (self.given.units[row] + 0.5) / 2
@@ -59,8 +59,8 @@ class HalvingPSI(PointAlgorithm):
     def __init__(self, n_points, options):
         super().__init__(n_points, options, None)
 
-    def begin(self, options, whole):
-        run = run_of_sequence(self.problem, 8, options, whole=whole)
+    def begin(self, options, may_end_early):
+        run = run_of_sequence(self.problem, 8, options, may_end_early=may_end_early)
         run.source = Halving(run.source.ask(8, 0), self.n_points)
         return run
 

@@ -1,8 +1,8 @@
-"""Executors: they evaluate points on whatever there is and give their tests in any order.
+"""Executors: they evaluate points, in this process or in workers, and return tests in any order.
 
 The designs of a model that is evaluated one by one are a single stream to its workers, none of
-which waits for another. Points of a vectorised model go in pieces that take about a second, in this
-process or in others, where each piece is generated, evaluated and filtered.
+which waits for another. Points of a vectorised model are evaluated in pieces that take about a
+second, in this process or in others, where each piece is generated, evaluated and filtered.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _NEAR = 8
 _SECONDS = 1.0
 # Designs in the first piece of a run with a study: enough to measure the cost of one, and few
 # enough that a model of seconds a design loses minutes only.
-_LEAST = 64
+_SMALLEST = 64
 # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
 _LARGEST, _LARGEST_ELEMENTWISE = 65_536, 64
 # Pieces for each worker of a run without a study, so that the last ones end at about the same time.
@@ -78,6 +78,11 @@ class Block(NamedTuple):
     n_called: int = 0
     seconds: ArrayLike = 0.0
 
+    @property
+    def is_filtered(self) -> bool:
+        """Whether the executor left tests out."""
+        return len(self.tests) < len(self.numbers)
+
     def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
         n_called = 0
@@ -99,8 +104,7 @@ class _Executor:
 
     Attributes:
         n_workers: How many workers evaluate designs without waiting for one another, or 0.
-        ahead: How many points beyond those that are awaited it should be given, so that no worker
-            waits.
+        ahead: How many points to submit beyond those that are awaited, so that no worker waits.
     """
 
     n_workers = 0
@@ -136,7 +140,7 @@ class _Executor:
         return len(self._evaluated)
 
     def close(self) -> None:
-        """Give up what is pending and not taken; workers with nothing to do are kept."""
+        """Drop points that are pending or not taken; workers with nothing to do are kept."""
         if self._results is not None:
             if not self._pending:
                 next(self._results, None)  # the end, where workers become idle
@@ -214,21 +218,21 @@ class Model:
 
 
 class OneByOne(_Executor):
-    """Gives designs to workers that do not wait for one another, or evaluates them here.
+    """Sends designs to workers that do not wait for one another, or evaluates them here.
 
     Args:
         model: A model whose designs can be evaluated one by one.
-        whole: Whether all points are going to be tested, or a termination may end the run before.
+        may_end_early: Whether a termination may end the run before all points are tested.
     """
 
-    def __init__(self, model: Model, whole: bool) -> None:
+    def __init__(self, model: Model, may_end_early: bool) -> None:
         super().__init__()
         self._model = model
         runner = model.problem.elementwise_runner
         if isinstance(runner, JoblibRunner):
             self.n_workers = active_workers(runner.n_jobs)
             self.ahead = _WAITING
-            if not whole:
+            if may_end_early:
                 self.ahead = _NEAR * self.n_workers
 
     @property
@@ -244,7 +248,7 @@ class OneByOne(_Executor):
         numbers = points.numbers.tolist()
         # with their designs, which are not computed again for the tests
         points = replace(points, designs=matrix)
-        self._points = self._points.joined(points)  # from the first one that is not taken
+        self._points = self._points.joined(points)  # from the first pending one on
         self._pending |= dict.fromkeys(numbers)
         designs = self._model.space.designs(matrix)
         self._waiting.extend(zip(numbers, designs, strict=True))
@@ -274,10 +278,10 @@ class InPieces(_Executor):
 
     Args:
         task: Returns the tests of a piece that are kept, and the seconds of one of its designs.
-        largest: How many points to evaluate together at most.
-        size: How many points are in the first pieces.
-        least: Where pieces are to take about a second, how many points they have at least; ``None``
-            leaves all of them at the first size.
+        largest: The number of points in the largest piece.
+        smallest: The same for the smallest one, if pieces are timed.
+        first: The same for the first pieces, and for all if pieces are not timed.
+        is_timed: Whether pieces shrink or grow until they take about a second.
         n_jobs: How many processes evaluate pieces; 1 is this process.
     """
 
@@ -285,15 +289,17 @@ class InPieces(_Executor):
         self,
         task: Callable[[Points], tuple[TestTable, float]],
         largest: int,
-        size: int,
-        least: int | None,
+        smallest: int,
+        first: int,
+        is_timed: bool,
         n_jobs: int,
     ) -> None:
         super().__init__()
         self._task = task
         self._largest = largest
-        self._size = size
-        self._least = least
+        self._smallest = smallest
+        self._size = first
+        self._is_timed = is_timed
         self._n_jobs = n_jobs
         self._n_waiting = 1
         if n_jobs > 1:
@@ -312,7 +318,7 @@ class InPieces(_Executor):
         self._cut()
 
     def _cut(self) -> None:
-        """Let workers have as many pieces as they need."""
+        """Cut as many pieces as workers need."""
         while len(self._points) and len(self._waiting) < self._n_waiting:
             piece = self._points.at(slice(0, self._size))
             self._points = self._points.at(slice(self._size, None))
@@ -328,10 +334,10 @@ class InPieces(_Executor):
         first, (tests, seconds) = next(self._results)
         piece = self._pending.pop(first)
         self._evaluated.append((piece, tests, seconds))
-        if self._least is not None:
+        if self._is_timed:
             # The first designs load libraries and say little: at most 100 times as many follow.
             fitting = int(min(_SECONDS / max(seconds, 1e-9), 100 * len(piece)))
-            self._size = max(self._least, min(self._largest, fitting))
+            self._size = max(self._smallest, min(self._largest, fitting))
         self._cut()
         return seconds * len(piece)
 
@@ -354,7 +360,7 @@ def executor_of(
     *,
     n_points: int | None = None,
     n_jobs: int = 1,
-    whole: bool = True,
+    may_end_early: bool = False,
     kept: Filter | None = None,
 ) -> Executor:
     """Return the executor for a model.
@@ -364,35 +370,34 @@ def executor_of(
         options: The options of the run.
         n_points: How many points there are; ``None`` evaluates together what is submitted together.
         n_jobs: Processes for a vectorised model; -1 for as many as there are cores.
-        whole: Whether all points are going to be tested, or a termination may end the run before.
-        kept: Returns those tests of a piece that are to be given; ``None`` for all.
+        may_end_early: Whether a termination may end the run before all points are tested.
+        kept: Returns the tests of a piece that are needed; ``None`` for all.
     """
     if streams(model.inner):
-        return OneByOne(model, whole)
+        return OneByOne(model, may_end_early)
     if n_jobs != 1:
         n_jobs = active_workers(n_jobs)
     task = partial(model.evaluated, kept)
     if n_points is None:
-        return InPieces(task, LAST, LAST, None, n_jobs)
-    least = _LEAST
+        return InPieces(task, LAST, LAST, LAST, False, n_jobs)
     largest = _LARGEST
+    smallest = _SMALLEST
     if model.problem.elementwise:
-        least = active_workers(getattr(model.problem.elementwise_runner, "n_jobs", -1))
         largest = _LARGEST_ELEMENTWISE
+        smallest = active_workers(getattr(model.problem.elementwise_runner, "n_jobs", -1))
     largest = options.block_size or largest
-    least = min(least, largest)
-    size = largest
-    timed = None
-    if options.study is not None:
-        size = least
-        timed = least
+    smallest = min(smallest, largest)
+    first = largest
+    is_timed = options.study is not None
+    if is_timed:
+        first = smallest
     if n_jobs > 1:
-        share = -(-n_points // (_PIECES * n_jobs))
-        size = min(size, max(_LEAST, share))
-    return InPieces(task, largest, size, timed, n_jobs)
+        points_of_a_worker = -(-n_points // (_PIECES * n_jobs))
+        first = min(first, max(_SMALLEST, points_of_a_worker))
+    return InPieces(task, largest, smallest, first, is_timed, n_jobs)
 
 
-# What pymoo knows by itself and its users put beside the outputs of a model; and our reasons.
+# Values that pymoo computes itself, or its users return beside the outputs of a model; our reasons.
 NO_OUTPUTS = {
     *("F", "G", "H", "dF", "dG", "dH", "ddF", "ddG", "ddH", "CV", "cv", "feas", "X", "hash"),
     "failure",
@@ -400,11 +405,11 @@ NO_OUTPUTS = {
 
 
 def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, Any]) -> TestTable:
-    """Return the tests of n designs with all numbers that the model gave.
+    """Return the tests of n designs with all numbers that the model returned.
 
     An output that is not a single number for any design, or has the name of another column, is left
-    out with a warning, as the values of the other columns count and a run need not end for it. If
-    it is one for some designs, these keep it: values of one design never affect those of another.
+    out with a warning, as a run need not end for it. If it is a number for some designs, these keep
+    it: values of one design never affect those of another.
 
     Args:
         layout: The columns that the problem promises.
@@ -413,27 +418,30 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, An
         out: Their values, as :func:`evaluate_designs` returns them.
     """
     numbers = points.numbers
-    if points.rounds is not None:
-        # First, whatever the first design gives; a repeated design has the round of its own point.
-        out = {PROPOSAL_ROUND: None} | dict(out) | {PROPOSAL_ROUND: points.rounds}
     reasons = {}
     for number, reason in zip(numbers.tolist(), out["failure"], strict=True):
         if reason:
             reasons[number] = reason
+    candidates = dict(out)
+    if points.rounds is not None:
+        # first, and those of the points: a repeated design has the values of another point
+        candidates.pop(PROPOSAL_ROUND, None)
+        candidates = {PROPOSAL_ROUND: points.rounds} | candidates
+    is_evaluated = out["failure"] == ""
     other_columns = {*layout.columns, *RESERVED}
     outputs = {}
-    for name, values in out.items():
+    for name, values in candidates.items():
         if name in NO_OUTPUTS or name.startswith("__"):
             continue
+        if name in other_columns:
+            _warn_of(name, "by this name")
+            continue
         column, odd = _numbers(values, len(numbers))
-        has_numbers = not odd or not np.isnan(column).all()
-        is_free = name not in other_columns
-        if is_free and has_numbers:
-            outputs[name] = np.where(out["failure"] == "", column, np.nan)
         if odd:
             _warn_of(name, f"where it is no single number, such as {odd[0]!r:.40}")
-        elif not is_free:
-            _warn_of(name, "by this name")
+            if np.isnan(column).all():
+                continue
+        outputs[name] = np.where(is_evaluated, column, np.nan)
     return TestTable.of(
         numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, layout=layout
     )
@@ -444,7 +452,7 @@ def _warn_of(name: object, why: str) -> None:
 
 
 def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:
-    """Return a number for each of n designs, NaN where there is none, and what is no number."""
+    """Return a number for each of n designs, NaN where there is none, and the other values."""
     column = np.asarray(values)
     if column.dtype.kind in "fiub" and column.size == n:
         return column.reshape(n), []
@@ -460,7 +468,7 @@ def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:
 
 
 def values_of_table(tests: TestTable) -> list[Values]:
-    """Return the values of each test as its evaluation has given them."""
+    """Return the values of each test as its evaluation returned them."""
     names = ("F", "G", "H", *tests.layout.outputs, "failure")
     reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
     rows = zip(tests.F, tests.G, tests.H, *tests.outputs.T.tolist(), reasons, strict=True)

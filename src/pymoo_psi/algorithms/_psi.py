@@ -89,12 +89,12 @@ class PointAlgorithm(Algorithm):
         keywords.setdefault("output", MultiObjectiveOutput())
         super().__init__(seed=options.seed, **keywords)
 
-    def begin(self, options: RunOptions, whole: bool) -> Run:
+    def begin(self, options: RunOptions, may_end_early: bool) -> Run:
         """Return the run of ``self.problem``.
 
         Args:
-            options: The options, with the seed that pymoo was given.
-            whole: Whether all points are going to be tested, or a termination may end the run.
+            options: The options, with the seed of pymoo's ``minimize``.
+            may_end_early: Whether a termination may end the run before all points are tested.
         """
         raise NotImplementedError
 
@@ -150,10 +150,10 @@ class PointAlgorithm(Algorithm):
         known = ("verbose", "progress", "pf")  # pf: of pymoo's examples, which no longer uses it
         require_known_keywords(f"{type(self).__name__}.setup", Algorithm, kwargs, more=known)
         termination = termination_from_tuple(kwargs.get("termination", self.termination))
-        self._whole = termination is None
+        self._may_end_early = termination is not None
         # instead of pymoo's default, which would stop a run before all points are tested
         ends = [_PointsTested()]
-        if termination is not None:
+        if self._may_end_early:
             ends.append(termination)
         kwargs["termination"] = TerminateIfAny(*ends)
         super().setup(problem, **kwargs)
@@ -162,7 +162,7 @@ class PointAlgorithm(Algorithm):
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         # It says how many points an iteration tests, not how many are evaluated together.
         options = replace(self.options, seed=self.seed, block_size=None)
-        self._run = self.begin(options, self._whole)
+        self._run = self.begin(options, self._may_end_early)
         self._tests = self._run.store.empty
 
     def has_next(self) -> bool:
@@ -400,9 +400,9 @@ class PSI(PointAlgorithm):
             block_size = max(64, -(-n_points // (32 * run.part.of)))
         super().__init__(n_points, run, block_size, **keywords)
 
-    def begin(self, options: RunOptions, whole: bool) -> Run:
+    def begin(self, options: RunOptions, may_end_early: bool) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
-        return run_of_sequence(self.problem, self.n_points, options, whole=whole)
+        return run_of_sequence(self.problem, self.n_points, options, may_end_early=may_end_early)
 
 
 @takes(RunKeywords)
@@ -466,7 +466,7 @@ def investigate(
     ):
         for block in blocks:
             tests = block.tests
-            if len(tests) == len(block.numbers):  # else they are filtered already
+            if not block.is_filtered:
                 tests = kept_tests(keep, settings.limits, tests)
             tables.append(tests)
             show_progress(1 - run.n_left / n_points)

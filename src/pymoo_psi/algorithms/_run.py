@@ -1,9 +1,9 @@
 """A run: it joins a source of points, an executor that evaluates them, and a store of tests.
 
-It asks the source for points, takes what the store knows, lets no model run for a design that
-violates a requirement, answers repetitions of a design from its known result, gives the other
-points to the executor, keeps what arrives and gives it on in blocks. The table is the same for any
-number of workers and any size of a block.
+It asks the source for points, recalls the tests that are stored, lets no model run for a design
+that violates a requirement, answers repetitions of a design from its known result, submits the
+other points to the executor, stores the tests that arrive and returns them in blocks. The table is
+the same for any number of workers and any size of a block.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
@@ -23,7 +23,13 @@ from pymoo_psi._validation import Designs, Numbers, identity_text, integer
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of, values_of_table
 from pymoo_psi.algorithms._limits import kept_tests, under_limits
 from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._sources import PlannedPoints, Points, Source, filled, unit_points
+from pymoo_psi.algorithms._sources import (
+    PlannedPoints,
+    Points,
+    Source,
+    n_points_to_fill,
+    unit_points,
+)
 from pymoo_psi.algorithms._store import Recall, Store, StudyStore, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import Values
@@ -63,24 +69,24 @@ class Run:
         self.executor = executor
         self.store = store
         self._repeats = repeats
-        self._issued = Points.none()  # whose tests no block has given yet
-        self._n_opened = 0  # how many of them are submitted, or known
-        self._n_awaited = 0  # how many of them the next block waits for
-        self._last = 0  # the number of the last of these
-        self._arrived: list[Block] = []  # tests of issued points
-        self._work: Generator[Block] | None = None
+        self._points = Points.none()  # of the source, whose tests no block has returned yet
+        self._n_started = 0  # first of these: submitted, or their tests are stored
+        self._n_awaited = 0  # first of these: the next block waits for them
+        self._last_awaited = 0  # their largest number
+        self._ready: list[Block] = []  # tests of these points
+        self._work: Generator[list[Block]] | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies begin at the next block; what is being evaluated stays here."""
-        return self.__dict__ | {"_arrived": [], "_work": None}
+        return self.__dict__ | {"_ready": [], "_work": None}
 
     @property
     def n_left(self) -> int:
-        """How many points have no test in a block so far; 0 where none is to come."""
-        return len(self._issued) + self.source.n_left
+        """How many points are left whose tests no block has returned."""
+        return len(self._points) + self.source.n_left
 
     def tests(self) -> Generator[Block]:
-        """Test all points; yield blocks as they arrive, in any order, those of a study too.
+        """Test all points; yield blocks as they are ready, in any order, those of a study too.
 
         Close it early to stop the workers.
 
@@ -88,28 +94,29 @@ class Run:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
         self._n_awaited = sys.maxsize
-        self._last = LAST
+        self._last_awaited = LAST
         with closing(self._test_points()) as work:
-            for block in work:
-                self._give(block.numbers)
-                yield block
+            for blocks in work:
+                for block in blocks:
+                    self._forget(block.numbers)
+                    yield block
 
     def next_points(self, count: int | None) -> Points:
         """Return the points of the next block, the same ones until they are tested.
 
         Args:
-            count: How many, at most; ``None`` for all that the source has given, or gives now.
+            count: How many, at most; ``None`` for all that the source has returned, or returns now.
         """
         least = count or 1
-        while len(self._issued) < least:
-            points = self.source.ask(least - len(self._issued), self._n_free)
+        while len(self._points) < least:
+            points = self.source.ask(least - len(self._points), self._n_free)
             if len(points) == 0:
                 break
-            self._issued = self._issued.joined(points)
-        return self._issued.at(slice(0, count))
+            self._points = self._points.joined(points)
+        return self._points.at(slice(0, count))
 
     def block(self, count: int | None) -> Block:
-        """Test the next points; what arrives is stored within a second or two.
+        """Test the next points; tests are stored within a second or two.
 
         Args:
             count: How many, as for :meth:`next_points`; there must be one.
@@ -120,53 +127,53 @@ class Run:
         points = self.next_points(count)
         last = int(points.numbers[-1])
         self._n_awaited = len(points)
-        self._last = last
+        self._last_awaited = last
         with stored_at_termination(self.store):
             try:
-                while self._n_arrived(last) < len(points):
+                while self._n_ready(last) < len(points):
                     if self._work is None:
                         self._work = self._test_points()
-                    self._arrived.append(next(self._work))
+                    self._ready += next(self._work)
                 if self.executor.n_pending == 0:
-                    self._end_work()  # which gives the lock back; workers are kept
+                    self._end_work()  # which releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
-        self._give(points.numbers)
+        self._forget(points.numbers)
         return self._take(last)
 
-    def _give(self, numbers: Numbers) -> None:
-        """Forget points whose tests are given."""
-        is_left = ~np.isin(self._issued.numbers, numbers)
-        self._issued = self._issued.at(is_left)
-        self._n_opened -= len(numbers)
+    def _forget(self, numbers: Numbers) -> None:
+        """Forget points whose tests are returned."""
+        is_left = ~np.isin(self._points.numbers, numbers)
+        self._points = self._points.at(is_left)
+        self._n_started -= len(numbers)
 
-    def _n_arrived(self, last: int) -> int:
-        return sum(int(np.count_nonzero(block.numbers <= last)) for block in self._arrived)
+    def _n_ready(self, last: int) -> int:
+        return sum(int(np.count_nonzero(block.numbers <= last)) for block in self._ready)
 
     def _take(self, last: int) -> Block:
-        """Take what has arrived of the points up to a number."""
+        """Take the tests of the points up to a number."""
         blocks = []
         later = []
-        for block in self._arrived:
+        for block in self._ready:
             is_due = block.numbers <= last
             blocks.append(block.rows(is_due))
             if not is_due.all():
                 later.append(block.rows(~is_due))
-        self._arrived = later
+        self._ready = later
         tests = by_number([block.tests for block in blocks])
         return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
         self.store.keep(tests)
-        self._issued = self._issued.at(slice(len(tests), None))
+        self._points = self._points.at(slice(len(tests), None))
         self.source.tell(tests)
 
     def close(self) -> None:
-        """Give up what is being evaluated; what has arrived is in the study, if there is one."""
+        """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
         self._end_work()
-        self._arrived = []
+        self._ready = []
 
     def _end_work(self) -> None:
         if self._work is not None:
@@ -177,101 +184,108 @@ class Run:
     def _n_free(self) -> int:
         return self.executor.n_workers - self.executor.n_pending
 
-    def _test_points(self) -> Generator[Block]:
-        """Test the awaited points, and some ahead; yield blocks as they arrive."""
+    def _test_points(self) -> Generator[list[Block]]:
+        """Test the awaited points, and some ahead; yield blocks as they are ready."""
         executor = self.executor
-        self._n_opened = 0
+        self._n_started = 0
         if self._repeats is not None:
             self._repeats.waiting.clear()
         with self.store.session() as recall:
             try:
-                yield from self._open(recall, self._n_awaited)
-                if executor.n_pending:  # nothing ahead of points that are all known
-                    yield from self._open(recall, self._n_awaited + executor.ahead)
+                yield from self._start(recall, self._n_awaited)
+                if executor.n_pending:  # nothing ahead of points whose tests are all stored
+                    yield from self._start(recall, self._n_awaited + executor.ahead)
                 began = time.monotonic()
                 computed = 0.0
                 while executor.n_pending:
                     computed += executor.wait()
-                    is_late = computed >= COMPUTED or time.monotonic() - began >= SECONDS
-                    is_complete = executor.n_pending == 0 or executor.first_pending > self._last
-                    if is_late or is_complete or self.source.eager:
-                        yield from self._keep(executor.take())
+                    if self._is_commit_due(began, computed):
+                        yield self._keep(executor.take())
                         began = time.monotonic()
                         computed = 0.0
-                    yield from self._open(recall, self._n_awaited + executor.ahead)
+                    yield from self._start(recall, self._n_awaited + executor.ahead)
             finally:
                 if executor.n_evaluated:
-                    for _ in self._keep(executor.take()):
-                        pass  # it is stored; nobody waits for it
+                    self._keep(executor.take())  # nobody waits for the blocks
                 executor.close()
 
-    def _open(self, recall: Recall, count: int) -> Iterator[Block]:
-        """Open up to ``count`` issued points: yield known tests, and submit the other points."""
+    def _is_commit_due(self, began: float, computed: float) -> bool:
+        """Whether to store the tests evaluated since a time, in so many seconds of the workers."""
+        executor = self.executor
+        is_late = computed >= COMPUTED or time.monotonic() - began >= SECONDS
+        is_complete = executor.n_pending == 0 or executor.first_pending > self._last_awaited
+        return is_late or is_complete or self.source.eager
+
+    def _start(self, recall: Recall, count: int) -> Generator[list[Block]]:
+        """Start the first ``count`` points: recall stored tests, and submit the other points."""
         while True:
-            points = self._next_to_open(count)
+            points = self._next_to_start(count)
             if len(points) == 0:
                 return
-            for block in self._arrived:  # when the run was at work before
+            for block in self._ready:  # when the run was at work before
                 points = points.at(~np.isin(points.numbers, block.numbers))
             stored = recall(points.numbers)
             if len(stored):
                 points = points.at(~np.isin(points.numbers, stored.numbers))
-                yield from self._arrive(Block(stored.numbers, stored))
+                yield self._report(Block(stored.numbers, stored))
             if len(points):
-                yield from self._submit(points)
+                yield self._submit(points)
 
-    def _next_to_open(self, count: int) -> Points:
-        """Return issued points, up to ``count`` of them; the source is asked for more if needed."""
-        room = min(count - self._n_opened, self.executor.room)
-        if room <= 0 or self._n_opened == self.n_left:
+    def _next_to_start(self, count: int) -> Points:
+        """Return points to start, ``count`` being started; ask the source for more if needed."""
+        n_new = min(count - self._n_started, self.executor.room)
+        if n_new <= 0:
             return Points.none()
-        if self._n_opened == len(self._issued):
-            points = self.source.ask(room, self._n_free)
-            self._issued = self._issued.joined(points)
-        end = self._n_opened + room
-        points = self._issued.at(slice(self._n_opened, end))
-        self._n_opened += len(points)
+        if self._n_started == len(self._points) and self.source.n_left > 0:
+            points = self.source.ask(n_new, self._n_free)
+            self._points = self._points.joined(points)
+        points = self._points.at(slice(self._n_started, self._n_started + n_new))
+        self._n_started += len(points)
         return points
 
-    def _submit(self, points: Points) -> Iterator[Block]:
-        """Submit points; those that need no evaluation are answered instead."""
+    def _submit(self, points: Points) -> list[Block]:
+        """Submit points; return tests of those that need no evaluation."""
+        blocks = []
         if self.model.has_requirements:
             violations = self.model.violations(points.matrix(self.model.space))
             is_unmet = (violations > 0).any(axis=1)
             n_unmet = np.count_nonzero(is_unmet)
             self.model.problem.n_not_run += n_unmet
             if n_unmet:
-                yield from self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet)
+                blocks.append(self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet))
             points = points.at(~is_unmet)
         if self._repeats is not None and len(points):
             X = points.matrix(self.model.space)
             new, known, values = self._repeats.split(points.numbers, X)
             if values:
-                yield from self._answer(points.at(known), values)
+                blocks.append(self._answer(points.at(known), values))
             points = points.at(new)
         if len(points):
             self.executor.submit(points)
+        return blocks
 
-    def _answer(self, points: Points, values: Sequence[Values]) -> Iterator[Block]:
-        """Keep and yield tests whose values are known without the model."""
-        yield from self._keep(Block(points.numbers, self.model.tests(points, values)))
-
-    def _keep(self, block: Block) -> Iterator[Block]:
-        """Store and yield tests."""
+    def _keep(self, block: Block) -> list[Block]:
+        """Store tests and report them; see :meth:`_report`."""
         self.store.keep(block.tests, block.seconds)
-        yield from self._arrive(block)
+        return self._report(block)
 
-    def _arrive(self, block: Block) -> Iterator[Block]:
-        """Yield tests that are stored, and those of the same designs that waited for them."""
+    def _report(self, block: Block) -> list[Block]:
+        """Report stored tests to the source; return them, and those of repetitions that waited."""
         self.source.tell(block.tests)
-        repeated: list[int] = []
-        if self._repeats is not None:
-            repeated, values = self._repeats.learn(block.tests)
-            rows = np.searchsorted(self._issued.numbers, repeated)
-            points = self._issued.at(rows)
-        yield block
-        if repeated:
-            yield from self._answer(points, values)
+        if self._repeats is None:
+            return [block]
+        numbers, values = self._repeats.learn(block.tests)
+        if not numbers:
+            return [block]
+        rows = np.searchsorted(self._points.numbers, numbers)
+        return [block, self._answer(self._points.at(rows), values)]
+
+    def _answer(self, points: Points, values: Sequence[Values]) -> Block:
+        """Store, report and return tests whose values are known without the model."""
+        block = Block(points.numbers, self.model.tests(points, values))
+        self.store.keep(block.tests, block.seconds)
+        self.source.tell(block.tests)
+        return block
 
 
 class Repeats:
@@ -325,7 +339,7 @@ def run_of_sequence(
     *,
     keep: str = "all",
     n_jobs: int = 1,
-    whole: bool = True,
+    may_end_early: bool = False,
     method: str = "",
 ) -> Run:
     """Return a run that tests the points of a sequence, or a share of them.
@@ -337,7 +351,7 @@ def run_of_sequence(
         keep: Which tests are needed: ``"all"``, the ``"feasible"`` ones, or the ``"pareto"`` set.
             Others are left out where they are evaluated, unless they are to be stored or repeated.
         n_jobs: Processes for a vectorised problem; -1 for as many as there are cores.
-        whole: Whether all points are going to be tested, or a termination may end the run before.
+        may_end_early: Whether a termination may end the run before all points are tested.
         method: By what designs are proposed after these points, for the study; the caller changes
             the source of the run.
     """
@@ -345,7 +359,7 @@ def run_of_sequence(
     under_limits(TestTable.empty(model.layout), options.limits)  # wrong ones are refused here
     integer("n_points", n_points, minimum=1)
     if options.fill and model.has_requirements:
-        n_points = filled(options, n_points, model.problem, model.space)
+        n_points = n_points_to_fill(options, n_points, model.problem, model.space)
     n_dim = len(model.space.searched)
     points = unit_points(options, n_points, n_dim)
     sampling = options.sampling_in(n_dim)
@@ -364,7 +378,7 @@ def run_of_sequence(
         options,
         n_points=len(points),
         n_jobs=n_jobs,
-        whole=whole,
+        may_end_early=may_end_early,
         kept=kept,
     )
     return Run(model, PlannedPoints(points), executor, store, repeats)

@@ -28,8 +28,8 @@ class Points:
     Attributes:
         numbers: ``(n,)`` their numbers, increasing.
         n_dim: In how many dimensions they lie.
-        given: ``(n, n_dim)`` the points of the unit cube; ``None`` for those of LPτ, which are
-            computed from their numbers where they are needed.
+        coordinates: ``(n, n_dim)`` the points of the unit cube; ``None`` for those of LPτ, which
+            are computed from their numbers where they are needed.
         rounds: ``(n,)`` the round in which each was proposed, 0 for a point of a sequence; ``None``
             where nothing is proposed.
         designs: ``(n, n_var)`` their designs, where these are known.
@@ -37,7 +37,7 @@ class Points:
 
     numbers: Numbers
     n_dim: int
-    given: Array | None = None
+    coordinates: Array | None = None
     rounds: Array | None = None
     designs: Designs | None = None
 
@@ -55,7 +55,7 @@ class Points:
         numbers: Any = self.numbers
         if self._consecutive:
             numbers = range(int(numbers[0]), int(numbers[-1]) + 1)
-        return Points, (numbers, self.n_dim, self.given, self.rounds, self.designs)
+        return Points, (numbers, self.n_dim, self.coordinates, self.rounds, self.designs)
 
     def __len__(self) -> int:
         """Return how many points there are."""
@@ -68,8 +68,8 @@ class Points:
     @property
     def units(self) -> Array:
         """``(n, n_dim)`` points of the unit cube."""
-        if self.given is not None:
-            return self.given
+        if self.coordinates is not None:
+            return self.coordinates
         if self._consecutive:  # all at once is faster
             return lp_tau(len(self.numbers), self.n_dim, first=int(self.numbers[0]))
         return lp_tau_at(self.numbers, self.n_dim)
@@ -81,9 +81,9 @@ class Points:
         return space.matrix(self.units)
 
     def at(self, rows: Any) -> Points:
-        """Return the points in some rows, given by indices, a mask or a slice."""
+        """Return the points in some rows: indices, a mask or a slice."""
         parts = []
-        for array in (self.given, self.rounds, self.designs):
+        for array in (self.coordinates, self.rounds, self.designs):
             parts.append(None if array is None else array[rows])
         return Points(self.numbers[rows], self.n_dim, *parts)
 
@@ -93,69 +93,69 @@ class Points:
             return others
         if len(others) == 0:
             return self
-        given = None
-        if self.given is not None or others.given is not None:
-            given = np.concatenate([self.units, others.units])
+        coordinates = None
+        if self.coordinates is not None or others.coordinates is not None:
+            coordinates = np.concatenate([self.units, others.units])
         numbers = np.concatenate([self.numbers, others.numbers])
         parts = []
         for first, second in ((self.rounds, others.rounds), (self.designs, others.designs)):
             parts.append(None if first is None else np.concatenate([first, second]))
-        return Points(numbers, self.n_dim, given, *parts)
+        return Points(numbers, self.n_dim, coordinates, *parts)
 
 
 class Source:
     """A source of points, which a run asks for the next ones.
 
     A run asks before a block and whenever workers can take more, and reports every test as it
-    arrives, also those that were stored or follow without an evaluation. Whatever decides about the
-    next points (the tests known, the points pending, a formulation, how many are left) is kept in
-    the source alone: between two questions it may be changed, for example to other limits, to more
-    points, to a pause, or to a repetition of a design, and the next answer follows the change.
+    is ready, including tests that were stored or need no evaluation. Whatever decides about the
+    next points (the known tests, the pending points, a formulation, how many are left) is kept in
+    the source alone. Between two calls of ``ask`` it may be changed, for example to other limits,
+    to more points, to a pause, or to a repetition of a design; the next call follows the change.
 
     A subclass writes ``n_left`` and ``ask``, and ``tell`` if its points depend on tests.
 
     Attributes:
-        eager: Whether a test may change the next answer before all points given are tested: then
-            each test is reported at once.
+        eager: Whether a test may change the next points before all earlier ones are tested; each
+            test is then reported at once.
     """
 
     eager = False
 
     @property
     def n_left(self) -> int:
-        """How many points it will still give; 0 if none any more."""
+        """How many points are left; 0 at the end."""
         raise NotImplementedError
 
     def ask(self, count: int, n_free: int) -> Points:
-        """Return the next points, with numbers above all before; no points if none for now.
+        """Return the next points, numbered above all earlier ones; or none for now.
 
         Args:
-            count: How many points are of use. Points that belong together may be more.
-            n_free: How many workers have nothing to do; negative while designs wait for workers.
+            count: How many points can be used now. Points that belong together may be more.
+            n_free: How many workers are idle; negative while designs wait for workers.
         """
         raise NotImplementedError
 
     def tell(self, tests: TestTable) -> None:
-        """Take tests of points that it gave, in any order."""
+        """Learn from tests of the points returned by :meth:`ask`, in any order."""
 
 
 class PlannedPoints(Source):
-    """Points that are known beforehand: those of a sequence, or designs."""
+    """A source of points that do not depend on tests: those of a sequence, or designs."""
 
     def __init__(self, points: Points) -> None:
         self._points = points
-        self._n_given = 0
+        self._n_returned = 0
 
     @property
     def n_left(self) -> int:
-        """How many points it will still give."""
-        return len(self._points) - self._n_given
+        """How many points are left."""
+        return len(self._points) - self._n_returned
 
     def ask(self, count: int, n_free: int) -> Points:
         """Return the next ``count`` points, or as many as are left."""
-        start = self._n_given
-        self._n_given = min(start + count, len(self._points))
-        return self._points.at(slice(start, self._n_given))
+        start = self._n_returned
+        self._n_returned = min(start + count, len(self._points))
+        return self._points.at(slice(start, self._n_returned))
 
 
 def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
@@ -194,7 +194,7 @@ def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
     return Points(numbers, n_dim, units)
 
 
-def filled(options: RunOptions, n_points: int, problem: Any, space: DesignSpace) -> int:
+def n_points_to_fill(options: RunOptions, n_points: int, problem: Any, space: DesignSpace) -> int:
     """Return how many points it takes until ``n_points`` of them meet the requirements.
 
     Args:

@@ -122,7 +122,7 @@ class SurrogatePSI(PointAlgorithm):
         self._n_sequence = integer("n_points", n_points, minimum=1)
         super().__init__(n_evaluations, run, None, **keywords)
 
-    def begin(self, options: RunOptions, whole: bool) -> Run:
+    def begin(self, options: RunOptions, may_end_early: bool) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
         self.seed = self.seed or 0
         batches = self._batch or f"{_FEW}, from {_LITTLE} tests on {_BATCH}"
@@ -132,7 +132,7 @@ class SurrogatePSI(PointAlgorithm):
             self.problem,
             min(self._n_sequence, self.n_points),
             replace(options, seed=self.seed),
-            whole=whole,
+            may_end_early=may_end_early,
             method=f"{method}, seed {self.seed}",
         )
         n_workers = run.executor.n_workers
@@ -175,7 +175,9 @@ class SurrogateSource(Source):
         self._store = run.store
         self._limits = limits
         sequence = run.source.ask(run.n_left, 0)
-        self._sequence = replace(sequence, given=sequence.units, rounds=np.zeros(len(sequence)))
+        self._sequence = replace(
+            sequence, coordinates=sequence.units, rounds=np.zeros(len(sequence))
+        )
         self._n_points = len(sequence) + n_proposed
         self._seed = seed
         self._batch = batch
