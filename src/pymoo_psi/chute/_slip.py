@@ -176,7 +176,7 @@ def follow_slip(
 
 
 def _follow_one(slip: Slip) -> tuple[Any, ...]:
-    """Return the end of the slip of one design, given in floats; see `follow_slip`."""
+    """Return the end of the slip of one design, a Slip of floats; see `follow_slip`."""
     for _ in range(STEPS):
         aim = _aim(NUMBERS, slip)
         if _error(NUMBERS, aim) < EXACT:
@@ -370,7 +370,7 @@ def _advance(
         whole: whether it goes to the end of slip.
 
     Returns:
-        Time taken, integral of v_x dt, v_x and |v_y| at the step's end.
+        Duration, integral of v_x dt, v_x and |v_y| at the step's end.
     """
     tau_minus = slip.tau - 1.0 + TINY
     tau_plus = slip.tau + 1.0

@@ -315,7 +315,7 @@ class _Checks:
 
 
 def _is_unlike(value: float, others: Array, gap: float) -> bool:
-    """Whether a value below or above others is of another kind.
+    """Whether a value below or above all others is a placeholder or an outlier, such as -1 or 9999.
 
     Args:
         value: The value.

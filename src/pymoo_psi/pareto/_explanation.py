@@ -285,7 +285,7 @@ def explain(
             :func:`pymoo_psi.rank_of_efficiency` takes.
         design: The design, the Salukvadze optimum by default: the number of its test or its label,
             for an array its row from 0. A data frame whose labels are 0, 1, … is like an array;
-            other labels that are integers are given as texts, since ``3`` may be a label or a row.
+            write other labels that are integers as texts, since ``3`` may be a label or a row.
         row: The row of the design in ``F``, from 0, instead of ``design``.
         normalize: Affects the rank in the sentences, as for :func:`pymoo_psi.rank_of_efficiency`;
             distances here are always in units of the ranges.
@@ -432,7 +432,7 @@ def alternative(
 
 
 def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Array, Array, Array]:
-    """Return the Pareto set and some designs, minimised; equal up to rounding is the same number.
+    """Return the Pareto set and some designs, minimised; values equal up to rounding coincide.
 
     Returns:
         ``(k,)`` rows of the Pareto-optimal designs, ``(k, m)`` their values, ``(d, m)`` those of
@@ -481,7 +481,7 @@ def _shares(differences: Array, lengths: Array) -> Array:
 def _units(
     F: Any, units: Mapping[Any, str] | None, ranking: EfficiencyRanking
 ) -> Mapping[Any, str]:
-    """Return the units that are given, or those of all columns of a test table."""
+    """Return checked units; without any, those of all columns of a test table."""
     if units is None:
         layout = getattr(F, "layout", None)
         return getattr(layout, "units", {})
@@ -501,7 +501,7 @@ def _two_or_more(name: str, entries: Any) -> list[Any]:
 
 
 def _place_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int:
-    """Return the row in the ranking of a design that is given by its label or its number."""
+    """Return the row in the ranking of a design by its label or its number."""
     if not is_table(F):
         return ranking.row_of(design)
     rows = ranking.rows.tolist()

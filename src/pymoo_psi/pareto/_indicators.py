@@ -151,7 +151,7 @@ def representatives(
     Farthest first: after the optimum always the design that is farthest from those chosen
     (Gonzalez, Theoretical Computer Science 38, 1985). So no design is farther from its
     representative than twice the distance that the best k designs could reach. The choice is
-    deterministic: of equally far designs the first is taken.
+    deterministic: of equally distant designs the first is chosen.
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame, or a ranking of them, which has

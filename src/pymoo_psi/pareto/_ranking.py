@@ -253,7 +253,7 @@ class EfficiencyRanking(Shown):
         return f"design {label}"
 
     def row_of(self, design: int | str) -> int:
-        """Return the row of a design that is given by its label or by the number of its test.
+        """Return the row of a design by its label or by the number of its test.
 
         Args:
             design: A label as a text; or an integer: the number of a test in the ranking of a
@@ -493,7 +493,7 @@ def ranking_of(
 def _ends(
     objectives: Objectives, front: Array, ideal: ArrayLike | None, nadir: ArrayLike | None
 ) -> tuple[Array, Array]:
-    """Return the points U and N, minimised: the ends of the front unless they are given."""
+    """Return the points U and N, minimised: by default the ends of the front."""
     best = front.min(axis=0)
     U = best
     if ideal is not None:

@@ -103,8 +103,8 @@ def streams(problem: Any) -> bool:
 def _is_one_by_one(problem: Any) -> bool:
     """Whether a problem's model is called for one design at a time.
 
-    A problem with a ``do`` of its own transforms designs or values on the way, like pymoo's
-    ``ZeroToOne``; its model must not be reached around it.
+    A problem that overrides ``do`` transforms designs or values there, like pymoo's ``ZeroToOne``,
+    so its model must not be called directly.
     """
     return bool(problem.elementwise) and type(problem).do is Problem.do
 

@@ -196,7 +196,7 @@ def _alike(abscissa: Any, measured: Any) -> bool:
 
 
 def _series(name: str, source: Any) -> pd.DataFrame:
-    """Return measured series, given as a frame or a file, as a checked frame of numbers."""
+    """Return measured series from a frame or a file as a checked frame of numbers."""
     where = f"experiment {name!r}"
     if not isinstance(source, pd.DataFrame):
         try:

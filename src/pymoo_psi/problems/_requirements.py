@@ -276,7 +276,7 @@ class Required(WrappedProblem):
 
 
 def with_requirements(problem: Any, requirements: Any = None) -> Any:
-    """Return a problem with its requirements, or those given, as :class:`Required`."""
+    """Return a problem as :class:`Required` if it has requirements or the argument has some."""
     if checks_requirements(problem):
         if requirements is None or requirements == problem.rules:
             return problem

@@ -36,7 +36,7 @@ _AT_A_TIME = 2**18
 
 
 class Robust(WrappedProblem):
-    """Any pymoo problem with its objectives taken as statistics over scenarios.
+    """Any pymoo problem, with statistics over scenarios as its objectives.
 
     In each scenario the variables of a design differ from their nominal values within tolerances,
     and parameters of the problem have other values. Each objective of a design becomes a statistic

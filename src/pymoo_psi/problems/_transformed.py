@@ -62,7 +62,7 @@ class Transformed(WrappedProblem):
 
 
 class LogScaled(Transformed):
-    """Any pymoo problem, with its logarithmic variables given by their common logarithms.
+    """Any pymoo problem, with common logarithms in place of its logarithmic variables.
 
     It is for algorithms of pymoo, which search evenly between bounds. PSI, ``SurrogatePSI``,
     ``investigate``, samplings and ``nsga3`` take such variables as they are.
@@ -134,7 +134,7 @@ class Restricted(Transformed):
 
     Attributes:
         wrapped: The problem, not restricted.
-        box: The bounds, value or options of each restricted variable, as they can be given again.
+        box: The bounds, value or options of each restricted variable, in the form of the argument.
 
     Raises:
         ArgumentValueError: There is no such variable, a bound or value lies outside the problem's
@@ -257,7 +257,7 @@ def _part(variable: Variable, where: str, part: Any) -> Variable:
 
 
 def _choice_of(variable: Variable, where: str, part: Any) -> Variable:
-    """Return a choice with some of its options, given as a list or as one of them."""
+    """Return a choice with some of its options, a list or a single one."""
     chosen = part if isinstance(part, list) else [part]
     if not chosen or not all(option in variable.options for option in chosen):
         raise invalid(

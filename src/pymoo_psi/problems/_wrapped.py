@@ -92,7 +92,7 @@ class WrappedProblem(Problem):
         return X
 
     def values_from(self, X: Any, evaluate: Evaluate) -> dict[str, Any]:
-        """Return the values of designs, given those of the wrapped problem.
+        """Return the values of designs from those of the wrapped problem.
 
         Args:
             X: n designs.

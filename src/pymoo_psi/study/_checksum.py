@@ -17,10 +17,10 @@ _STEPS = ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB), (31, 1))
 
 
 def checksums(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.int64]:
-    """Return ``(n,)`` checksums of n rows; a row with one other cell has another one.
+    """Return ``(n,)`` checksums of n rows; a change of one cell changes the checksum of its row.
 
     They are sums over the columns, to which NaN and empty texts add nothing. So rows keep their
-    checksums when a column is added of which they have no values.
+    checksums when a column is added in which they have no values.
 
     Args:
         columns: Arrays of n numbers or texts by name.

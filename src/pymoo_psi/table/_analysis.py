@@ -95,8 +95,8 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
         variable: Name or index of the variable; or name of an objective, constraint or output, the
             bins of which span the feasible designs, and all if there is none, up to three times
             the middle half's range beyond that half: what lies beyond is in no bin.
-        bins: Equal bins between the bounds of a real variable, and of an integer of which more
-            than twice as many values were tested; others have one for each value.
+        bins: The number of equal bins between the bounds of a real variable, or of an integer with
+            more than twice as many tested values; other columns have one bin for each value.
 
     Raises:
         ArgumentValueError: There is no such column, or no bin.
@@ -168,7 +168,7 @@ def _places_of_variable(
 
 
 def alike(reasons: Iterable[str]) -> list[str]:
-    """Return reasons of failures as lines; those that differ in numbers only have dots for these.
+    """Return reasons of failures as lines; dots stand for numbers in which only they differ.
 
     Programs quote the design that they fail at, so that no two reasons are the same. Exit codes
     stay. Of the folders that runs of a program leave, the first is named.
@@ -263,9 +263,9 @@ def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.
     """Return the first-order sensitivity of columns to each variable, from the tests at hand.
 
     The index S_i of a variable is the share of a column's variance that the variable explains by
-    itself: Var(E[y | x_i]) / Var(y). What the S_i lack to 1 is interaction. E[y | x_i] is the mean
-    of each value of a variable with few of them, binary ones and choices among these, and else a
-    sum of ten cosines of its rank, as in the given-data estimates of Plischke (Reliability
+    itself: Var(E[y | x_i]) / Var(y). What their sum lacks to 1 is due to interactions. E[y | x_i]
+    is the mean for each value of a variable with few values, such as a binary one or a choice, and
+    else a sum of ten cosines of its rank, as in the given-data estimates of Plischke (Reliability
     Engineering and System Safety 95, 2010). The share that as many terms explain by chance is
     taken off; what a stronger variable explains is taken off before, as few points of a sequence
     may confound two. So an estimate may be below 0 where a variable explains nothing. A jump in a
@@ -386,10 +386,10 @@ def _half_width(y: Array, fit: Array, p: int, free: int) -> float:
 
 
 def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tuple[str, ...]]:
-    """Return the tests that are an even sample of the bounds, and what must be known of them.
+    """Return the tests that sample the bounds evenly, and remarks on them.
 
-    Sensitivities and convergence are of these tests only: what an algorithm has chosen says where
-    it looked. Where it is unknown how designs were sampled, their values decide.
+    Sensitivities and convergence use these tests only: designs that an algorithm has chosen show
+    where it searched. If it is unknown how designs were sampled, their values decide.
 
     Args:
         table: Tests of any origin.
@@ -548,10 +548,10 @@ class Convergence(Shown):
         return frame.set_index(pd.Index(self.tests, name="tests"))
 
     def verdict(self) -> str:
-        """Say what the last doubling of the tests changed in the decision, and what is not known.
+        """Say what the last doubling of the tests changed in the decision, and what is unknown.
 
-        What the next one will change is not foretold: on known problems no estimate from the
-        doublings before is right often enough.
+        The effect of the next doubling is not predicted: on problems with known solutions no
+        estimate from earlier doublings is right often enough.
 
         Example:
             >>> from pymoo_psi import VectorizedSphereChute, investigate

@@ -1,4 +1,4 @@
-"""Tables put together: what they must have in common, and what may not differ."""
+"""Joining of tables: what they must have in common, and what may not differ."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ def outputs_under(layout: Layout, table: TestTable) -> Array:
 
 
 def stacked(tables: Sequence[TestTable]) -> TestTable:
-    """Return the tests of tables one below the other, with layout and problem of all.
+    """Return the tests of tables one below the other, with their joint layout and problem.
 
     Args:
-        tables: One or more. Those without tests and columns take on those of the others.
+        tables: One or more. Those without tests and columns are left out.
 
     Raises:
         ArgumentValueError: They differ.
@@ -95,7 +95,7 @@ def _stacked_extra(tables: Sequence[TestTable]) -> dict[str, AnyArray]:
 
 
 def require_one_formulation(tables: Sequence[TestTable]) -> None:
-    """Refuse to join tables of which different things are asked."""
+    """Refuse to join tables under different formulations."""
     formulations = []
     for table in tables:
         if table.layout.columns:
@@ -114,12 +114,12 @@ def require_one_formulation(tables: Sequence[TestTable]) -> None:
 
 
 def require_one_result(table: TestTable, first: Rows | None = None) -> None:
-    """Refuse tests of which the first of the same design has another result.
+    """Refuse tests whose results differ from those of the first test of the same design.
 
     Args:
         table: The tests.
-        first: ``(n,)`` the row of the first test with the same number; by the designs of those that
-            have not failed unless given.
+        first: ``(n,)`` the row of the first test with the same number. Unless given, tests are
+            compared by their designs, except failed ones.
     """
     layout = table.layout
     columns = {name: table.column(name) for name in layout.columns}
@@ -199,7 +199,7 @@ def difference(a: TestTable, b: TestTable) -> str:
 
 
 def _facts(table: TestTable) -> dict[str, str]:
-    """Return what is known of a table besides its tests, as texts, in which NaN is equal to NaN."""
+    """Return the facts of a table apart from its tests, as texts, so that NaN equals NaN."""
     layout = table.layout
     facts = {}
     for group in ("variables", "objectives", "inequalities", "equalities", "eq_tolerance"):

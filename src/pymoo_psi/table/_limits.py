@@ -269,7 +269,7 @@ def plain_number(value: float) -> float:
 
 
 def within(bounds: Bounds, column: Callable[[str], AnyArray], n: int) -> Mask:
-    """``(n,)`` which rows keep every limit; what is not finite keeps none.
+    """``(n,)`` which rows keep every limit; a value that is not finite keeps none.
 
     Args:
         bounds: The limits.

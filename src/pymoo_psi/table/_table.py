@@ -388,8 +388,9 @@ class TestTable(Tests, Shown):
 
         Returns:
             ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
-            names, of limits as they are written. Rows of failed designs are False, and limits of
-            those that a requirement kept from running: what was not computed violates nothing.
+            names, of limits as they are written. Rows of failed designs are False, and so are the
+            limits of designs that a requirement kept from running: a value that was not computed
+            violates nothing.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
@@ -450,7 +451,7 @@ class TestTable(Tests, Shown):
     # Tables put together
 
     def extended(self, *blocks: TestTable) -> TestTable:
-        """Return this table with the tests of others behind its own, in their order.
+        """Return this table with the tests of others appended, in their order.
 
         Joining many blocks in one call copies the rows once. An output that one of them does not
         have is NaN for its tests.
@@ -517,10 +518,10 @@ class TestTable(Tests, Shown):
     def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
         """Return the tests of several experiments on one problem: other bounds, sequences, methods.
 
-        Test points are numbered on from experiment to experiment; the extra columns ``experiment``
-        and ``number`` say where each is from. Sets, ranks and plots are over all. The bounds hold
-        those of all, and are unknown where one has none; an output that an experiment lacks is NaN
-        for its tests.
+        Test points are numbered consecutively across experiments; the extra columns ``experiment``
+        and ``number`` say where each is from. Sets, ranks and plots cover all experiments. The
+        bounds enclose those of all, and are unknown where one has none; an output that an
+        experiment lacks is NaN for its tests.
 
         Args:
             experiments: The tables by a name for each.
@@ -689,11 +690,11 @@ class TestTable(Tests, Shown):
     def to_study(self, path: str | PathLike[str]) -> None:
         """Write the table as a new study, which a run continues, whole or not at all.
 
-        So tests of several tables go on as one: ``a.merge(b).to_study("all.db")``, then
-        ``minimize(problem, PSI(n, study="all.db"))``. A table whose problem is unknown, as one made
-        by :meth:`of`, can be read again, but no run continues it. What evaluations took and where
-        designs come from, ``seconds`` and ``origin`` of a study, are no columns of a table and
-        stay in the studies that it was read from; ``extra`` columns are not written.
+        So a run continues the tests of several tables: ``a.merge(b).to_study("all.db")``, then
+        ``minimize(problem, PSI(n, study="all.db"))``. A table whose problem is unknown, such as one
+        made by :meth:`of`, can be read again, but no run continues it. Durations and origins of
+        designs, ``seconds`` and ``origin`` of a study, are not columns of a table and stay in the
+        studies that it was read from; ``extra`` columns are not written.
 
         Raises:
             StudyAccessError: There is a file of that name, or none can be written.
@@ -746,7 +747,7 @@ def _fill_failed(blocks: Mapping[str, Array], failed: Mask) -> None:
 def _completed(
     formulation: Formulation, former: Formulation, former_layout: Layout, layout: Layout
 ) -> Formulation:
-    """Return a formulation with the ranges and the choice of the tests where it says nothing."""
+    """Return a formulation whose missing ranges and choice are those of the former one."""
     if formulation.ranges is None:
         same = {*layout.objectives} == {*former_layout.objectives}
         formulation = replace(formulation, ranges=(former.ranges or {}) if same else {})

@@ -1,4 +1,4 @@
-"""Tests as columns: the data of a test table, and how rows and columns are taken."""
+"""Tests as columns: the data of a test table, and the selection of rows and columns."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ class Tests:
     Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
     :func:`read_table`. A table never changes; its arrays are read-only.
 
-    A table carries the :class:`Formulation` under which it is asked: objectives, limits, whether
-    distances are normalised. :meth:`under` returns the same tests under another one, without an
+    A table carries its :class:`Formulation`: objectives, limits, whether distances are normalised.
+    :meth:`under` returns the same tests under another one, without an
     evaluation: ``table.under(limits={"mass": 30}).pareto()``.
 
-    ``F`` is pymoo's: all objectives minimised, those that are maximised (``layout.maximize``) with
-    the sign turned. Whatever is reached by an objective's name is in the original direction:
+    ``F`` is pymoo's: all objectives are minimised, and those to be maximised (``layout.maximize``)
+    have the opposite sign. Everything named after an objective is in its original direction:
     ``table["mass"]``, limits, frames, files, plots.
 
     Attributes:
@@ -68,13 +68,13 @@ class Tests:
         G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
         H: ``(n, n_eq)`` equality constraints, met where |h| is within the tolerance.
         status: ``(n,)`` "ok", "infeasible" (violates a constraint or a limit) or "failed" (not
-            computed). Given as None, it follows from the other arrays, as in :meth:`of`.
+            computed). If None, it follows from the other arrays, as in :meth:`of`.
         reasons: Why designs failed, for the numbers of their test points.
-        outputs: ``(n, k)`` what else the model gave, under the names ``layout.outputs``; NaN where
-            a design failed, or an earlier version of the model did not give it.
-        problem: What the tests are of: name, parameters, sampling and key, by which studies tell
-            one problem from another; ``None`` if unknown.
-        extra: ``(n,)`` columns carried along that are neither, such as texts of a foreign file.
+        outputs: ``(n, k)`` other results of the model, under the names ``layout.outputs``; NaN
+            where a design failed, or an earlier version of the model did not return it.
+        problem: The identity of the problem: name, parameters, sampling and key, by which studies
+            distinguish problems; ``None`` if unknown.
+        extra: ``(n,)`` columns of any other content, such as texts of a foreign file.
         remarks: What a reader must know about the rows, in sentences; they are not written.
         formulation: What is asked of the tests: limits, ranges, normalisation, a chosen design;
             and how :meth:`under` has made objectives and computed columns of others.
@@ -328,7 +328,7 @@ class Tests:
 
     @property
     def kinds(self) -> tuple[Kind, ...]:
-        """What each variable is: as the layout says, or as the values of the designs.
+        """The kind of each variable, by the layout or else by the values of the designs.
 
         Example:
             >>> table = TestTable.of([1], [{"width": 0.5, "teeth": 12, "metal": "iron"}], [[1.0]])
@@ -368,7 +368,7 @@ class Tests:
         return names
 
     def row_of(self, design: int | str) -> int:
-        """Return the row of a design that is given by the number of its test or by its label.
+        """Return the row of a design by the number of its test or by its label.
 
         Args:
             design: The number of a test, or a text: a name as in :attr:`names`, or a label that
@@ -415,7 +415,7 @@ class Tests:
 
     @property
     def repeats(self) -> Mask:
-        """``(n,)`` which tests repeat the design and the objectives of one before.
+        """``(n,)`` which tests repeat the design and the objectives of an earlier one.
 
         PSI calls the model once for each design, and in a Pareto set the first test of a design
         stands for all.
@@ -531,7 +531,7 @@ class Tests:
         self._set(state)
 
     def _with(self, **changes: Any) -> Self:
-        """Return the table with new arrays that are known to be right."""
+        """Return the table with new arrays, which are not checked."""
         # Past __post_init__: parts of checked arrays are right, callers vouch for the rest.
         table = object.__new__(type(self))
         table._set({f.name: getattr(self, f.name) for f in fields(self)} | changes)
@@ -545,7 +545,7 @@ class Tests:
 
 
 def _writable_reasons(reasons: Mapping[int, str]) -> dict[int, str]:
-    """Return reasons without what no file can hold: they are only to be read."""
+    """Return reasons without characters that files cannot hold."""
     writable = {}
     for number, reason in reasons.items():
         text = str(reason).encode("utf-8", "backslashreplace").decode("utf-8")
@@ -568,7 +568,7 @@ def _width(name: str, array: ArrayLike | None) -> int:
 
 
 def _point_numbers(value: ArrayLike) -> Integers:
-    """Return numbers of test points as an array of its own: integers from 1, each once."""
+    """Return numbers of test points as a new array: distinct integers from 1."""
     array = real_array("numbers", value)
     # Beyond 2^53 not every integer is a float64.
     if array.ndim != 1 or not ((array >= 1) & (array < 2**53) & (array == np.floor(array))).all():
@@ -579,7 +579,7 @@ def _point_numbers(value: ArrayLike) -> Integers:
 
 
 def require_distinct(numbers: Integers) -> None:
-    """Refuse numbers of test points of which one occurs twice."""
+    """Refuse duplicate numbers of test points."""
     # Numbers mostly ascend, and then one comparison does without the sorting of unique.
     if (numbers[1:] > numbers[:-1]).all():
         return
@@ -593,7 +593,7 @@ def require_distinct(numbers: Integers) -> None:
 
 
 def extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
-    """Return further columns as arrays of objects, which must be n long and named distinctly."""
+    """Return extra columns as arrays of objects; they need n cells and names of their own."""
     columns = {name: np.fromiter(cells, object) for name, cells in extra.items()}
     for name, column in columns.items():
         if name in (*layout.columns, *RESERVED) or column.shape != (n,):
