@@ -49,6 +49,6 @@ stub beside this file says where each comes from.
 
 import lazy_loader
 
-__version__ = "0.3.0"  # the only place: the build reads this line
+__version__ = "0.4.0.dev0"  # the only place: the build reads this line
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
