@@ -319,6 +319,9 @@ def test_what_is_an_expression_is_computed_and_not_learned(tmp_path):
     for given in (problem, Recorded(problem, study=tmp_path / "run.db")):
         # the least area is -1; where nothing is computed, the first round reaches -0.4
         assert run(given, 24).table.F[20:, 0].min() < -0.99
+    # an output may have a limit and be used by expressions
+    table = run(problem, 32, limits={"force": (0.5, None)}).table
+    assert table.column("force")[20:].min() > 0.4
 
 
 @pytest.mark.parametrize("limit", [(0.6, None), (None, 0.4), (0.3, 0.6)])

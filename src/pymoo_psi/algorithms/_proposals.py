@@ -126,7 +126,7 @@ class KnownTests:
 
 
 def propose(
-    tests: KnownTests, fit: Fit | None, goal: Goal, batch: int, turn: int, random: Random
+    tests: KnownTests, fit: Fit | None, goal: Goal, batch: int, round_number: int, random: Random
 ) -> Array:
     """Return the ``(batch, d)`` points to test next.
 
@@ -135,7 +135,7 @@ def propose(
         fit: The fit to these tests, or to the first of them; ``None`` if there are too few.
         goal: The objectives and limits of the search.
         batch: Number of designs.
-        turn: Number of the round, from 0.
+        round_number: Number of the round, from 0.
         random: Random numbers of the round.
     """
     # glibc returns the memory of freed arrays to the system until a larger one has been freed.
@@ -145,7 +145,7 @@ def propose(
     known = ~tests.unknown
     seen = goal.encode(np.vstack([tests.points, tests.pending]))
     tested = seen[: len(known)]
-    failure_risk = _failure_risk(tested[known], tested[tests.failed], turn)
+    failure_risk = _failure_risk(tested[known], tested[tests.failed], round_number)
     if fit is None:
         return _distant_points(seen, failure_risk, batch, goal, random)
 
@@ -155,7 +155,7 @@ def propose(
     order = _survivors(T[:, :n_obj], goal.excess(T, fit), _SIZE // 4, contraction)
     best = tests.points[known][order]
     best = np.clip(best, goal.low, goal.high)
-    if turn % _NEARBY == 1:
+    if round_number % _NEARBY == 1:
         start = _start_near(best, surrogates, random)
     else:
         start = _start_anywhere(best, surrogates, random)
@@ -312,13 +312,13 @@ def _random_points(count: int, goal: Goal, random: Random) -> Array:
     raise invalid("requirements", rule, Received(f"{len(points)}"))
 
 
-def _failure_risk(known: Array, failed: Array, turn: int) -> ArrayFunction:
+def _failure_risk(known: Array, failed: Array, round_number: int) -> ArrayFunction:
     """Return a function from ``(k, e)`` designs to ``(k, 1)``, above 0 for designs to avoid.
 
     These lie where failed tests outweigh the others. In some rounds nothing is avoided, as models
     get repaired, and a failure may have been random.
     """
-    if len(failed) == 0 or turn % _FORGIVING == _FORGIVING - 1:
+    if len(failed) == 0 or round_number % _FORGIVING == _FORGIVING - 1:
         return lambda Z: np.zeros((len(Z), 1))
     tests = np.vstack([known, failed])
     spacing = 1.0

@@ -41,9 +41,9 @@ class Store:
 
     @contextmanager
     def session(self) -> Iterator[Recall]:
-        """Give :meth:`recall` for a run; after the first miss, no other process tests points.
+        """Yield a function that recalls tests; it locks the study when a test is missing.
 
-        The lock is given back at the end of the body.
+        The lock is released at the end of the body.
         """
         yield self.recall
 
@@ -84,7 +84,7 @@ class StudyStore(Store):
         super().__init__(table)
         self._retry = options.retry is not None
         self._stored = np.zeros(0, dtype=np.int64)  # numbers, as far as they are known
-        self._has_written = False
+        self._was_locked = False
         path = Study(options.study or "").path
         if os.path.exists(path) and os.path.isdir(path) != bool(options.share):
             rule = "the name of a folder with a share=(k, n), of a file without one"
@@ -99,24 +99,24 @@ class StudyStore(Store):
 
     @contextmanager
     def session(self) -> Iterator[Recall]:
-        """Give a function that recalls tests; after the first miss, no other process tests any."""
+        """Yield a function that recalls tests; it locks the study when a test is missing."""
         with ExitStack() as lock:
             is_locked = False
 
-            def recall(numbers: Numbers) -> TestTable:
+            def recall_or_lock(numbers: Numbers) -> TestTable:
                 nonlocal is_locked
-                if not self._has_written:
+                if not self._was_locked:
                     self._look(numbers)
                 if not is_locked and not np.isin(numbers, self._stored).all():
                     lock.enter_context(self.study.writing())
                     is_locked = True
-                    self._has_written = True
+                    self._was_locked = True
                     self._look(numbers)  # another process may have stored some meanwhile
                 if not np.isin(numbers, self._stored).any():
                     return self.empty
                 return self.recall(numbers)
 
-            yield recall
+            yield recall_or_lock
 
     def _look(self, numbers: Numbers) -> None:
         """Learn which tests are stored, from the first of increasing numbers on."""
@@ -153,7 +153,9 @@ class StudyStore(Store):
 
     def to_retry(self, tests: TestTable) -> Mask:
         """``(n,)`` which of stored tests have failed and are to be evaluated once more."""
-        return np.asarray((tests.status == "failed") & self._retry)
+        if not self._retry:
+            return np.zeros(len(tests), dtype=bool)
+        return np.asarray(tests.status == "failed")
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""

@@ -183,7 +183,7 @@ class SurrogateSource(Source):
         self._batch = batch
         self._n_workers = n_workers
         self.eager = n_workers > 0
-        self._points = Points.none()  # all that were given
+        self._points = Points.none()  # all that were returned
         self._tests = run.store.empty
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
         self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
@@ -191,11 +191,11 @@ class SurrogateSource(Source):
 
     @property
     def n_left(self) -> int:
-        """How many points it will still give."""
+        """How many points are left."""
         return self._n_points - len(self._points)
 
     def tell(self, tests: TestTable) -> None:
-        """Take tests; a later test of the same point is left out."""
+        """Learn from tests; a later test of the same point is left out."""
         is_new = ~np.isin(tests.numbers, self._tests.numbers)
         self._tests = self._tests.extended(tests.rows(is_new))
 
@@ -214,12 +214,12 @@ class SurrogateSource(Source):
             return Points.none()
         size = self._size(n_free)
         first = int(self._points.numbers[-1]) + 1
-        turn = len(self._ends)
+        round_number = len(self._ends)
         units = self._round(first, size, self._points.at(is_pending))
         self._ends.append(len(self._points) + len(units))
         units = units[: self.n_left]
         numbers = first + np.arange(len(units))
-        return Points(numbers, self._points.n_dim, units, np.full(len(units), float(turn)))
+        return Points(numbers, self._points.n_dim, units, np.full(len(units), float(round_number)))
 
     def _size(self, n_free: int) -> int:
         """Return the size of the next round, for so many free workers."""
@@ -234,7 +234,7 @@ class SurrogateSource(Source):
 
     def _round(self, first: int, size: int, pending: Points) -> Array:
         """Return the points that a round proposes, those of the study if it has them."""
-        turn = len(self._ends)
+        round_number = len(self._ends)
         if self._proposals is None:
             self._proposals = self._store.proposals()
         stored = [proposal for proposal in self._proposals if proposal[0] >= first]
@@ -248,26 +248,26 @@ class SurrogateSource(Source):
                 content["pending"] = pending.numbers.tolist()
             proposals = []
             for number, point in enumerate(units.tolist(), first):
-                proposals.append((number, turn, "surrogates", {"point": point} | content))
+                proposals.append((number, round_number, "surrogates", {"point": point} | content))
             # Another process may have proposed the same meanwhile: one file, one truth.
             stored = self._store.propose(proposals)
         points = []
-        for _, number_of_round, _, content in stored:
-            if number_of_round == turn:
+        for _, round_of_proposal, _, content in stored:
+            if round_of_proposal == round_number:
                 points.append(content["point"])
         return np.array(points)
 
     def _proposed(self, size: int, pending: Points) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
         table = by_number([self._tests])
-        goal, further = self._goal(table)
+        goal, output_names = self._goal(table)
         last = self._points.numbers[self._ends[0] - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
-        tests = self._known_tests(table, n_uniform, further, pending)
+        tests = self._known_tests(table, n_uniform, output_names, pending)
         fit = self._fit(tests, n_uniform, goal)
-        turn = len(self._ends) - 1
-        random = np.random.default_rng([self._seed, turn])
-        return propose(tests, fit, goal, size, turn, random)
+        round_number = len(self._ends) - 1
+        random = np.random.default_rng([self._seed, round_number])
+        return propose(tests, fit, goal, size, round_number, random)
 
     def _fit(self, tests: KnownTests, n_uniform: int, goal: Goal) -> Fit | None:
         """Return the fit of lengths to the first tests, or ``None`` if too few are known."""
@@ -290,33 +290,34 @@ class SurrogateSource(Source):
         return self._fitted[1]
 
     def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
-        """Return what is searched for, and the further outputs that have limits."""
+        """Return what is searched for, and the outputs that surrogates learn, too."""
         layout = table.layout
         space = self._model.space
         problem = self._model.inner
-        names = [variable.name for variable in space.searched]
-        low = np.zeros(len(names))
-        high = np.ones(len(names))
-        n_obj = problem.n_obj
-        n_inequalities = n_obj + problem.n_ieq_constr
-        n_outputs = n_inequalities + problem.n_eq_constr
-        bounds = [(j, -np.inf, 0.0) for j in range(n_obj, n_inequalities)]
-        bounds += [(j, 0.0, 0.0) for j in range(n_inequalities, n_outputs)]
-        further: list[str] = []
+        inequalities = layout.inequalities[: problem.n_ieq_constr]  # requirements follow these
+        columns = [*layout.objectives, *inequalities, *layout.equalities]  # of Y
+        n_first = len(columns)
+        limits = []
+        for name in inequalities:
+            limits.append((columns.index(name), -np.inf, 0.0))
+        for name in layout.equalities:
+            limits.append((columns.index(name), 0.0, 0.0))
+        variables = [variable.name for variable in space.searched]
+        low = np.zeros(len(variables))
+        high = np.ones(len(variables))
         for name, (least, greatest) in table.under(limits=self._limits).limits.items():
+            if name in layout.outputs:
+                columns.append(name)
             if name in layout.maximize:
-                bounds.append((layout.objectives.index(name), -greatest, -least))
-            elif name in layout.objectives:
-                bounds.append((layout.objectives.index(name), least, greatest))
-            elif name in layout.outputs:
-                bounds.append((n_outputs + len(further), least, greatest))
-                further.append(name)
-            elif name in names:
-                j = names.index(name)
+                limits.append((columns.index(name), -greatest, -least))
+            elif name in layout.objectives or name in layout.outputs:
+                limits.append((columns.index(name), least, greatest))
+            elif name in variables:
+                j = variables.index(name)
                 low[j], high[j] = space.searched[j].between(least, greatest)
         goal = Goal(
-            n_obj,
-            bounds,
+            problem.n_obj,
+            limits,
             low,
             high,
             required=lambda points: self._model.violations(space.matrix(points)),
@@ -324,24 +325,24 @@ class SurrogateSource(Source):
         )
         expressions = known_expressions(problem)
         # Expressions are not learned, but the outputs of the program that they are made of.
-        used = {name for output in expressions.values() for name in output.operands}
-        if not used:
-            return goal, further
-        learned = sorted(used & {*layout.outputs} - {*expressions})
-        places = {name: n_outputs + len(further) + j for j, name in enumerate(learned)}
-        places |= {name: j for j, name in enumerate(problem.objectives)}
-        compute = partial(_computed, problem, space, places)
-        return replace(goal, compute=compute), further + learned
+        operands = {name for output in expressions.values() for name in output.operands}
+        if operands:
+            learned = sorted(operands & {*layout.outputs} - {*expressions})
+            columns += [name for name in learned if name not in columns]
+            places = {name: columns.index(name) for name in learned}
+            places |= {name: j for j, name in enumerate(problem.objectives)}
+            goal = replace(goal, compute=partial(_computed, problem, space, places))
+        return goal, columns[n_first:]
 
     def _known_tests(
-        self, table: TestTable, n_uniform: int, further: Sequence[str], pending: Points
+        self, table: TestTable, n_uniform: int, output_names: Sequence[str], pending: Points
     ) -> KnownTests:
         """Return what surrogates learn from.
 
         Args:
             table: All tests.
             n_uniform: How many of them, the first, are of the sequence.
-            further: The outputs that are learned beside objectives and constraints.
+            output_names: The outputs that are learned beside objectives and constraints.
             pending: The points that are being tested.
         """
         failed = table.status == "failed"
@@ -354,7 +355,7 @@ class SurrogateSource(Source):
         G = below_zero(G, n_uniform)
         limited = table.under(limits=self._limits)
         outputs = []
-        for name in further:
+        for name in output_names:
             values = table.column(name)
             if name in limited.limits:
                 values = _known_or_beyond(values, *limited.limits[name])

@@ -27,11 +27,11 @@ class ProgramEnd(NamedTuple):
 
     Attributes:
         code: Its exit code, the negative number of a signal, or None if it ran out of time.
-        left_some: Whether processes that it had started went on and were killed.
+        left_processes: Whether processes that it had started ran on and were killed.
     """
 
     code: int | None
-    left_some: bool = False
+    left_processes: bool = False
 
 
 def run_program(words: Sequence[str], folder: Path, timeout: float | None) -> ProgramEnd:

@@ -134,13 +134,13 @@ def run_programs() -> None:
     if hasattr(select, "poll"):
         threading.Thread(target=_end_at_hang_up, daemon=True).start()
     for line in sys.stdin.buffer:
-        print(json.dumps(_ran(**json.loads(line))), flush=True)
+        print(json.dumps(_run_one(**json.loads(line))), flush=True)
 
 
-def _ran(
+def _run_one(
     words: list[str], folder: str, timeout: float | None, environment: dict[str, str]
 ) -> dict[str, Any]:
-    """Run a program; say how it ended, and whether something that it had started went on."""
+    """Run a program; return how it ended, and whether processes that it had started ran on."""
     import subprocess
 
     out = os.path.join(folder, "stdout.txt")
@@ -164,13 +164,13 @@ def _ran(
     if not hasattr(os, "killpg"):
         process.kill()
         return {"code": code}
-    left_some = code is not None and _goes_on(process.pid)
+    left_processes = code is not None and _is_running(process.pid)
     _kill_descendants(process.pid)
     process.wait()
-    return {"code": code, "left_some": left_some}
+    return {"code": code, "left_processes": left_processes}
 
 
-def _goes_on(group: int) -> bool:
+def _is_running(group: int) -> bool:
     """Whether processes of a program that has ended are still running after a moment."""
     end = perf_counter() + _GRACE
     while perf_counter() < end:
@@ -213,8 +213,7 @@ def _serve(channel: Any) -> None:
         channel.send_bytes(data)
 
     function: Any = None
-    while (content := channel.recv()) is not None:
-        pickled, designs = content
+    for pickled, designs in iter(channel.recv, None):
         if pickled is not None:
             try:
                 function = cloudpickle.loads(pickled)
