@@ -557,8 +557,15 @@ class ProgramProblem(NamedProblem):
                 continue
             run.outputs[name] = value
             columns[name] = np.array([value])
-        if failures:
-            raise RunError("; ".join(map(_flaw_of_file, failures.values())))
+        flaws = []
+        for (name, problem), *others in failures.values():
+            flaw = f"output {name}: {problem}"
+            if others:  # a file may lack all outputs, so only the first error is shown
+                names = ", ".join(name for name, _ in others)
+                flaw += f" (nor can {names} be read there)"
+            flaws.append(flaw)
+        if flaws:
+            raise RunError("; ".join(flaws))
 
     @property
     def known_expressions(self) -> dict[str, Output]:
@@ -592,19 +599,6 @@ class ProgramProblem(NamedProblem):
                 reason += f"; see {run.folder}"
             raise EvaluationError(dict(design), reason)
         return run.outputs
-
-
-def _flaw_of_file(failures: Sequence[tuple[str, str]]) -> str:
-    """Return what is wrong with a file, by outputs that cannot be read there and their errors.
-
-    It may lack all of them, so only the first error is shown.
-    """
-    name, error = failures[0]
-    flaw = f"output {name}: {error}"
-    others = [name for name, _ in failures[1:]]
-    if others:
-        flaw += f" (nor can {', '.join(others)} be read there)"
-    return flaw
 
 
 def fill_placeholders(text: str, values: Mapping[str, Any]) -> tuple[str, dict[str, str]]:

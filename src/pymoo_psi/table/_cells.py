@@ -356,7 +356,7 @@ def _possible_marks(readings: _Readings) -> list[str]:
     return [mark for mark, numbers in readings.items() if None not in numbers]
 
 
-def _column(cells: Cells, name: str, readings: _Readings, certain: Collection[str]) -> Column:
+def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> Column:
     """Return a column by its readings and the decimal marks of the certain columns."""
     column = cells.columns[name]
     marks = _possible_marks(readings)
@@ -374,7 +374,7 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: Collection[st
     # It is a decimal mark if all certain columns agree, or else if a program printed the numbers.
     is_one_mark = all(_mark_in(column[k]) == decimal for k in ambiguous)
     if certain:
-        is_decimal = set(certain) == {decimal}
+        is_decimal = certain == {decimal}
     else:
         is_decimal = cells.separator == "," and all(map(_is_printed, column))
     if is_one_mark and is_decimal:

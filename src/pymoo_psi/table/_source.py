@@ -459,7 +459,12 @@ def _table(
     outputs, extra = _other_columns(designs, {*objectives, *values_by_variable}, formulation)
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
     used = {*objectives, *values_by_variable, *outputs}
-    label, extra = _with_label(cells, extra, used)
+    label = cells.label
+    if label not in extra:  # the rows of the source name the designs
+        label = "row"
+        if label in used:
+            label = "design"
+        extra.setdefault(label, cells.rows)
     numbers = cells.rows
     if "test_point" in extra:  # a table's own name, which no further column can have
         numbers = _test_points(extra.pop("test_point"))
@@ -497,21 +502,6 @@ def _other_columns(
         else:
             extra[name] = _extra_cells(column)
     return outputs, extra
-
-
-def _with_label(
-    cells: Cells, extra: Mapping[str, Sequence[Any]], used: Collection[str]
-) -> tuple[str | None, dict[str, Sequence[Any]]]:
-    """Return the column that names the designs, and the extra columns with it.
-
-    Without such a column the rows of the source name the designs.
-    """
-    if cells.label in extra:
-        return cells.label, {**extra}
-    label = "row"
-    if label in used:
-        label = "design"
-    return label, {**extra, label: extra.get(label, cells.rows)}
 
 
 def _of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:

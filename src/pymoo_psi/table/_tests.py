@@ -170,7 +170,7 @@ class Tests:
     def _require_status(self, given: NDArray[np.str_]) -> None:
         """Refuse a given status other than the derived one: feasibility has one source."""
         differing = np.flatnonzero(given != self.status)
-        if len(differing) > 0:
+        if len(differing):
             row = differing[0]
             raise invalid(
                 "status",
