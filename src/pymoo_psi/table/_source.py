@@ -54,6 +54,7 @@ from pymoo_psi.table._tests import STATUSES
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
 _DERIVED = (*RANKING_NAMES, "status", "violated", "reason")  # follow from other columns
+_DISTANCES = ("mu1", "mu2", "mu3")  # of a ranking, in all versions
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _N_LISTED = 6  # rows that a remark names
@@ -320,7 +321,7 @@ def _designs(
     columns_of_results = {*_DERIVED}
     if _is_export(cells):
         columns_of_results.add("mark")
-    if not _has_ranking(cells) and _holds_words(cells.columns.get("place", ())):
+    if _holds_words(cells.columns.get("place", ())):
         columns_of_results.discard("place")  # a town, and not the place of a ranking
     cells_by_name = {}
     for name, column in cells.columns.items():
@@ -361,21 +362,14 @@ def _first_of_equal(cells: Cells, rows: Sequence[int]) -> list[int]:
     return [*first.values()]
 
 
-def _has_ranking(cells: Cells) -> bool:
-    """Say whether columns are those of a ranking, as this version or 0.3 names them."""
-    names = cells.columns.keys()
-    has_rank = "efficiency_rank" in names or "rank" in names
-    return has_rank and names >= {"mu1", "mu2", "mu3"}
-
-
 def _is_export(cells: Cells) -> bool:
     """Say whether the page exported the cells."""
-    return _has_ranking(cells) and "mark" in cells.columns
+    return cells.columns.keys() >= {"mark", *_DISTANCES}
 
 
 def _is_ranking(cells: Cells) -> bool:
     """Say whether all rows are those of a ranking; a summary has no place in the Pareto set."""
-    if not _has_ranking(cells) or "pareto" not in cells.columns:
+    if not cells.columns.keys() >= {"pareto", *_DISTANCES}:
         return False
     return {str(cell).lower() for cell in cells.columns["pareto"]} <= {"true", "false"}
 
