@@ -78,7 +78,7 @@ class Search:
 
 
 def run_solve(options: Options) -> int:
-    """Search, write the Pareto set if a file is named, and print the best-ranked designs.
+    """Search, write the Pareto set if a file is named, and print the best designs.
 
     Returns:
         0, or 1 if no design is feasible or the trial of a program fails.

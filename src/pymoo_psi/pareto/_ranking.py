@@ -323,8 +323,8 @@ class EfficiencyRanking(Shown):
             >>> ranking.subset(6), ranking.subset(0)
             (array([1]), array([0, 2]))
         """
-        members = np.flatnonzero(self.pareto & (self.rank == rank))
-        return members[np.argsort(self.criteria[members, 0], kind="stable")]
+        rows = self.by_place
+        return np.asarray(rows[self.pareto[rows] & (self.rank[rows] == rank)])
 
     def to_frame(self, *, names: Sequence[Any] | None = None) -> pd.DataFrame:
         """Return a table of the ranked designs by place, the dominated ones last.

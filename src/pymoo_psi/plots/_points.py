@@ -346,20 +346,17 @@ def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
 
 def ranked_groups(ranking: EfficiencyRanking) -> dict[str, Group]:
     """Return the Pareto-optimal designs in groups by rank, and the Salukvadze optimum."""
-    optimum = np.zeros(len(ranking.rank), dtype=bool)
-    optimum[ranking.salukvadze] = True
-    others = ranking.pareto & ~optimum
     groups = {}
     for rank, marker in _RANKS.items():
         name = f"rank {rank}"
         if rank == 0:
             name = "unranked"
-        mask = others & (ranking.rank == rank)
+        mask = (ranking.place > 1) & (ranking.rank == rank)
         if mask.any():
             groups[name] = Group(mask, marker)
     name = "Salukvadze optimum"
     # None of several optima, equally near to U, needs to have rank 6.
     if (ranking.rank == 6).any():
         name += " (rank 6)"
-    groups[name] = Group(optimum, OPTIMUM)
+    groups[name] = Group(ranking.place == 1, OPTIMUM)
     return groups
