@@ -11,6 +11,7 @@ import json
 import math
 import numbers
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import numpy as np
@@ -159,7 +160,9 @@ def finite_number(name: str, value: object) -> float:
     """Return ``value`` as a ``float``; it must be a finite real number."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise wrong_type(name, "a finite number", value)
-    number = float(value)
+    number = math.inf
+    with suppress(OverflowError):  # of an integer beyond float64
+        number = float(value)
     if not math.isfinite(number):
         raise invalid(name, "a finite number", number)
     return number

@@ -246,6 +246,8 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
     assert "test point 7, the chosen design, has changed: mass was 1.0 and is" in joined(
         sources("rank", *words)[1]
     )
+    words = decision(page={"values": {"mass": [1, 2]}})
+    assert "mass was [1, 2] and is" in joined(sources("rank", *words)[1])
     words = decision(limits={"mass": 0.999 * values["mass"]}, page={"values": values})
     assert "violates the limits" in sources("rank", *words)[1]
     assert sources("report", *words)[0] == 0  # it violates the limits: the proposal, and why

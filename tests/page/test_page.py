@@ -125,6 +125,12 @@ def test_a_decision_is_a_formulation_that_the_page_opens_with(tmp_path):
     np.testing.assert_array_equal(kept, beams()["material"] == "steel")
 
 
+def test_a_category_that_is_no_text_is_that_of_no_design():
+    asked = Formulation(page={"state": {"categories": {"material": ["steel", [1, [2]], 5]}}})
+    kept = kept_designs(decision_page(beams(), OBJECTIVES).table, asked)
+    np.testing.assert_array_equal(kept, beams()["material"] == "steel")
+
+
 @pytest.mark.parametrize(
     "made",
     ["", "[1, 2]", "[" * 100_000, content(limits={"mass": [2, 1]}), content(chosen=7),

@@ -1,6 +1,7 @@
 """Formulations after the tests: the table judged anew is the table of the problem so formulated."""
 
 import json
+import random
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi import Formulation, PsiError, TestTable, investigate, lp_tau
 from pymoo_psi.table import Layout, read_table
+from tests.mutations import mutated
 
 COUNT = 40
 FINITE = 1e6  # the model's values are far below
@@ -255,6 +257,17 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
         ('{"limits": {"mass": NaN}}', "NaN is no number of JSON"),
         ('{"page": {"a": -Infinity}}', "-Infinity is no number of JSON"),
         ('{"computed": {"r": "__import__(\'os\').abort()"}}', "arithmetic of columns"),
+        ('{"limits": {"mass": [null, 1e400]}}', "limits.mass.1 must be a number below 1e308"),
+        (f'{{"limits": {{"mass": 1{"0" * 400}}}}}', "limits.mass must be a number below 1e308"),
+        ('{"ranges": {"mass": [-1e400, 1]}}', "ranges.mass.0 must be a number below 1e308"),
+        ('{"page": {"odd": [{"x": 1e400}]}}', "page.odd.0.x must be a number below 1e308"),
+        ('{"chosen": 0}', "chosen must be a str, got int"),
+        ('{"normalize": 1}', "normalize must be True or False, got 1"),
+        ('{"objectives": "mass"}', "objectives must be a list of names, got 'mass'"),
+        ('{"limits": {"mass": [1]}}', r"the limit on 'mass' must be a number or a pair"),
+        ('{\n "limits": {,}\n}', "line 2 column 13"),
+        ("[" * 5000, "recursion|Expecting"),
+        ("[1]", "it must be an object of JSON"),
     ],
 )  # fmt: skip
 def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, message):
@@ -262,6 +275,39 @@ def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, me
     path.write_text(text, "utf-8")
     with pytest.raises(ValueError, match=rf"asked\.json must be a formulation.*({message})"):
         Formulation.read_json(path)
+
+
+DECISION = {
+    "objectives": ["mass", "r"],
+    "maximize": ["gain"],
+    "limits": {"mass": [None, 30], "width": [0.2, 0.4], "x": 5},
+    "relaxed": ["g1"],
+    "computed": {"r": "mass / stress"},
+    "units": {"mass": "kg"},
+    "normalize": True,
+    "ranges": {"mass": [1, 2]},
+    "chosen": "test point 7",
+    "reason": "light",
+    "page": {"title": "T", "values": {"mass": 3.0}, "state": {"categories": {"mode": ["good"]}}},
+}
+
+
+def test_odd_files_give_a_formulation_or_an_error_of_the_package(tmp_path):
+    path = tmp_path / "asked.json"
+    messages = []
+    for seed in range(200):
+        # 1e400, which Python writes as Infinity, is a number of JSON.
+        text = json.dumps(mutated(DECISION, random.Random(seed))).replace("Infinity", "1e400")
+        path.write_text(text, "utf-8")
+        try:
+            asked = Formulation.read_json(path)
+        except PsiError as error:
+            messages.append(str(error))
+        else:
+            asked.to_json(path)
+            assert Formulation.read_json(path) == asked
+    assert 50 < len(messages) < 190
+    assert all(text.startswith(f"{path} must be a formulation") for text in messages)
 
 
 @pytest.mark.parametrize(

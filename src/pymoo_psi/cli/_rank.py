@@ -115,7 +115,7 @@ def _remark_on_choice(table: TestTable, chosen: str, page: Mapping[str, Any]) ->
     values = page.get("values", {})
     changes = []
     for name in table.layout.objectives:
-        value = table.column(name)[row]
+        value = float(table.column(name)[row])  # values may hold anything
         if name in values and values[name] != value:
             changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
     if changes:

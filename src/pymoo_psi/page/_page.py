@@ -272,7 +272,7 @@ def kept_designs(table: TestTable, formulation: Formulation) -> Mask:
     for name, texts in categories.items():
         known_name("categories", name, [*table.layout.columns, *table.extra])
         instance(f"page.state.categories[{name!r}]", texts, list, "it holds the texts kept")
-        kept &= np.isin(values_of(name, table).astype(str), texts)
+        kept &= np.isin(values_of(name, table).astype(str), [*map(str, texts)])
     return kept
 
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+import msgspec
 import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
 
-from pymoo_psi._validation import finite_number, instance, invalid, known_name, mapping
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
+from pymoo_psi._validation import finite_number, invalid, known_name, mapping
+from pymoo_psi.errors import ArgumentTypeError, EvaluationError
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
 from pymoo_psi.table import sides_of_text
+
+# A message of msgspec; null stands for what is not given.
+_MISFIT = re.compile(r"Expected `(.+?)(?: \| null)?`, got `(.+)` - at `\$\.(.+)`")
 
 
 @dataclass(frozen=True)
@@ -29,8 +34,8 @@ class Setting:
         unit: Its unit.
     """
 
-    bounds: Sequence[float] = ()
-    choices: Sequence[Any] = ()
+    bounds: Sequence[int | float] = ()
+    choices: Sequence[str | bool | int | float] = ()
     kind: str = "real"
     scale: str = "linear"
     unit: str = ""
@@ -44,7 +49,7 @@ class Setting:
             raise invalid("a variable", "given by bounds = [lower, upper] or choices", self.bounds)
         if self.choices:
             return
-        low, high = (finite_number("a bound", end) for end in self.bounds)
+        low, high = (finite_number("bounds", end) for end in self.bounds)
         if low > high or (self.scale == "log" and low <= 0):
             raise invalid(
                 "bounds", "in increasing order, on a logarithmic scale above 0", self.bounds
@@ -75,8 +80,11 @@ class Limit:
 
     @property
     def text(self) -> str:
-        """The name of its column in a table."""
-        return f"{self.output}{self.sign}{self.value:.12g}"
+        """The name of its column in a table, with all digits of the limit."""
+        number = f"{self.value:.12g}"  # as in studies of version 0.3: 1e+12
+        if float(number) != self.value:
+            number = repr(self.value)
+        return f"{self.output}{self.sign}{number}"
 
     def violation(self, output: Any) -> Any:
         """Return the amounts by which values of the output violate it, <= 0 where they meet it."""
@@ -123,10 +131,14 @@ class NamedProblem(ElementwiseProblem):
         self.maximize = [*maximize]
         self._name = name
         self.limits = []
-        for output, text in mapping("limits", limits or {}, "names to limits").items():
+        if limits is None:
+            limits = {}
+        for output, text in mapping("limits", limits, "outputs to texts, as '<= 250'").items():
             for sign, value in sides_of_text(f"the limit on {output}", text).items():
                 self.limits.append(Limit(output, sign, value))
-        self.requirements = requirements or {}
+        if requirements is None:
+            requirements = {}
+        self.requirements = requirements
         self._required = requirements_of(self.requirements, [*self.variables])
         self.names = {f"f{j}": title for j, title in enumerate(self.objectives, 1)}
         for j, limit in enumerate(self.limits, 1):
@@ -186,6 +198,8 @@ def _settings(variables: Any) -> dict[str, Setting]:
     entries = {}
     for name, entry in mapping("variables", variables, "names to settings").items():
         entries[name] = {"bounds": entry} if isinstance(entry, (tuple, list)) else entry
+    if not entries:
+        raise invalid("variables", "one or more", variables)
     return sections("variables", Setting, entries)
 
 
@@ -201,13 +215,17 @@ def sections(where: str, kind: type[Any], entries: Any) -> dict[str, Any]:
 
 
 def section(where: str, kind: type[Any], entry: Any) -> Any:
-    """Return a section of a file as a value of its class."""
-    types = {field.name: field.type for field in fields(kind)}
-    for word, value in mapping(where, entry, "settings to values").items():
-        known_name(f"a setting of {where}", word, types)
-        if types[word] == "str":
-            instance(f"{where}: {word}", value, str)
+    """Return a section of a file as a value of its class, whose annotations are its schema."""
+    settings = [setting.name for setting in fields(kind)]
+    for word in mapping(where, entry, "settings to values"):
+        known_name(f"a setting of {where}", word, settings)
+    # NumPy's numbers and arrays, and ranges, become Python's numbers and lists.
+    plain = msgspec.to_builtins(entry, enc_hook=lambda value: np.asarray(value).tolist())
     try:
-        return kind(**entry)
-    except (ArgumentValueError, ArgumentTypeError) as error:
-        raise type(error)(f"{where}: {error}") from None
+        return msgspec.convert(plain, kind)
+    except msgspec.ValidationError as error:
+        problem = error.__cause__  # an error of the class itself
+        if problem is None:
+            message = str(error).replace("array", "list")
+            problem = ArgumentTypeError(_MISFIT.sub(r"\3 must be of type \1, got \2", message))
+        raise type(problem)(f"{where}: {problem}") from None

@@ -25,7 +25,6 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Received,
-    collection,
     invalid,
     known_name,
     mapping,
@@ -191,7 +190,7 @@ class Program:
     command: str = ""
     template: str = ""
     files: Sequence[str] = ()
-    timeout: float | None = None
+    timeout: int | float | None = None
     keep: str = "failed"
     folder: str = "runs"
 
@@ -207,7 +206,7 @@ class Program:
         known_name("keep", self.keep, ("failed", "all", "none"))
         if self.timeout is not None:
             positive_number("timeout", self.timeout)
-        for file in collection("files", self.files, "a list of files"):
+        for file in self.files:
             _require_inside("files", file)
         if self.files and not self.template:
             raise invalid("files", "given with template, the folder they are in", self.files)
@@ -245,6 +244,19 @@ def _last_line(folder: Path) -> str:
                 shown = line.strip().encode(errors="surrogateescape").decode(errors="replace")
                 return f"{shown:.120}"
     return ""
+
+
+@dataclass(frozen=True)
+class Goals:
+    """The objectives: the section ``[objectives]``.
+
+    Attributes:
+        minimize: Outputs to be minimized.
+        maximize: Outputs to be maximized.
+    """
+
+    minimize: Sequence[str] = ()
+    maximize: Sequence[str] = ()
 
 
 @dataclass
@@ -332,27 +344,25 @@ class ProgramProblem(NamedProblem):
         self.key = str(key)
         self.program: Program = section("program", Program, program)
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
-        for word, goals in mapping("objectives", objectives, "minimize and maximize").items():
-            known_name("an entry of objectives", word, ("minimize", "maximize"))
-            for goal in collection(f"objectives: {word}", goals, "a list of outputs"):
-                known_name("an objective", goal, self.outputs)
-        maximize = [*objectives.get("maximize", ())]
-        every = [*objectives.get("minimize", ()), *maximize]
+        goals = section("objectives", Goals, objectives)
+        every = [*goals.minimize, *goals.maximize]
+        for goal in every:
+            known_name("an objective", goal, self.outputs)
         if not every or len(set(every)) < len(every):
             raise invalid("objectives", "outputs named once, one or more", every)
-        for limited in limits or ():
-            remedy = "variables have bounds and requirements"
-            known_name("what is limited", limited, self.outputs, remedy)
         super().__init__(
             variables,
             every,
-            maximize,
+            goals.maximize,
             limits,
             requirements,
             units=units_of(self.outputs),
             name=str(name),
             **kwargs,
         )
+        for limit in self.limits:
+            remedy = "variables have bounds and requirements"
+            known_name("what is limited", limit.output, self.outputs, remedy)
         both = self.variables.keys() & self.outputs.keys()
         if both:
             raise invalid("the name of an output", "unlike those of variables", min(both))
@@ -380,9 +390,11 @@ class ProgramProblem(NamedProblem):
             for word in sections:
                 known_name("a section", word, (*words, "name", "key"))
             for word in words[:4]:
-                mapping(f"[{word}]", sections.get(word), "names to settings")
+                remedy = "pymoo-psi solve --new example.toml writes a whole file"
+                mapping(f"[{word}]", sections.get(word), "names to settings", remedy)
             return cls(**sections, base=path.parent, **kwargs)
-        except (ValueError, ArgumentTypeError) as error:  # tomllib's own is a ValueError
+        # tomllib's own is a ValueError; brackets may be nested too deeply for it.
+        except (ValueError, ArgumentTypeError, RecursionError) as error:
             message = f"{path}: {error}"
             if "Unescaped" in str(error):
                 message += "; between '…' it stays as it is"

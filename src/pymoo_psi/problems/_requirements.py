@@ -147,8 +147,10 @@ def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, 
         ArgumentValueError: A rule cannot be read, or uses an unknown variable.
         ArgumentTypeError: A rule is neither a text nor a function.
     """
+    if rules is None:
+        rules = ()
     if not isinstance(rules, Mapping):
-        rules = collection("requirements", rules or (), "rules by name, or a list of rules")
+        rules = collection("requirements", rules, "rules by name, or a list of rules")
         rules = _by_name(rules)
     requirements = [Requirement(str(name), rule) for name, rule in rules.items()]
     for requirement in requirements:

@@ -8,6 +8,7 @@ too tight, an objective was forgotten, a constraint turns out to be negotiable.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
@@ -20,7 +21,9 @@ import numpy as np
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import (
     AnyArray,
+    Received,
     boolean,
+    flat,
     instance,
     invalid,
     known_name,
@@ -139,7 +142,8 @@ class Formulation:
         for text in self.computed.values():
             Expression.of(text)
         boolean("normalize", self.normalize)
-        instance("chosen", self.chosen or "", str)
+        if self.chosen is not None:
+            instance("chosen", self.chosen, str)
         instance("reason", self.reason, str)
 
     def _set(self, name: str, value: Any) -> None:
@@ -233,6 +237,9 @@ class Formulation:
                 raise invalid("it", "an object of JSON", entries)
             for name in entries:
                 known_name("an entry", name, ATTRIBUTES)
+            for place, text in flat(entries).items():
+                if re.fullmatch(r"-?(Infinity|\d{309,})", text):  # 1e400, and its digits
+                    raise invalid(place, "a number below 1e308", Received(text))
             return cls(**entries)
         except (ValueError, TypeError, RecursionError) as error:
             raise ArgumentValueError(

@@ -21,6 +21,7 @@ from pymoo_psi._validation import (
     Array,
     Mask,
     Received,
+    finite_number,
     invalid,
     known_name,
     mapping,
@@ -65,7 +66,8 @@ def entries_of(texts: Sequence[str]) -> list[str]:
     """
     entries = []
     for text in texts:
-        rows = csv.reader([text.replace("\n", " ")], skipinitialspace=True)
+        line = re.sub(r"[\n\0]", " ", text)  # csv refuses \0 before Python 3.11
+        rows = csv.reader([line], skipinitialspace=True)
         cells = [cell.strip() for cell in next(rows, [])]
         # An empty text stays an empty entry, to be refused: it is not the absence of a list.
         entries += cells or [""]
@@ -132,7 +134,7 @@ def _add_side(sides: dict[str, float], sign: str, number: str, text: str, argume
     """Add a side of a limit to those of its column."""
     if sign in sides:
         raise invalid(argument, "given once for each side of a column", Received(text))
-    sides[sign] = float(number)
+    sides[sign] = finite_number(argument, float(number))
 
 
 def _ends_of_sides(sides: Mapping[str, float]) -> Ends:

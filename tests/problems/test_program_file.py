@@ -1,0 +1,166 @@
+"""What a TOML file of a program may hold: each wrong one is refused by path, rule and remedy."""
+
+import copy
+import random
+import sys
+
+import numpy as np
+import pytest
+
+from pymoo_psi import ProgramProblem, PsiError
+from tests.mutations import mutated, toml_file
+
+FILE = {
+    "name": "beam",
+    "key": "mesh 3",
+    "variables": {
+        "width": {"bounds": [2, 4], "unit": "mm"},
+        "height": {"bounds": [1.0, 9.0], "scale": "log"},
+        "n": {"bounds": [1, 5], "kind": "integer"},
+        "steel": {"choices": ["S235", "S355"]},
+    },
+    "program": {"command": "PYTHON {width} {height} {n} {steel}", "timeout": 5, "keep": "failed"},
+    "outputs": {
+        "stress": {"file": "stdout.txt", "pattern": "stress = (.+)", "row": -1, "unit": "MPa"},
+        "tip": {"file": "out.json", "key": "tip.u.0"},
+        "load": {"file": "table.csv", "column": "F", "row": 0},
+        "mass": {"expression": "2*width*height", "unit": "kg"},
+    },
+    "objectives": {"minimize": ["mass", "tip"], "maximize": ["load"]},
+    "limits": {"stress": "<= 60"},
+    "requirements": {"slender": "height <= 4*width"},
+}  # fmt: skip
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Return a function that writes a file and reads its problem."""
+
+    def problem_of(text):
+        path = tmp_path / "beam.toml"
+        path.write_text(text.replace("PYTHON", sys.executable), "utf-8")
+        return ProgramProblem.from_toml(path)
+
+    return problem_of
+
+
+LIST = "must be of type list"
+SETTINGS = "must map settings to values"
+FINITE = "must be a finite number, got"
+
+
+@pytest.mark.parametrize(
+    ("where", "value", "message"),
+    [
+        ("variables", 5, r"\[variables\] must map names to settings, got 5; pymoo-psi solve --new"),
+        ("variables", {}, "variables must be one or more"),
+        ("variables width", 5, rf"variables: width {SETTINGS}, got 5"),
+        ("variables width", [1], r"variables: width: .* bounds = \[lower, upper\] or choices, got"),
+        ("variables width bounds", 1, f"variables: width: bounds {LIST}, got int"),
+        ("variables width bounds", [1], r"width: a variable must be given by bounds = \[lower, u"),
+        ("variables width bounds", ["a", "b"], r"width: bounds\[0\] must be of type int | float, got str"),
+        ("variables width bounds", [float("nan"), 1], f"width: bounds {FINITE} nan"),
+        ("variables width bounds", [0, 10**400], f"width: bounds {FINITE} inf"),
+        ("variables width bounds", [0, float("inf")], f"width: bounds {FINITE} inf"),
+        ("variables width colour", 1, "width must be one of 'bounds', 'choices', .* got 'colour'"),
+        ("variables width unit", 5, "variables: width: unit must be of type str, got int"),
+        ("variables width kind", "int", "width: kind must be one of .* did you mean 'integer'"),
+        ("variables steel choices", "S235", rf"variables: steel: choices {LIST}, got str"),
+        ("variables steel choices", 5, rf"variables: steel: choices {LIST}, got int"),
+        ("variables steel choices", [["S235"]], r"choices\[0\] must be of type .*str, got list"),
+        ("program", "sh run.sh", r"\[program\] must map names to settings, got 'sh run.sh'"),
+        ("program files", [5], r"program: files\[0\] must be of type str, got int"),
+        ("program files", "beam.inp", rf"program: files {LIST}, got str"),
+        ("program timeout", "x", "program: timeout must be of type int | float, got str"),
+        ("program timeout", float("inf"), f"program: timeout {FINITE} inf"),
+        ("program timeout", 0, "program: timeout must be a positive number, got 0"),
+        ("program keep", 1, "program: keep must be of type str, got int"),
+        ("outputs stress", "x", rf"outputs: stress {SETTINGS}, got 'x'"),
+        ("outputs stress row", "x", "outputs: stress: row must be of type int, got str"),
+        ("outputs stress row", 1.5, "outputs: stress: row must be of type int, got float"),
+        ("outputs stress row", True, "outputs: stress: row must be of type int, got bool"),
+        ("outputs tip key", 5, "outputs: tip: key must be of type str, got int"),
+        ("outputs tip patern", "x", "outputs: tip must be one of .* did you mean 'pattern'"),
+        ("objectives minimize", "mass", rf"objectives: minimize {LIST}, got str"),
+        ("objectives minimise", ["mass"], "of objectives must be one of .* did you mean 'minimize'"),
+        ("objectives", 5, r"\[objectives\] must map names"),
+        ("limits", 5, "limits must map outputs to texts, as '<= 250', got 5"),
+        ("limits", 0, "limits must map outputs to texts, as '<= 250', got 0"),
+        ("limits stress", 5, "the limit on stress must be such as '<= 250' or .* got 5"),
+        ("limits stress", "<= 1e400", f"the limit on stress {FINITE} inf"),
+        ("requirements", 5, "requirements must be rules by name, or a list of rules, got 5"),
+        ("requirements", 0, "requirements must be rules by name, or a list of rules, got 0"),
+        ("requirements slender", 5, "the requirement 'slender' must be an inequality as text"),
+        ("section", 5, "a section must be one of 'key', 'limits', .* got 'section'"),
+    ],
+)  # fmt: skip
+def test_a_wrong_value_is_refused_by_path_and_rule(read, where, value, message):
+    *path, key = where.split()
+    content = copy.deepcopy(FILE)
+    section = content
+    for name in path:
+        section = section[name]
+    section[key] = value
+    with pytest.raises(PsiError, match=f"beam.toml: .*{message}"):
+        read(toml_file(content))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("name = 'a'\n[limits\nstress = 5", "at line 2, column 8"),
+        ("[limits]\n[limits]", "at line 2, column 8"),
+        ("limits = " + "[" * 5000 + "]" * 5000, "beam.toml: .*(recursion|nested)"),
+        ('name = "\\S"', "between '…' it stays as it is"),
+        ("", r"\[variables\] must map .* got None; pymoo-psi solve --new example.toml writes"),
+    ],
+)
+def test_wrong_syntax_is_refused_by_its_line(read, text, message):
+    with pytest.raises(PsiError, match=message):
+        read(text)
+
+
+def test_odd_files_give_a_problem_or_an_error_of_the_package(read):
+    messages = []
+    for seed in range(200):
+        text = toml_file(mutated(FILE, random.Random(seed)))
+        try:
+            read(text)
+        except PsiError as error:
+            messages.append(str(error))
+    assert 50 < len(messages) < 190
+    assert all(text.count("beam.toml: ") == 1 for text in messages)
+
+
+def test_numbers_and_arrays_of_numpy_are_values_too(read):
+    content = copy.deepcopy(FILE)
+    content["variables"]["width"]["bounds"] = np.array([2, 4])
+    content["variables"]["height"]["bounds"] = (np.float32(1), np.int64(9))
+    content["variables"]["steel"]["choices"] = np.array(["S235", "S355"])
+    content["objectives"]["minimize"] = ("mass", "tip")
+    content["program"]["command"] = f"{sys.executable} {{width}} {{height}} {{n}} {{steel}}"
+    made = ProgramProblem(**content)
+    filed = read(toml_file(FILE))
+    assert made.fingerprint() | {"command": ""} == filed.fingerprint() | {"command": ""}
+    for name, variable in filed.variables.items():
+        assert vars(made.variables[name]) == vars(variable)
+
+
+def test_the_hash_of_outputs_is_that_of_version_0_3(read):
+    assert read(toml_file(FILE)).fingerprint()["template and outputs"] == "9c2ba9f592431c74"
+
+
+@pytest.mark.parametrize(
+    ("limit", "text"),
+    [
+        ("<= 250", "stress<=250"),
+        ("<= 1e6", "stress<=1000000"),
+        ("<= 1e12", "stress<=1e+12"),
+        ("<= 0.1", "stress<=0.1"),
+        ("<= 0.1234567890123", "stress<=0.1234567890123"),
+        ("<= 0.1234567890124", "stress<=0.1234567890124"),
+    ],
+)
+def test_a_constraint_is_named_by_all_digits_of_its_limit(read, limit, text):
+    problem = read(toml_file(FILE | {"limits": {"stress": limit}}))
+    assert problem.names["g1"] == text
