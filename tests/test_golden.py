@@ -14,6 +14,7 @@ After a change that is meant, record again and review the difference::
 from __future__ import annotations
 
 import io
+import json
 import os
 import re
 import shlex
@@ -78,6 +79,11 @@ def readable(path):
     if path.suffix not in (".csv", ".json", ".html"):
         return ""
     text = path.read_text("utf-8")
+    if path.name.endswith("-metadata.json"):
+        entries = json.loads(text).items()
+        return "\n".join(
+            f"{key}: {json.dumps(value, ensure_ascii=False)}" for key, value in entries
+        )
     if path.suffix != ".html":
         return untimed(text) if path.suffix == ".csv" else text
     if "<script" in text:  # which makes what is read

@@ -80,7 +80,9 @@ def write_document(path: str | PathLike[str], html: str) -> None:
 
 
 def is_marked(path: Path) -> bool:
-    """Say whether a text, such as CSV or HTML, has a mark by which those of pymoo-psi are known."""
+    """Say whether there is a text, such as CSV or HTML, with a mark of those of pymoo-psi."""
+    if not path.is_file():
+        return False
     with path.open("rb") as file:
         content = file.read(_ENDS)
         file.seek(max(path.stat().st_size - _ENDS, 0))

@@ -55,7 +55,7 @@ def a_source(rng):
 
 def placed(path):
     """The designs of a file by number, in their order; 0 for those without a place."""
-    frame = pd.read_csv(path, comment="#").fillna({"place": 0}).astype({"place": int})
+    frame = pd.read_csv(path).fillna({"place": 0}).astype({"place": int})
     return frame.set_index("test_point" if "test_point" in frame else "row")
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi.cli import main
+from pymoo_psi.table import read_table
 from tests.formulas import CELLS, INERT
 from tests.processes import posix
 
@@ -34,7 +35,7 @@ def test_an_older_result_is_replaced_whole_and_files_of_others_stay(folder, word
     out = folder / words.split()[-1]
     assert main(words.split()) == 0
     new = out.read_bytes()
-    if out.suffix != ".xlsx":
+    if out.suffix == ".html":
         out.write_bytes(3 * new)
     assert main(words.split()) == 0
     assert abs(len(out.read_bytes()) - len(new)) < 10  # a workbook holds its time
@@ -75,6 +76,39 @@ def test_what_is_read_and_a_study_are_never_overwritten(folder, capsys):
     assert main(["export", "set.csv", "--out", "s.db"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert (folder / "s.db").read_bytes() == before
+
+
+def test_metadata_of_others_stay_and_are_found_before_the_run(folder, capsys):
+    others = folder / "o.csv-metadata.json"
+    others.write_text('{"url": "o.csv"}')
+    assert main(["solve", "models:Moves", "--out", "o.csv"]) == 2
+    assert "got 'o.csv-metadata.json'; choose another name" in capsys.readouterr().err
+    assert others.read_text() == '{"url": "o.csv"}'
+    # Those of ours do not give a file of others away.
+    assert main(["export", "s.db", "--out", "t.csv"]) == 0
+    (folder / "t.csv").write_text(FRONT)
+    assert main(["export", "s.db", "--out", "t.csv"]) == 2
+    assert "got 't.csv'; choose another name" in capsys.readouterr().err
+    assert (folder / "t.csv").read_text() == FRONT
+
+
+def test_a_ranking_comes_back_and_without_its_metadata_is_any_csv(run, tmp_path):
+    frame = pd.DataFrame({"name": ["A", "#B", "C", "D"], "a": [1, 2, 3, 4], "b": [1, 2, 3, 5]})
+    frame.to_excel("set.xlsx", index=False)
+    words = ["--maximize", "b", "--units", "a=µg"]
+    assert run("rank", "set.xlsx", *words, "--out", "o.csv")[0] == 0
+    assert "a [µg]" in pd.read_csv("o.csv")
+    table = read_table("o.csv")
+    assert sorted(table.names) == sorted(read_table("set.xlsx").names)
+    assert (table.layout.maximize, table.layout.units) == (("b",), {"a": "µg"})
+    assert read_table("o.csv", skip_rows=[3]).names == [*table.names[:1], *table.names[2:]]
+    (tmp_path / "o.csv-metadata.json").unlink()
+    remark = (
+        "o.csv-metadata.json, which says the directions, is not there: all objectives are "
+        "minimized unless --maximize says otherwise."
+    )
+    assert remark in run("rank", "o.csv")[1]
+    assert remark not in run("rank", "o.csv", "--maximize", "b")[1]
 
 
 def test_exported_texts_are_no_formulas(run, tmp_path):

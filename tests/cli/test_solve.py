@@ -33,7 +33,7 @@ from tests.table.exact_csv import EXACT
 
 
 def written(path="o.csv"):
-    return pd.read_csv(path, comment="#", **EXACT)
+    return pd.read_csv(path, **EXACT)
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,7 @@ function answer({payload, states, rows, pins, texts, typed}) {
         preferred: list(Logic.preference(data, ranking, state.preference).best),
         opened: Logic.opened(data, written),
         csv: Logic.csv(data, order, ranking, state),
+        metadata: Logic.metadata(data, order, state, "left.csv"),
       }
     }),
   }

@@ -127,6 +127,17 @@ class Reader:
         self.page.mouse.up()
         self.settle()
 
+    def export(self, path):
+        """Write what the page exports, and its metadata beside; return the former."""
+        with self.page.expect_download(
+            lambda one: one.suggested_filename.endswith(".json")
+        ) as json:
+            text = self.download("#export")
+        assert json.value.suggested_filename == f"{self.file_name}-metadata.json"
+        path.write_text(text, "utf-8", newline="")
+        json.value.save_as(f"{path}-metadata.json")
+        return text
+
     def download(self, button):
         with self.page.expect_download() as download:
             self.click(button)
@@ -471,7 +482,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
     # The commands rank by the same ranges, of the decision and of what is exported.
     (tmp_path / "d.json").write_text(reader.download("#save"), "utf-8")
     asked = Formulation.read_json(tmp_path / "d.json")
-    (tmp_path / "e.csv").write_text(reader.download("#export"), "utf-8")
+    reader.export(tmp_path / "e.csv")
     for table in (read_table(beams(), asked), read_table(tmp_path / "e.csv")):
         table = table.rows(table.column("mass") >= 0)  # without the prototype
         assert table.feasible_ranking().ideal.tolist() == reader.ask("[...D.ranking.ideal]")
@@ -561,15 +572,14 @@ def test_ticks_are_told_apart_and_say_their_values(opened):
 def test_export_gives_exactly_what_is_shown(reader, tmp_path):
     shown = reader.shown
     assert 4 < len(shown) < 400
-    text = reader.download("#export")
+    text = reader.export(tmp_path / "export.csv")
     assert reader.file_name == "Beams_such-shown.csv"
-    exported = pd.read_csv(
-        io.StringIO(text), comment="#", dtype={"number": str}, keep_default_na=False, **EXACT
-    )
-    names = ["place", "number", *OBJECTIVES, "width", "material"]
+    exported = pd.read_csv(io.StringIO(text), dtype={"number": str}, keep_default_na=False, **EXACT)
+    names = ["place", "number", "mass [kg]", *OBJECTIVES[1:], "width [mm]", "material"]
     assert list(exported.columns) == [*names, "mu1", "mu2", "mu3", "efficiency_rank", "mark"]
     assert exported["number"].tolist() == shown
     frame = beams().set_index(beams()["number"].astype(str))
+    exported = exported.rename(columns={"mass [kg]": "mass"})
     for name in [*OBJECTIVES, "material"]:  # every digit
         assert exported[name].tolist()[1:] == frame.loc[shown[1:], name].tolist()
     ranking = rank_of_efficiency(minimised(beams()))
@@ -578,7 +588,6 @@ def test_export_gives_exactly_what_is_shown(reader, tmp_path):
         assert [int(cell) for cell in exported[name][1:]] == [known[label] for label in shown[1:]]
         assert exported[name][0] == ""  # a prototype has none
     # It is ranked, and shown again, in the senses and units of the page.
-    (tmp_path / "export.csv").write_text(text, "utf-8")
     layout = read_table(tmp_path / "export.csv").layout
     assert (layout.objectives, layout.maximize) == (tuple(OBJECTIVES), ("strength",))
     assert (layout.variables, layout.label) == (("width", "material"), "number")
@@ -800,7 +809,8 @@ def test_exported_texts_are_no_formulas(visit, tmp_path):
     frame = pd.DataFrame({"-a": a, "b": a[::-1], "note": CELLS[:half], "id": CELLS[half:]})
     decision_page(frame, ["-a", "b"], variables=["note"]).save(tmp_path / "p.html")
     reader = visit(tmp_path / "p.html")
-    text, _ = reader.download("#export").rsplit("\n\n", 1)  # without the comment
+    text = reader.export(tmp_path / "e.csv")
+    assert read_table(tmp_path / "e.csv").layout.objectives == ("-a", "b")
     exported = list(csv.DictReader(io.StringIO(text, newline="")))
     assert {float(row["'-a"]) for row in exported} == set(a)
     assert {row["note"] for row in exported} == {INERT[cell] for cell in CELLS[:half]}

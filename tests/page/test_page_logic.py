@@ -493,6 +493,7 @@ def test_a_csv_comes_back_with_objectives_and_directions(cases, answers, tmp_pat
     for case, _, found, rows, _ in ranked(cases[:8], answers[:8]):
         path = tmp_path / "left.csv"
         path.write_text(found["csv"], "utf-8", newline="")
+        (tmp_path / "left.csv-metadata.json").write_text(found["metadata"], "utf-8")
         table = read_table(path)
         layout = table.layout
         assert layout.objectives == tuple(case.names)

@@ -46,7 +46,7 @@ def test_where_tests_are_from_survives_parts_files_and_formulations(tmp_path):
     table = TestTable.combined({"coarse": COARSE, "fine": FINE})
     table.to_csv(tmp_path / "all.csv")
     assert read_table(tmp_path / "all.csv").equals(table)
-    frame = pd.read_csv(tmp_path / "all.csv", comment="#", index_col="test_point")
+    frame = pd.read_csv(tmp_path / "all.csv", index_col="test_point")
     assert frame["experiment"].tolist() == table.column("experiment").tolist()
     assert frame["number"].tolist() == table.column("number").tolist()
     assert table.rows([3, 0]).column("experiment").tolist() == ["fine", "coarse"]

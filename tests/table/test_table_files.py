@@ -1,8 +1,9 @@
 """Frames and files: a round trip changes nothing, a damaged file is named."""
 
 import csv
+import io
 import json
-import re
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,12 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
-from pymoo_psi.table import RESERVED, Layout, difference, read_table
+from pymoo_psi.table import RESERVED, Layout, difference, format_of, read_table
+from tests.processes import posix
 from tests.table.asked import violations
+from tests.table.exact_csv import EXACT
 
+CSV = format_of("t.csv", "tests")
 SLOW = settings(deadline=None)  # files, and pandas imported by the first example
 texts = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]))
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -134,21 +138,21 @@ def test_options_that_could_be_taken_for_others_keep_their_types(tmp_path):
 def test_rows_and_columns_may_be_rearranged_by_hand(tmp_path):
     path = tmp_path / "t.csv"
     EXAMPLE.to_csv(path)
-    rest, head = path.read_text("utf-8-sig").rstrip().rsplit("\n", 1)
-    cells = list(csv.reader(rest.splitlines(keepends=True)))
+    cells = list(csv.reader(path.read_text("utf-8-sig").splitlines(keepends=True)))
     with path.open("w", encoding="utf-8-sig", newline="") as file:  # as a spreadsheet saves it
         for k, row in enumerate([cells[0], cells[2], cells[1], cells[3]]):
             csv.writer(file).writerow([row[5], "my remark" if k else "remark", *row[:5], *row[6:]])
-        csv.writer(file).writerows([[], head.split(",")])
+        csv.writer(file).writerow([])
     assert read_table(path).equals(EXAMPLE.rows([1, 0, 2]))
 
 
 def head(**changes):
-    """Replace entries of the JSON in the last line."""
+    """Replace entries of the head in the metadata."""
 
     def change(text):
-        rest, line = text.rstrip().rsplit("\n", 1)
-        return f"{rest}\n# {json.dumps(json.loads(line[1:]) | changes)}\n"
+        document = json.loads(text)
+        document["pymoo-psi:head"] |= changes
+        return json.dumps(document)
 
     return change
 
@@ -157,65 +161,107 @@ def replaced(old, new):
     return lambda text: text.replace(old, new, 1)
 
 
+def cut(text):
+    return text[: text.index("\n1,0.2") + 1]
+
+
+TESTS = "must be a table of tests, of to_csv or 'pymoo-psi export': .*"
+OTHER = (
+    "it is not the table of 3 rows that table.csv-metadata.json describes; restore both, or remove "
+    "the latter and say --objectives and --maximize"
+)
+
+
 @pytest.mark.parametrize(
-    ("damage", "message"),
+    ("file", "damage", "message"),
     [
-        (head(pymoo_psi_test_table=5), "its format is 5, this version reads 2 to 4"),
-        (replaced('"test_point","α"', '"test_point","a"'), "the column or entry 'α' is missing"),
-        (replaced("\n1,0.2,7", "\n3,0.2,7"), "must be distinct, got test point 3 twice"),
-        (replaced("\n1,0.2,7", "\n1,0.2,7.5"), "the column 'teeth' holds other than integer values"),
-        (replaced("\n1,0.2,7", "\n1,0_2,7"), "the column 'α' holds other than real values"),
-        (replaced("\n1,0.2,7", "\n1,0,2,7"), "its rows differ in length"),
-        (replaced('"infeasible"', '"ok"'), "status must be ok where constraints and limits are met, .* got 'ok' for test point 1"),
-        (lambda text: text[: text.index("\n1,0.2") + 1] + text[text.index("\n\n") :], "it holds 1 of 3 tests, so it was cut or edited; if that is meant, set \"tests\""),
+        ("table.csv-metadata.json", head(pymoo_psi_test_table=5), TESTS + "its format is 5, this version reads 2 to 4"),
+        ("table.csv-metadata.json", head(lower=["a", 5]), TESTS + "could not convert string to float: 'a'"),
+        ("table.csv-metadata.json", lambda text: text[:-30], "table.csv-metadata.json is damaged; remove that"),
+        ("table.csv-metadata.json", replaced("titles", "title"), "table.csv-metadata.json is damaged"),
+        ("table.csv-metadata.json", replaced('"pymoo-psi:rows": 3', '"pymoo-psi:rows": 4'), "it is not the table of 4 rows"),
+        ("table.csv", replaced("test_point,α", "test_point,a"), OTHER),
+        ("table.csv", cut, OTHER),
+        ("table.csv", lambda text: "", OTHER),
+        ("table.csv", replaced("\n1,0.2,7", "\n3,0.2,7"), TESTS + "must be distinct, got test point 3 twice"),
+        ("table.csv", replaced("\n1,0.2,7", "\n1,0.2,7.5"), TESTS + "the column 'teeth' holds other than integer values"),
+        ("table.csv", replaced("\n1,0.2,7", "\n1,0_2,7"), TESTS + "the column 'α' holds other than real values"),
+        ("table.csv", replaced("\n1,0.2,7", "\n1,0,2,7"), TESTS + "its rows differ in length"),
+        ("table.csv", replaced(",infeasible,", ",ok,"), TESTS + "status must be ok where constraints and limits are met, .* got 'ok' for test point 1"),
     ],
 )  # fmt: skip
-def test_a_damaged_file_is_named_with_what_is_wrong(tmp_path, damage, message):
-    path = tmp_path / "table.csv"
-    EXAMPLE.to_csv(path)
+def test_a_damaged_file_is_named_with_what_is_wrong(tmp_path, file, damage, message):
+    EXAMPLE.to_csv(tmp_path / "table.csv")
+    path = tmp_path / file
     path.write_text(damage(path.read_text("utf-8-sig")), "utf-8")
-    with pytest.raises(
-        ValueError,
-        match=rf"table\.csv must be a table of tests, of to_csv or 'pymoo-psi export': .*{message}",
-    ) as caught:
-        read_table(path)
+    with pytest.raises(ValueError, match=rf"table\.csv:? {message}") as caught:
+        read_table(tmp_path / "table.csv")
     assert isinstance(caught.value, PsiError)
 
 
 @SLOW
-@given(content=st.binary(max_size=200), position=st.integers(0, 700), cut=st.integers(0, 40))
+@given(content=st.binary(max_size=200), position=st.integers(0, 1500), cut=st.integers(0, 40))
 def test_no_damage_raises_anything_else(folder, content, position, cut):
     path = folder / "damaged.csv"
     EXAMPLE.to_csv(path)
-    whole = path.read_bytes()
-    for damaged in (
-        content,
-        whole[:position] + content + whole[position + cut :],
-        whole[:position],
-    ):
-        path.write_bytes(damaged)
-        try:
-            read_table(path)
-        except PsiError as error:
-            message = str(error)
-        else:
-            message = "damaged.csv"  # the damage was harmless
-        assert re.search("damaged.csv|source must be a whole test table", message)
+    for file in (path, folder / "damaged.csv-metadata.json"):
+        whole = file.read_bytes()
+        for damaged in (
+            content,
+            whole[:position] + content + whole[position + cut :],
+            whole[:position],
+        ):
+            file.write_bytes(damaged)
+            try:
+                read_table(path)
+            except PsiError as error:
+                message = str(error)
+            else:
+                message = "damaged.csv"  # the damage was harmless
+            assert "damaged.csv" in message
+        file.write_bytes(whole)
 
 
-def test_a_table_of_an_earlier_version_keeps_its_directions(tmp_path):
-    """The head of 0.2.0 has "maximized" and stands first; a study of it comes as such a file."""
-    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
-    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, -3.0], [2.0, -4.0]], layout=layout)
+# Files of 0.2 and 0.3, in which the head is a comment
+
+
+OLD_HEAD = """{"pymoo_psi_test_table": 4, "tests": 3, "variables": ["\\u03b1", "teeth"], \
+"objectives": ["f1", "f2"], "inequalities": ["g1"], "equalities": [], "lower": [0.0, 5.0], \
+"upper": [1.0, 9.0], "eq_tolerance": 0.0001, "kinds": ["real", "integer"]}"""
+OLD_ROWS = """"test_point","α","teeth","f1","f2","g1","status","violated","reason","pareto"
+3,0.1,5,1.0,2.0,-1.0,"ok","","",True
+1,0.2,7,2.0,1.0,0.5,"infeasible","g1","",False
+2,0.3333333333333333,9,"",inf,-1.0,"failed","","a ""solver"", #7
+said no",False
+"""
+
+
+@pytest.mark.parametrize("text", [f"{OLD_ROWS}\n# {OLD_HEAD}\n", f"# {OLD_HEAD}\n{OLD_ROWS}"])
+def test_tests_of_an_earlier_version_are_read(tmp_path, text):
     path = tmp_path / "table.csv"
-    table.to_csv(path)
-    rest, _, last = path.read_text("utf-8").rstrip().rpartition("\n")
-    head = json.loads(last[2:])
-    head["pymoo_psi_test_table"] = 3
-    head["maximized"] = head.pop("maximize")
-    head["prototype"] = {"name": "now", "x": [0.3], "f": [1.5, -2.0]}  # which is not read
-    path.write_text(f"# {json.dumps(head)}\n{rest}", "utf-8")
-    assert read_table(path).equals(table)
+    path.write_text(text, "utf-8-sig")
+    assert read_table(path).equals(EXAMPLE)
+    cells = io.StringIO()
+    csv.writer(cells).writerow(f"# {OLD_HEAD}".split(","))  # as a spreadsheet saves it
+    path.write_text(text.replace(f"# {OLD_HEAD}\n", cells.getvalue()), "utf-8-sig")
+    assert read_table(path).equals(EXAMPLE)
+
+
+def test_a_table_of_the_first_version_keeps_its_directions(tmp_path):
+    """The head of 0.2.0 has "maximized"; a study of it comes as such a file."""
+    path = tmp_path / "table.csv"
+    path.write_text(
+        '# {"pymoo_psi_test_table": 3, "tests": 2, "variables": ["x1"], "objectives": ["mass", '
+        '"gain"], "inequalities": [], "equalities": [], "lower": [NaN], "upper": [NaN], '
+        '"eq_tolerance": 0.0001, "kinds": ["real"], "maximized": ["gain"], '
+        '"prototype": {"name": "now", "x": [0.3], "f": [1.5, -2.0]}}\n'
+        "test_point,x1,mass,gain,status,violated,reason,pareto\n"
+        "1,0.1,1.0,3.0,ok,,,True\n2,0.5,2.0,4.0,ok,,,True\n"
+    )
+    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
+    assert read_table(path).equals(
+        TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, -3.0], [2.0, -4.0]], layout=layout)
+    )
 
 
 @pytest.mark.parametrize("source", ["file", "folder"])
@@ -249,12 +295,107 @@ def test_a_spreadsheet_shows_the_designs_alone_and_all_comes_back(tmp_path, suff
     assert (chosen.chosen, chosen.reason) == ("test point 1", "=cheap")
     assert (chosen.limits, chosen.normalize) == (limits, False)
     assert read.layout.units == {"mass": "µg", "x1": "mm"}
-    raw = pd.read_csv(path, comment="#") if suffix == "csv" else pd.read_excel(path)
-    assert raw.columns.tolist() == ["test_point", *table.to_frame().columns]
-    assert raw["mass"].isna().tolist() == [False, True]
-    if suffix == "csv":  # spreadsheets take it for UTF-8, and its table ends at a blank line
-        content = path.read_bytes()
-        assert content.startswith(b"\xef\xbb\xbf")
-        assert b"\n\n# {" in content
+    raw = pd.read_csv(path) if suffix == "csv" else pd.read_excel(path)
+    names = table.to_frame().rename(columns={"mass": "mass [µg]", "x1": "x1 [mm]"}).columns
+    assert raw.columns.tolist() == ["test_point", *names]
+    assert raw["mass [µg]"].isna().tolist() == [False, True]
+    if suffix == "csv":  # spreadsheets take it for UTF-8 by its mark, which others do not need
+        assert path.read_bytes().startswith(b"\xef\xbb\xbf")
         TestTable.of([1], [[0.5]], [[1]]).to_csv(path)
         assert path.read_bytes().isascii()
+
+
+# Metadata
+
+
+@SLOW
+@given(table=tables())
+def test_a_csv_is_the_header_and_the_rows_for_every_reader(folder, table):
+    path = folder / "plain.csv"
+    table.to_csv(path)
+    frame = pd.read_csv(path, dtype=str, keep_default_na=False, **EXACT)
+    assert len(frame) == len(table)
+    document = json.loads((folder / "plain.csv-metadata.json").read_bytes(), parse_constant=int)
+    titles = [column["titles"] for column in document["tableSchema"]["columns"]]
+    with path.open(encoding="utf-8-sig", newline="") as file:
+        assert next(csv.reader(file)) == titles
+    assert frame["test_point"].astype(int).tolist() == table.numbers.tolist()
+    for number, cell in zip(table.numbers.tolist(), frame["reason"], strict=True):
+        reason = table.reasons.get(number, "")
+        assert cell in (reason, f"'{reason}")
+
+
+def test_metadata_say_in_csvw_what_the_columns_are(tmp_path):
+    layout = Layout.of(["n", "steel"], ["=a", "b", "b [%]"], units={"=a": "k€", "b": "%"})
+    X = np.array([[1, "oak"], [2, "#ash"]], dtype=object)
+    table = TestTable.of([1, 2], X, [[1.5, 2, 3], [2.5, 1, 4]], layout=layout)
+    table = replace(
+        table, problem={"parameters": {"limit": np.inf, "text": "NaN, -Infinity \udcff"}}
+    )
+    path = tmp_path / "my table.csv"
+    table.to_csv(path)
+    text = (tmp_path / "my table.csv-metadata.json").read_text("utf-8")
+    document = json.loads(text, parse_constant=int)  # which no word of Python's passes
+    assert document["@context"] == "http://www.w3.org/ns/csvw"
+    assert document["url"] == "my%20table.csv"
+    assert document["pymoo-psi:rows"] == 2
+    columns = document["tableSchema"]["columns"]
+    assert columns[1:6] == [
+        {"titles": "n", "datatype": "integer"},
+        {"titles": "steel", "datatype": "string"},
+        {"titles": "'=a [k€]", "datatype": "number", "schema:unitText": "k€"},
+        {"titles": "b", "datatype": "number", "schema:unitText": "%"},  # as "b [%]" is another
+        {"titles": "b [%]", "datatype": "number"},
+    ]
+    assert columns[-1]["datatype"] == {"base": "boolean", "format": "True|False"}
+    read = read_table(path)
+    assert read.equals(table)
+    assert read.problem == table.problem
+
+
+def test_metadata_are_written_with_the_file_and_those_of_others_kept(tmp_path):
+    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
+    path, metadata = tmp_path / "t.csv", tmp_path / "t.csv-metadata.json"
+    table.to_csv(path)
+    before = [path.read_bytes(), metadata.read_bytes()]
+    # Neither is replaced if one cannot be written.
+    with pytest.raises(TypeError):
+        CSV.save(path, {"a": np.arange(3)}, {"pymoo_psi_designs": object()})
+    assert [path.read_bytes(), metadata.read_bytes()] == before
+    assert len(os.listdir(tmp_path)) == 2
+    # What needs none has none.
+    CSV.save(path, {"a": np.arange(3)})
+    assert os.listdir(tmp_path) == ["t.csv"]
+    metadata.write_text('{"@context": "http://www.w3.org/ns/csvw", "url": "t.csv"}')
+    others = metadata.read_bytes()
+    with pytest.raises(PsiError, match="without t.csv-metadata.json of another program"):
+        table.to_csv(path)
+    CSV.save(path, {"cost": np.arange(3), "mass": np.arange(3)[::-1]})
+    assert metadata.read_bytes() == others
+    assert read_table(path).layout.objectives == ("cost", "mass")
+
+
+@posix
+def test_metadata_stand_beside_the_file_of_a_link_and_a_pipe_has_none(tmp_path):
+    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1], [2]])
+    (tmp_path / "there").mkdir()
+    (tmp_path / "t.csv").symlink_to(tmp_path / "there" / "t.csv")
+    table.to_csv(tmp_path / "t.csv")
+    assert sorted(os.listdir(tmp_path / "there")) == ["t.csv", "t.csv-metadata.json"]
+    assert read_table(tmp_path / "t.csv").equals(table)
+    table.to_csv("/dev/null")
+    assert not os.path.exists("/dev/null-metadata.json")
+
+
+def test_without_metadata_directions_are_asked_for(tmp_path):
+    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"], units={"mass": "kg"})
+    table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, -3.0], [2.0, -4.0]], layout=layout)
+    path = tmp_path / "t.csv"
+    table.to_csv(path)
+    (tmp_path / "t.csv-metadata.json").unlink()
+    with pytest.raises(
+        PsiError, match=r"t\.csv-metadata\.json, which .* is not there; put it beside"
+    ):
+        read_table(path)
+    asked = Formulation(objectives=["mass [kg]", "gain"], maximize=["gain"])
+    assert read_table(path, asked).layout.maximize == ("gain",)

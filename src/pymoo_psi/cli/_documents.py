@@ -10,6 +10,7 @@ from functools import reduce
 from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid
@@ -19,6 +20,7 @@ from pymoo_psi.cli._rank import decision_remarks, say_source
 from pymoo_psi.cli._source import formulation_of, opened, with_choice
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import (
+    STATUSES,
     STUDY,
     Formulation,
     Layout,
@@ -236,8 +238,8 @@ def run_export(options: Options) -> int:
             say(remark)
     if file_format is STUDY and "problem" not in (table.problem or {}):
         say("The problem of the tests is unknown: no run can continue the study.")
-    size = counted(len(table), table.layout.words.row)
-    say(f"{size} ({table.status_counts()}) written to {out}")
+    counts = [f"{np.sum(table.status == status)} {status}" for status in STATUSES]
+    say(f"{counted(len(table), 'test')} ({', '.join(counts)}) written to {out}")
     return 0
 
 

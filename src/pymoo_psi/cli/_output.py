@@ -16,7 +16,7 @@ from pymoo_psi._output import is_marked
 from pymoo_psi._validation import Received, invalid
 from pymoo_psi.cli._app import printable
 from pymoo_psi.pareto import number, wrapped
-from pymoo_psi.table import FORMATS, TestTable, designs_head, format_of
+from pymoo_psi.table import FORMATS, TestTable, designs_head, format_of, metadata_path
 
 
 def width() -> int | None:
@@ -45,18 +45,18 @@ def _print(text: str) -> None:
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
-def print_frame(frame: pd.DataFrame, title: str) -> None:
+def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
     """Print a frame with numbers in 6 digits and blanks for missing values.
 
-    The columns of a table that is wider than the terminal continue below, with the first column
-    repeated.
+    The columns of a table that is wider than the terminal continue below, with the first
+    ``n_keys`` columns repeated.
     """
     if frame.empty:
         say(f"{title.rstrip(':')}: none")
         return
     say(title)
-    first = frame.columns[0]
-    indexed = frame.set_index(first).rename_axis(index=None, columns=first)
+    heading, *keys = _side_by_side(frame.iloc[:, :n_keys])
+    indexed = frame.iloc[:, n_keys:].set_axis(keys).rename_axis(columns=heading)
     with pd.option_context("display.unicode.east_asian_width", True):
         text = indexed.to_string(
             float_format=lambda value: number(value, 6),
@@ -64,6 +64,18 @@ def print_frame(frame: pd.DataFrame, title: str) -> None:
             line_width=width(),
         )
     _print(text)
+
+
+def _side_by_side(frame: pd.DataFrame) -> list[str]:
+    """Return the heading and the rows of a frame as texts in which its columns are aligned."""
+    lines = [""] * (len(frame) + 1)
+    for name in frame.columns:
+        column = frame[name].astype(object)
+        texts = [str(name), *column.where(column.notna(), "").astype(str)]
+        width = max(map(len, texts))
+        for k, text in enumerate(texts):
+            lines[k] += text.ljust(width + 2)
+    return list(map(str.rstrip, lines))
 
 
 def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | None) -> Path | None:
@@ -93,9 +105,11 @@ def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | N
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
-    if path.exists() and not _is_ours(path):
-        rule = "a new file, or one that pymoo-psi has written"
-        raise invalid("--out", rule, str(path), "choose another name, or remove the file first")
+    for file in (path, metadata_path(path)):  # which are written with a CSV
+        if file.exists() and not _is_ours(file):
+            rule = "a new file, or one that pymoo-psi has written"
+            remedy = "choose another name, or remove the file first"
+            raise invalid("--out", rule, str(path.with_name(file.name)), remedy)
     return _writable(path.absolute().parent, path) / path.name
 
 
@@ -141,12 +155,11 @@ def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = Non
         frame: The rows. Texts are never written as formulas.
         path: The file.
         designs: The designs of the rows, if they are that. What their columns are is written with
-            the rows, unless the names of the columns tell it.
+            the rows.
     """
     head = {}
     if designs is not None:
-        numeric = [*frame.select_dtypes(["number", "bool"])]
-        head = designs_head(designs, [*frame], numeric)
+        head = designs_head(designs, [*frame])
     blanked = frame.astype(object).where(frame.notna(), None)  # integer columns, too
     columns = {str(name): column for name, column in blanked.items()}
     format_of(path, "designs").save(path, columns, head)

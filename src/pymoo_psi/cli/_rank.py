@@ -19,7 +19,7 @@ from pymoo_psi.pareto import (
     explain,
     measured_in,
     number,
-    ranking_frame,
+    ranking_columns,
 )
 from pymoo_psi.table import Formulation, TestTable, constraint_costs, suffixes_for
 
@@ -35,14 +35,15 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
     """
     layout = designs.layout
     number_column = "test_point" if layout.label is None else "row"
-    columns: dict[str, Any] = {number_column: designs.numbers}
+    beside = ranking_columns(ranking)
+    columns = {"place": beside.pop("place"), number_column: designs.numbers}
     for name, cells in designs.extra.items():
         if name == "place":  # of words
             name = "place (text)"
         columns[name] = cells
     for name in (*layout.variables, *layout.objectives, *layout.outputs):
         columns[name] = designs.column(name)
-    return ranking_frame(ranking, columns)
+    return pd.DataFrame(columns | beside).iloc[ranking.by_place]
 
 
 def most_violated(table: TestTable) -> str:
@@ -50,11 +51,11 @@ def most_violated(table: TestTable) -> str:
     n_computed = (table.status != "failed").sum()
     costs = constraint_costs(table)
     if not costs["rejects"].any():
-        return f"{n_computed} of {counted(len(table), 'design')} have values"
+        return f"{n_computed} of {counted(len(table), 'design')} could be computed"
     worst = costs.sort_values("rejects", ascending=False, kind="stable").iloc[0]
     n_infeasible = n_computed - table.feasible().sum()
     return (
-        f"Infeasible: {n_infeasible} of {n_computed} with values; "
+        f"Infeasible: {n_infeasible} of {n_computed} that were computed; "
         f"{worst.name} rejects most: {worst['rejects']:.0f}, {worst['alone']:.0f} of them alone"
     )
 
@@ -75,11 +76,8 @@ def say_source(
     if not formulation.objectives:
         say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
     n_feasible = (table.status == "ok").sum()
-    n_failed = (table.status == "failed").sum()
     if n_feasible < len(table):
         sentence = f"{n_feasible} of {counted(len(table), 'design')} are feasible"
-        if n_failed:
-            sentence += f", {n_failed} {layout.words.failed}"
         if ranked:
             sentence += "; the others are left out"
         say(f"{sentence}.")
@@ -190,12 +188,9 @@ def say_best(
     """
     for caution in cautions(ranking):
         say(f"Attention: {caution}")
-    best = frame.head(_N_PRINTED).round({"mu1": 4}).rename(columns={"efficiency_rank": "eff_rank"})
-    # Place and number lead each part of a wide table, as dominated designs have no place.
-    place = best.pop("place").astype("string").fillna("").str.ljust(len("place  "))
-    name = best.columns[0]
-    best.insert(0, f"place  {name}", place + best.pop(name).astype("string"))
-    print_frame(best.drop(columns=["mu2", "mu3", "pareto"]), title)
+    best = frame.head(_N_PRINTED).round({"mu1": 4})
+    short = best.drop(columns=["mu2", "mu3", "pareto"])
+    print_frame(short.rename(columns={"efficiency_rank": "eff_rank"}), title, n_keys=2)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     elif len(frame) > _N_PRINTED:

@@ -927,14 +927,21 @@ const inert = (text) =>
   /^'*(?![+-]?([\d.,]*(e[+-]?\d+)?%?|inf|infinity|nan)$)[=+\-@＝＋－＠\t\r\n]/i.test(text)
     ? `'${text}` : text
 
-// The head of the CSV, its names written as in the header; a comma in them would begin a cell.
-const named = (value) => Array.isArray(value) ? value.map(named)
-  : typeof value === "string" ? inert(value)
-  : !isObject(value) ? value
-  : Object.fromEntries(Object.entries(value).map(([name, inner]) => [inert(name), named(inner)]))
+// The columns of an export as CSVW describes them; the heading is with the unit, unless another column is called so.
+function exported(data) {
+  const own = (name) => (name === "place" ? "place (text)" : name)
+  const columns = [
+    ["place", "integer"],
+    [own(data.label), data.labels.every(Number.isInteger) ? "integer" : "string"],
+    ...data.columns.map(({role, field, name, label, texts, unit}) => [
+      role === "geometric" ? field : data.by.has(label) ? own(name) : label, texts ? "string" : "number", unit || undefined]),
+    ["efficiency_rank", "integer"],
+    ["mark", "string"],
+  ]
+  return columns.map(([heading, datatype, unit]) => ({titles: inert(heading), datatype, "schema:unitText": unit}))
+}
 
-// Rows as CSV, every digit of the numbers, with places and ranks under the limits. The comment below says what
-// the columns are and what is chosen, so that the file comes back with its objectives, directions and units.
+// Rows as CSV, every digit of the numbers, with places and ranks under the limits.
 function csv(data, rows, ranking, state) {
   const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text)
   const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
@@ -942,16 +949,24 @@ function csv(data, rows, ranking, state) {
     const array = values(data, ranking, column)
     return column.texts ? (i) => text(column.texts[array[i]]) : (i) => text(array[i])
   })
-  const own = (name) => (name === "place" ? "place (text)" : name)
-  const header = ["place", own(data.label), ...data.columns.map(({role, field, name}) =>
-    role === "geometric" ? field : own(name)), "efficiency_rank", "mark"]
   const lines = [...rows].map((i) => [ranking.place[i] || "", text(data.labels[i]), ...cells.map((cell) => cell(i)),
     ranking.rank[i] < 0 ? "" : ranking.rank[i], placeText(data, ranking, i)].join(","))
-  const chosen = state.chosen === null ? {} : {chosen: [state.chosen, state.reason]}
-  const head = JSON.stringify(named({...data.head, ranges: rangesOf(data, state), ...chosen})).replace(/"(?:[^"\\]|\\.)*"/g, (name) =>
-    name.replace(/[,;]/g, (mark) => (mark === "," ? "\\u002c" : "\\u003b")))
   // With the mark by which spreadsheets know UTF-8.
-  return `\ufeff${header.map((name) => quoted(inert(name))).join(",")}\n${lines.join("\n")}\n\n# ${head}\n`
+  return `\ufeff${exported(data).map(({titles}) => quoted(titles)).join(",")}\n${lines.join("\n")}\n`
+}
+
+// What the columns of the CSV are and what is chosen, so that it comes back with its objectives,
+// directions and units: CSVW with an entry of our own, as read_table has it.
+function metadata(data, rows, state, name) {
+  const chosen = state.chosen === null ? {} : {chosen: [state.chosen, state.reason]}
+  return `${JSON.stringify({
+    "@context": "http://www.w3.org/ns/csvw",
+    url: encodeURIComponent(name),
+    dialect: {commentPrefix: null},
+    "pymoo-psi:rows": rows.length,
+    "pymoo-psi:head": {...data.head, ranges: rangesOf(data, state), ...chosen},
+    tableSchema: {columns: exported(data)},
+  }, null, 1)}\n`
 }
 
 // Ranges in which distances are measured whatever the limits, by name, in increasing order: those
@@ -1029,7 +1044,7 @@ function decided(data, {limits, chosen, reason, ranges, page: {values, state: vi
 return {
   decode, initial, checked, parsed, values, left, ranked, order, preference, verdict, explain,
   compared, compare, limitText, relaxations, nearestDesign, since, typed, written, placeText, short, apart, percent, sum, endOf,
-  csv, decision, opened, MOST_PINS,
+  csv, metadata, decision, opened, MOST_PINS,
 }
 })()
 

@@ -816,6 +816,13 @@ const page = (() => {
     say([`Saved as ${name}. Open it here with "Open decision…", or in the commands page, rank and report with --decision ${name}.`])
   }
 
+  function exportRows() {
+    const name = `${data.file}-shown.csv`
+    download(Logic.csv(data, order, ranking, state), "text/csv", name)
+    download(Logic.metadata(data, order, state, name), "application/json", `${name}-metadata.json`)
+    say([`Exported as ${name}. Keep ${name}-metadata.json beside it: the commands read objectives, directions and units there.`])
+  }
+
   // The page as it was made, with the decision in place of what it opened with.
   function savePage() {
     const copy = asWritten.cloneNode(true)
@@ -857,7 +864,7 @@ const page = (() => {
     }
     const clicks = {
       undo: goes(-1), redo: goes(1), reset, save: saveDecision, print: () => print(),
-      export: () => download(Logic.csv(data, order, ranking, state), "text/csv", `${data.file}-shown.csv`),
+      export: exportRows,
       open: () => $("file").click(), pin: () => pin(table.current()),
       "save-page": savePage, snapshot: keepSnapshot, skip: () => $("verdict").focus(),
       "by-preference": () => change({order: {by: state.order.by === "preference" ? "distance" : "preference", down: false}}),

@@ -56,7 +56,8 @@ Convergence) of the decision with the number of tests, both of the tests that ev
 points of a sequence, not of what an algorithm has chosen. :mod:`pymoo_psi.plots` draws
 sensitivities.
 Files: ``to_csv``, ``to_xlsx`` and ``to_study`` write what :func:`read_table` reads back without a
-change; ``pd.read_csv(path, comment="#")`` and ``pd.read_excel(path)`` read the former two.
+change; ``pd.read_csv(path)`` and ``pd.read_excel(path)`` read the former two, without what
+``FILE.csv-metadata.json`` and the second sheet say of the columns.
 Formats of files: FORMATS is their registry, FileFormat a format, SourceFile the file that it reads
 as Cells.
 """

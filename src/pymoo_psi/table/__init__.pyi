@@ -30,6 +30,7 @@ from ._expression import Expression as Expression
 from ._formats import STUDY as STUDY
 from ._formats import cells_of_text as cells_of_text
 from ._formats import format_of as format_of
+from ._formats import metadata_path as metadata_path
 from ._formats import source_suffixes as source_suffixes
 from ._formats import suffixes_for as suffixes_for
 from ._head import columns_of as columns_of
@@ -50,3 +51,4 @@ from ._limits import limits_of as limits_of
 from ._limits import sides_of_text as sides_of_text
 from ._source import designs_head as designs_head
 from ._source import numbers_of_file as numbers_of_file
+from ._tests import STATUSES as STATUSES

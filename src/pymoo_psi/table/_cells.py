@@ -100,6 +100,7 @@ class Cells:
             of a table of tests, as :meth:`FileFormat.write` gets it.
         label: The column that names the designs, if the source tells.
         rows: The numbers of the rows; from 1 to n if empty.
+        metadata: The file that would be read as head, if it were there.
     """
 
     columns: dict[str, list[Any]]
@@ -108,6 +109,7 @@ class Cells:
     head: dict[str, Any] | None = None
     label: str | None = None
     rows: Sequence[int] = ()
+    metadata: str = ""
 
     def where(self, i: int) -> str:
         """Return the place of the i-th row, for messages."""

@@ -26,7 +26,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._layout import ORIGIN, Layout
+from pymoo_psi.table._layout import ORIGIN, Layout, names_of
 
 Head: TypeAlias = dict[str, Any]
 Columns: TypeAlias = dict[str, AnyArray]
@@ -35,7 +35,7 @@ Table = TypeVar("Table")
 MARK = "pymoo_psi_test_table"  # in the head of a file of tests
 DESIGNS_MARK = "pymoo_psi_designs"  # in that of a file of designs, whose columns are not all known
 MARKS = (MARK, DESIGNS_MARK)
-HEAD_REMEDY = "remove that line, and say --objectives and --maximize"
+HEAD_REMEDY = "remove that description, and say --objectives and --maximize"
 
 _FORMAT = 4  # of the head
 # Entries that are in a head only if there are any.
@@ -291,6 +291,8 @@ def _layout_of(head: Head) -> Layout:
     for field in fields(Layout):
         if field.name in head:
             arguments[field.name] = head[field.name]
+    for side in ("lower", "upper"):  # in JSON there is no NaN, but null
+        arguments[side] = np.array(head[side], dtype=np.float64)
     return Layout(**arguments)
 
 
@@ -332,7 +334,8 @@ def tests_of_rows(
             raise ValueError("its rows differ in length, so that one was cut or edited")
         # By name, not by place: people rearrange columns and add their own, which are not read.
         cells = [*zip(*tests, strict=True)] or [()] * len(names)
-        cells_by_name = dict(zip(map(text, names), cells, strict=True))
+        names = names_of([*map(text, names)], head.get("units", {}))
+        cells_by_name = dict(zip(names, cells, strict=True))
         readers = {
             Kind.INTEGER: _integer,
             Kind.BINARY: _boolean,

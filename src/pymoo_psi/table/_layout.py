@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,17 +32,6 @@ Key: TypeAlias = str | int
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
-
-
-class Words(NamedTuple):
-    """What sentences call the rows of a table, and those without values."""
-
-    row: str
-    failed: str
-
-
-_OF_TESTS = Words("test", "failed")
-_OF_DESIGNS = Words("design", "incomplete")
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,20 +98,6 @@ class Layout:
                     f"distinct, and none of {', '.join(RESERVED)}",
                     name,
                 )
-
-    @property
-    def words(self) -> Words:
-        """What sentences call rows: tests of a model, which may fail, or designs of a file.
-
-        Designs of a file are complete or not. A column names them, and no variable has bounds.
-
-        Example:
-            >>> Layout.of(["width"], ["mass"], lower=[1], upper=[2]).words.failed
-            'failed'
-        """
-        if self.label is None or np.isfinite(self.lower).any():
-            return _OF_TESTS
-        return _OF_DESIGNS
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
@@ -262,13 +237,10 @@ class Layout:
             >>> Layout.of(1, ["mass"], units={"mass": "kg"}).label_of("mass")
             'mass [kg]'
         """
-        unit = self.units.get(name, "")
-        text = name
-        if unit and not name.endswith(f"[{unit}]"):
-            text = f"{name} [{unit}]"
+        heading = with_unit(name, self.units.get(name, ""))
         if name in self.maximize:
-            return f"{text} (max)"
-        return text
+            return f"{heading} (max)"
+        return heading
 
     def is_log(self, name: str) -> bool:
         """Whether a column is a variable on a logarithmic scale.
@@ -296,6 +268,32 @@ class Layout:
             1
         """
         return index_of("objective", key, self.objectives)
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Return the name of a column with its unit, ``mass [kg]``, unless the name ends so."""
+    if not unit or name.endswith(f"[{unit}]"):
+        return name
+    return f"{name} [{unit}]"
+
+
+def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
+    """Return the headings of columns in a file: with units, unless another column is called so."""
+    headings = {}
+    for name in names:
+        headings[name] = with_unit(name, units.get(name, ""))
+        if headings[name] in names:
+            headings[name] = name
+    return headings
+
+
+def names_of(headings: Sequence[str], units: Mapping[str, str]) -> list[str]:
+    """Return the names of columns by their headings, with units or without."""
+    names = {}
+    for name, unit in units.items():
+        if name not in headings:
+            names[with_unit(name, unit)] = name
+    return [names.get(heading, heading) for heading in headings]
 
 
 def joined_layout(layout: Layout, other: Layout) -> Layout:

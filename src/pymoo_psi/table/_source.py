@@ -44,7 +44,7 @@ from pymoo_psi.table._head import (
     table_of,
     tests_of_rows,
 )
-from pymoo_psi.table._layout import RESERVED, Layout
+from pymoo_psi.table._layout import RESERVED, Layout, names_of
 from pymoo_psi.table._limits import limits_of
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
@@ -54,7 +54,6 @@ from pymoo_psi.table._tests import STATUSES
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
 _DERIVED = (*RANKING_NAMES, "status", "violated", "reason")  # follow from other columns
-_DISTANCES = ("mu1", "mu2", "mu3")  # of a ranking, in all versions
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _N_LISTED = 6  # rows that a remark names
@@ -136,8 +135,9 @@ def read_table(
                 table = table.under(limits=content.limits)
         else:
             asked = formulation or Formulation()
-            _require_directions(content, asked)
+            remarks = _remarks_on_directions(content, asked)
             designs = _designs(content, decimal, thousands, is_file=path is not None)
+            designs.remarks.extend(remarks)
             table = _table(designs, asked, variables, drop_incomplete)
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
@@ -172,45 +172,50 @@ def _under(table: TestTable, formulation: Formulation) -> TestTable:
     return table.under(replace(formulation, limits=limits, normalize=normalize))
 
 
-def _require_directions(cells: Cells, formulation: Formulation) -> None:
-    """Refuse the frame of a test table: without directions all objectives would be minimized."""
-    is_frame_of_tests = cells.columns.keys() >= {*RESERVED[1:]} and not cells.head
-    if is_frame_of_tests and not formulation.objectives:
+def _remarks_on_directions(cells: Cells, formulation: Formulation) -> list[str]:
+    """Refuse tests without their layout, and return a remark on a ranking without it.
+
+    Without directions all objectives are minimized.
+    """
+    if cells.head or formulation.objectives:
+        return []
+    if cells.columns.keys() >= {*RESERVED[1:]}:
+        if cells.metadata:
+            raise UnfitError(
+                f"it holds tests, and {cells.metadata}, which says what they are, is not there",
+                "put it beside the file, or say --objectives and --maximize",
+            )
         raise invalid(
             "source",
             "a whole test table, or its frame with the objectives named",
             Received("a part of one"),
             "give the table itself, or Formulation(objectives=..., maximize=...)",
         )
+    if cells.metadata and _has_ranking(cells) and not formulation.maximize:
+        return [
+            f"{cells.metadata}, which says the directions, is not there: all objectives are "
+            "minimized unless --maximize says otherwise."
+        ]
+    return []
 
 
-def designs_head(designs: TestTable, columns: Sequence[str], numbers: Collection[str]) -> Head:
+def designs_head(designs: TestTable, columns: Collection[str]) -> Head:
     """Return the head of a file of designs, with which :func:`read_table` reads what was written.
-
-    It is empty if the names of the columns tell the objectives, all are minimized, no column has a
-    unit, and the formulation has no ranges and no chosen design.
 
     Args:
         designs: The designs of the file, as a table.
         columns: Names of all columns of the file.
-        numbers: Those that hold numbers.
     """
     layout = designs.layout
-    units = _of(columns, layout.units)
     head = formulation_head(designs.formulation)
     for name in ("limits", "normalize"):  # the designs keep the limits
         head.pop(name, None)
-    objectives, _ = _numbered(columns)
-    if not objectives:
-        objectives = tuple(name for name in _free(columns) if name in numbers)
-    if objectives == layout.objectives and not (layout.maximize or units or head):
-        return {}
     return {
         DESIGNS_MARK: 1,
         "objectives": layout.objectives,
         "maximized": layout.maximize,
         "variables": layout.variables,
-        "units": units,
+        "units": _of(columns, layout.units),
         **head,
     }
 
@@ -240,6 +245,11 @@ def _content(
     if isinstance(content, Cells) and is_of_tests(content.head):
         rows = zip(*content.columns.values(), strict=True)
         return tests_of_rows(path, content.head, [[*content.columns], *rows], str)
+    if isinstance(content, Cells) and content.head is not None:
+        head = _checked_head(content.head)
+        names = names_of([*content.columns], head["units"])
+        columns = dict(zip(names, content.columns.values(), strict=True))
+        return replace(content, columns=columns, head=head)
     return content
 
 
@@ -321,7 +331,7 @@ def _designs(
     columns_of_results = {*_DERIVED}
     if _is_export(cells):
         columns_of_results.add("mark")
-    if _holds_words(cells.columns.get("place", ())):
+    if not _has_ranking(cells) and _holds_words(cells.columns.get("place", ())):
         columns_of_results.discard("place")  # a town, and not the place of a ranking
     cells_by_name = {}
     for name, column in cells.columns.items():
@@ -362,14 +372,21 @@ def _first_of_equal(cells: Cells, rows: Sequence[int]) -> list[int]:
     return [*first.values()]
 
 
+def _has_ranking(cells: Cells) -> bool:
+    """Say whether columns are those of a ranking, as this version or 0.3 names them."""
+    names = cells.columns.keys()
+    has_rank = "efficiency_rank" in names or "rank" in names
+    return has_rank and names >= {"mu1", "mu2", "mu3"}
+
+
 def _is_export(cells: Cells) -> bool:
     """Say whether the page exported the cells."""
-    return cells.columns.keys() >= {"mark", *_DISTANCES}
+    return _has_ranking(cells) and "mark" in cells.columns
 
 
 def _is_ranking(cells: Cells) -> bool:
     """Say whether all rows are those of a ranking; a summary has no place in the Pareto set."""
-    if not cells.columns.keys() >= {"pareto", *_DISTANCES}:
+    if not _has_ranking(cells) or "pareto" not in cells.columns:
         return False
     return {str(cell).lower() for cell in cells.columns["pareto"]} <= {"true", "false"}
 

@@ -320,9 +320,7 @@ class TestTable(Tests, Shown):
 
     def _none_feasible(self) -> ArgumentValueError:
         n_failed = np.sum(self.status == "failed")
-        words = self.layout.words
-        size = counted(len(self), words.row)
-        received = Received(f"none of {size}, of which {n_failed} {words.failed}")
+        received = Received(f"none of {counted(len(self), 'test')}, of which {n_failed} failed")
         remedy = "loosen the limits, or test more points"
         if n_failed:
             remedy = "see its reasons"
@@ -641,13 +639,15 @@ class TestTable(Tests, Shown):
     def to_csv(self, path: str | PathLike[str]) -> None:
         """Write the table; :func:`read_table` reads it back without a change.
 
-        The columns are those of :meth:`to_frame`. Below the rows, a comment holds names,
-        directions, units, bounds and tolerance as JSON. Before 3.1 pandas wants
-        ``float_precision="round_trip"`` to read the last digit. An interrupted writing leaves the
-        old file as it was.
+        The columns are those of :meth:`to_frame`, with units in the header, such as ``mass [kg]``.
+        ``FILE.csv-metadata.json`` beside the file holds names, directions, units, bounds and
+        tolerance, in the W3C's vocabulary for tabular data (CSVW); keep both together. Before 3.1
+        pandas wants ``float_precision="round_trip"`` to read the last digit. An interrupted writing
+        leaves the old files as they were.
 
         Raises:
-            OSError: The file cannot be written.
+            ArgumentValueError: Another program has written metadata of the file.
+            OSError: A file cannot be written.
 
         Example:
             >>> import os, tempfile
@@ -656,7 +656,7 @@ class TestTable(Tests, Shown):
             >>> with tempfile.TemporaryDirectory() as folder:
             ...     path = os.path.join(folder, "table.csv")
             ...     table.to_csv(path)
-            ...     print(pd.read_csv(path, comment="#", index_col="test_point")[["x1", "f1"]])
+            ...     print(pd.read_csv(path, index_col="test_point")[["x1", "f1"]])
                          x1   f1
             test_point
             1           0.0  3.0
@@ -667,8 +667,8 @@ class TestTable(Tests, Shown):
     def to_xlsx(self, path: str | PathLike[str]) -> None:
         """Write the table as a workbook, which :func:`read_table` reads back without a change.
 
-        The tests are on the first sheet, the columns those of :meth:`to_frame`; what they mean and
-        which design is chosen is on the second.
+        The tests are on the first sheet, the columns those of :meth:`to_frame` with units in the
+        header; what they mean and which design is chosen is on the second.
 
         Args:
             path: A file with the suffix ``.xlsx``.

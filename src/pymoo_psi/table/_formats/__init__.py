@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pymoo_psi._validation import invalid
 from pymoo_psi.table._cells import UnfitError
-from pymoo_psi.table._formats._csv import CsvFile, cells_of_text
+from pymoo_psi.table._formats._csv import CsvFile, cells_of_text, metadata_path
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
 from pymoo_psi.table._formats._json import JsonFile
 from pymoo_psi.table._formats._study import StudyFile, tests_of_folder
@@ -28,6 +28,7 @@ __all__ = [
     "SourceFile",
     "cells_of_text",
     "format_of",
+    "metadata_path",
     "recognized",
     "source_suffixes",
     "suffixes_for",

@@ -1,32 +1,39 @@
 """CSV and other texts in rows and columns.
 
-What we write: the first line names the columns, the rows follow, and below them, after a blank line
-at which a spreadsheet ends its table, a comment of JSON says what the columns are. Numbers have as
-many digits as it takes to read the same number back; no text is a formula.
+What we write: the first line names the columns, with their units, and the rows follow. Numbers have
+as many digits as it takes to read the same number back; no text is a formula. Beside FILE.csv,
+FILE.csv-metadata.json says what the columns are: in the "Metadata Vocabulary for Tabular Data" of
+the W3C (CSVW), and in the head of the table, which is an entry of our own.
 
-What we read: also semicolons, tabs, bars or spaces between the cells, titles and comments.
+What we read: also semicolons, tabs, bars or spaces between the cells, titles and comments. Files of
+0.2 and 0.3 have the head in a comment.
 """
 
 from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from io import StringIO
+from os import PathLike
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
+from urllib.parse import quote
 
-from pymoo_psi._validation import invalid
+from pymoo_psi._output import is_marked, whole_file
+from pymoo_psi._validation import counted, invalid
 from pymoo_psi.table._cells import (
     EMPTY,
     Cells,
     RowsByLine,
     UnfitError,
     cells_of_rows,
+    in_a_line,
     is_blank,
     is_number,
 )
@@ -44,11 +51,22 @@ from pymoo_psi.table._head import (
     is_of_tests,
     tests_of_rows,
 )
+from pymoo_psi.table._layout import headings_of
 
 # The number of a line in its file, and the line.
 Line: TypeAlias = tuple[int, str]
 
 _SEPARATORS = ",;\t|"
+_HEAD = "pymoo-psi:head"  # entries of the metadata that are ours
+_N_ROWS = "pymoo-psi:rows"
+_DATATYPES: dict[str, Any] = {  # of CSVW, by those of pandas
+    "integer": "integer",
+    "floating": "number",
+    "mixed-integer-float": "number",
+    "boolean": {"base": "boolean", "format": "True|False"},
+}
+# What Python writes where JSON has no word; every reader takes 1e999 for infinity.
+_STANDARD = {"NaN": "null", "Infinity": "1e999", "-Infinity": "-1e999"}
 _ABOVE_HEADER = re.compile(r'"*#|\s*$')  # comments and blank lines
 # What a spreadsheet runs as a formula: a cell that begins with a sign, full-width ones too, or with
 # a gap that it drops, unless it is a number; a sign alone, which people write for "none", is one.
@@ -72,46 +90,92 @@ class CsvFile(FileFormat):
 
     def read(self, file: SourceFile) -> Cells | StoredTests:
         """Return the cells of a text, or the tests that :meth:`write` wrote."""
-        try:
-            head, text = split_head(file.text)
-        except ValueError as error:
-            raise UnfitError(f"{error}; {HEAD_REMEDY}") from None
+        metadata = _metadata_of(file.path)
+        if metadata is None:
+            head, text = _split_head(file.text)
+        else:
+            head, text = metadata.head, file.text
         if is_of_tests(head):
-            rows = csv.reader(StringIO(text.removeprefix("#\n"), newline=""))
+            rows = _rows_of_tests(text)
+            if metadata is not None:
+                metadata.require_same(rows)
             return tests_of_rows(file.path, head, rows, written_text)
         cells = cells_of_text(text, file.skip_rows)
+        if metadata is not None and not file.skip_rows:
+            metadata.require_same([[*cells.columns], *cells.lines])
         if head is None:
-            return cells
+            return replace(cells, metadata=f"{file.path.name}-metadata.json")
         columns = {}
         for name, column in cells.columns.items():
             columns[written_text(name)] = column
         return replace(cells, columns=columns, head=head)
 
+    def save(
+        self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
+    ) -> None:
+        """Write columns, and what they are into a file beside, whole or not at all.
+
+        Without a head, former metadata of ours are removed. What is no file, such as a pipe, has
+        none.
+
+        Raises:
+            ArgumentValueError: There are metadata of another program.
+            OSError: A file cannot be written.
+        """
+        if os.path.exists(path) and not os.path.isfile(path):
+            super().save(path, columns, head)
+            return
+        metadata = metadata_path(path)
+        is_former = is_marked(metadata)
+        if head and metadata.exists() and not is_former:
+            rule = f"a file without {metadata.name} of another program"
+            raise invalid("path", rule, str(path), "remove that, or choose another name")
+        with whole_file(path) as new:
+            self.write(new, columns, head or {})
+            if head:
+                with whole_file(metadata) as new_metadata:
+                    text = _standard_json(_document(path, columns, head))
+                    # Half a pair of surrogates, as in a name that is no text, stays one in JSON.
+                    new_metadata.write_text(text, encoding="utf-8", errors="backslashreplace")
+            elif is_former:
+                metadata.unlink()
+
+    def is_ours(self, path: Path) -> bool:
+        """Say whether pymoo-psi wrote a file: by a mark in it, or by metadata that describe it."""
+        if is_marked(path):
+            return True
+        try:
+            metadata = _metadata_of(path)
+            if metadata is None:
+                return False
+            text = path.read_text(encoding="utf-8-sig", errors="replace")
+            metadata.require_same(_rows_of_tests(text))
+        except UnfitError:
+            return False
+        return True
+
     def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
-        """Write columns, and below them the head, if it is not empty."""
-        texts = [*columns]
+        """Write columns under their names and units."""
+        headings = headings_of(columns, head.get("units", {})).values()
+        texts = [*headings]
         for column in columns.values():
             texts += texts_in(column)
         # Spreadsheets take a file for UTF-8 by its mark, others stumble over it: only where needed.
         encoding = "utf-8"
         if not all(map(str.isascii, texts)):
             encoding = "utf-8-sig"
-        # In tests all texts are in quotation marks, so that every reader takes "#" in them for
-        # text. Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks
-        # the row.
+        # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
         quoting: Any = csv.QUOTE_MINIMAL
-        if is_of_tests(head) or any("\r" in text for text in texts):
+        if any("\r" in text for text in texts):
             quoting = csv.QUOTE_NONNUMERIC
         with path.open("w", encoding=encoding, newline="") as file:
             writer = csv.writer(file, quoting=quoting, lineterminator="\n")
-            writer.writerow(map(inert, columns))
+            writer.writerow(map(inert, headings))
             for block in blocks_of_rows(columns):
                 for name, cells in block.items():
                     if not _is_numeric(columns[name]):
                         block[name] = list(map(inert, cells))
                 writer.writerows(zip(*block.values(), strict=True))
-            if head:
-                file.write(f"\n{comment(head)}\n")
 
 
 def _is_numeric(column: Any) -> bool:
@@ -136,29 +200,115 @@ def written_text(cell: str) -> str:
     return cell
 
 
-# The head
+def _rows_of_tests(text: str) -> list[list[str]]:
+    """Return the rows of tests, names first, without blank ones.
+
+    Raises:
+        UnfitError: The text is damaged.
+    """
+    try:
+        rows = csv.reader(StringIO(text.removeprefix("#\n"), newline=""))
+        return list(filter(any, rows))
+    except csv.Error as error:
+        raise UnfitError(f"it is no text in rows and columns: {error}") from None
 
 
-def comment(head: Head) -> str:
-    """Return the comment of JSON that says what the columns are."""
-    text = json.dumps(head)  # in ASCII: a unit alone does not make the file need a mark
-    # Commas in texts would begin cells for a spreadsheet, which may be formulas.
-    escaped = {",": r"\u002c", ";": r"\u003b"}
-
-    def without_commas(string: re.Match[str]) -> str:
-        return re.sub("[,;]", lambda mark: escaped[mark[0]], string[0])
-
-    return "# " + re.sub(r'"(?:[^"\\]|\\.)*"', without_commas, text)
+# Metadata
 
 
-def split_head(text: str) -> tuple[Head | None, str]:
+class _Metadata(NamedTuple):
+    """What metadata of ours say.
+
+    Attributes:
+        name: The name of their file.
+        head: What the columns are.
+        headings: The headings of the columns that are described.
+        n_rows: The number of rows that are described.
+    """
+
+    name: str
+    head: Head
+    headings: set[str]
+    n_rows: int
+
+    def require_same(self, rows: Sequence[Any]) -> None:
+        """Refuse rows, headings first, that are others: of a file that was cut, or of another one.
+
+        Columns may be rearranged and added.
+
+        Raises:
+            UnfitError: A column is missing, or the number of rows differs.
+        """
+        header = next(iter(rows), ())
+        if len(rows) - 1 != self.n_rows or not self.headings.issubset(map(in_a_line, header)):
+            raise UnfitError(
+                f"it is not the table of {counted(self.n_rows, 'row')} that {self.name} describes",
+                "restore both, or remove the latter and say --objectives and --maximize",
+            )
+
+
+def metadata_path(path: str | PathLike[str]) -> Path:
+    """Return where the metadata of a CSV file stand; of a link, beside the file."""
+    return Path(f"{os.path.realpath(path)}-metadata.json")
+
+
+def _metadata_of(path: Path) -> _Metadata | None:
+    """Return the metadata that we wrote of a file, if there are any; others are not read.
+
+    Raises:
+        UnfitError: They are damaged.
+    """
+    file = metadata_path(path)
+    if not is_marked(file):
+        return None
+    try:
+        document = json.loads(file.read_bytes())
+        headings = {in_a_line(column["titles"]) for column in document["tableSchema"]["columns"]}
+        return _Metadata(file.name, dict(document[_HEAD]), headings, int(document[_N_ROWS]))
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        raise UnfitError(f"{file.name} is damaged", HEAD_REMEDY) from None
+
+
+def _document(path: str | PathLike[str], columns: Mapping[str, Any], head: Head) -> dict[str, Any]:
+    """Return the metadata of columns in CSVW."""
+    from pandas.api.types import infer_dtype
+
+    units = head.get("units", {})
+    described = []
+    for name, heading in headings_of(columns, units).items():
+        datatype = _DATATYPES.get(infer_dtype(columns[name]), "string")
+        column = {"titles": inert(heading), "datatype": datatype}
+        if name in units:
+            column["schema:unitText"] = units[name]
+        described.append(column)
+    return {
+        "@context": "http://www.w3.org/ns/csvw",
+        "url": quote(os.fsencode(Path(path).name)),
+        "dialect": {"commentPrefix": None},  # else a text that begins with # would be a comment
+        _N_ROWS: max(map(len, columns.values())),
+        _HEAD: head,
+        "tableSchema": {"columns": described},
+    }
+
+
+def _standard_json(document: Any) -> str:
+    """Return JSON without the words that only Python knows."""
+    text = json.dumps(document, ensure_ascii=False, indent=1)
+    part = r'"(?:[^"\\]|\\.)*"|NaN|-?Infinity'
+    return re.sub(part, lambda found: _STANDARD.get(found[0], found[0]), text) + "\n"
+
+
+# The head in files of 0.2 and 0.3
+
+
+def _split_head(text: str) -> tuple[Head | None, str]:
     """Return what a text says of its columns, if it does, and the text without that.
 
     It is the last line, or the first in files of version 0.2.0. A blank comment then takes its
     place, so that lines keep their numbers.
 
     Raises:
-        ValueError: The line is damaged.
+        UnfitError: The line is damaged.
     """
     first, _, below = text.partition("\n")
     above, _, last = text.rstrip().rpartition("\n")
@@ -180,7 +330,9 @@ def _head_of_line(line: str) -> Head:
     try:
         return dict(json.loads(line.rstrip(",\r\n ").removeprefix("#")))
     except (ValueError, TypeError, RecursionError):
-        raise ValueError("the line that says what its columns are is damaged") from None
+        raise UnfitError(
+            "the line that says what its columns are is damaged", HEAD_REMEDY
+        ) from None
 
 
 # Texts of other programs and people

@@ -21,6 +21,7 @@ from pymoo_psi.table._formats._format import (
     texts_in,
 )
 from pymoo_psi.table._head import Head, StoredTests, is_of_tests, tests_of_rows
+from pymoo_psi.table._layout import headings_of
 
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
 _OLE = b"\xd0\xcf\x11\xe0"  # a compound file
@@ -78,9 +79,10 @@ class WorkbookFile(FileFormat):
         book.properties.creator = _CREATOR
         sheet = book.create_sheet("designs")
         sheet.freeze_panes = "A2"
+        headings = headings_of(columns, head.get("units", {}))
         for j, (name, column) in enumerate(columns.items(), start=1):
             letter = openpyxl.utils.get_column_letter(j)
-            longest = max(8, len(name), *map(len, texts_in(column[:_WIDTHS])))
+            longest = max(8, len(headings[name]), *map(len, texts_in(column[:_WIDTHS])))
             sheet.column_dimensions[letter].width = min(50, 2 + longest)
         written = openpyxl.cell.cell
         illegal = written.ILLEGAL_CHARACTERS_RE
@@ -95,7 +97,7 @@ class WorkbookFile(FileFormat):
                 typed.data_type = "n"
             return typed
 
-        sheet.append(list(map(typed, columns)))
+        sheet.append(list(map(typed, headings.values())))
         for block in blocks_of_rows(columns):
             for row in zip(*block.values(), strict=True):
                 sheet.append(list(map(typed, row)))
