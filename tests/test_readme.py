@@ -105,7 +105,7 @@ def test_both_optima_are_as_in_the_tables(mu):
 
 
 def test_the_citation_is_of_this_version():
-    file = README.parent / ".github" / "CITATION.cff"
+    file = README.parent / "CITATION.cff"
     if not file.exists():
         pytest.skip("no checkout")
     assert f"\nversion: {pymoo_psi.__version__}\n" in file.read_text("utf-8")
