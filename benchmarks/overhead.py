@@ -12,8 +12,7 @@ from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
 from pymoo_psi import PSI, VectorizedSphereChute, investigate
-from pymoo_psi.comparison._algorithms import SEARCHES
-from pymoo_psi.comparison._runs import Task, perform
+from pymoo_psi.comparison._runs import SEARCHES, Task, perform
 
 BUDGET = 4096
 ROUNDS = 7

@@ -38,9 +38,15 @@ Example:
     (0.0922, 2.3214)
 """
 
-from pymoo_psi.chute._motion import ChuteParameters, Motion, criteria, motion
+from pymoo_psi.chute._motion import (
+    ChuteParameters,
+    Motion,
+    Trajectory,
+    criteria,
+    motion,
+    trajectory,
+)
 from pymoo_psi.chute._reference import integrate
-from pymoo_psi.chute._trajectory import Trajectory, trajectory
 
 # A name that other subpackages share; it is no promise to users.
 # isort: split

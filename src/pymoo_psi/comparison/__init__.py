@@ -37,13 +37,13 @@ from pymoo_psi.comparison._quality import Reference
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
-from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS as DEFAULT_ALGORITHMS
 from pymoo_psi.comparison._comparison import SIGNIFICANCE as SIGNIFICANCE
 from pymoo_psi.comparison._comparison import conclusions as conclusions
 from pymoo_psi.comparison._quality import INDICATORS as INDICATORS
 from pymoo_psi.comparison._quality import effect_size as effect_size
 from pymoo_psi.comparison._quality import holm as holm
 from pymoo_psi.comparison._quality import p_value as p_value
+from pymoo_psi.comparison._runs import DEFAULT_ALGORITHMS as DEFAULT_ALGORITHMS
 from pymoo_psi.comparison._runs import Run as Run
 
 __all__ = [

@@ -26,9 +26,17 @@ from pymoo_psi._validation import (
     known_name,
     objective_matrix,
 )
-from pymoo_psi.comparison._algorithms import DEFAULT_ALGORITHMS, SEARCHES, Search, searches
 from pymoo_psi.comparison._quality import INDICATORS, Reference, pairwise_tests
-from pymoo_psi.comparison._runs import Run, Task, perform, stored_runs
+from pymoo_psi.comparison._runs import (
+    DEFAULT_ALGORITHMS,
+    SEARCHES,
+    Run,
+    Search,
+    Task,
+    perform,
+    searches,
+    stored_runs,
+)
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.pareto import listed
 from pymoo_psi.problems import (

@@ -1,19 +1,19 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._analysis import plot_identification as plot_identification
-from ._analysis import plot_indicators as plot_indicators
-from ._analysis import plot_sensitivities as plot_sensitivities
+from ._figures import plot_identification as plot_identification
+from ._figures import plot_indicators as plot_indicators
+from ._figures import plot_objectives as plot_objectives
+from ._figures import plot_ranking as plot_ranking
+from ._figures import plot_sensitivities as plot_sensitivities
+from ._figures import plot_table as plot_table
 from ._paper import paper_figures as paper_figures
 from ._style import Drawing as Drawing
 from ._style import save_figures as save_figures
-from ._tables import plot_objectives as plot_objectives
-from ._tables import plot_ranking as plot_ranking
-from ._tables import plot_table as plot_table
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
-from ._analysis import plot_indicator as plot_indicator
+from ._figures import plot_indicator as plot_indicator
 from ._paper import shown_case as shown_case
 from ._style import literal as literal
 from ._style import svg_of as svg_of

@@ -1,6 +1,6 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._failures import FailureTolerant as FailureTolerant
+from ._evaluation import FailureTolerant as FailureTolerant
 from ._identification import Identification as Identification
 from ._named import NamedProblem as NamedProblem
 from ._program import ProgramProblem as ProgramProblem
@@ -23,8 +23,8 @@ from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import stream_designs as stream_designs
 from ._evaluation import streams as streams
-from ._failures import tolerance_outside as tolerance_outside
-from ._failures import untolerant as untolerant
+from ._evaluation import tolerance_outside as tolerance_outside
+from ._evaluation import untolerant as untolerant
 from ._named import Setting as Setting
 from ._program import Output as Output
 from ._program import Program as Program
