@@ -160,9 +160,6 @@ import json, os, signal, sys, time
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo_psi import PSI
-from pymoo_psi.study import Study
-
-Study.__init__.__kwdefaults__["wait"] = 300  # for runs that are stopped while they write
 
 class Logged(ElementwiseProblem):
     def __init__(self, log):
@@ -187,7 +184,7 @@ for line in sys.stdin:
             log, seconds = word.split("@")
             if seconds:
                 signal.setitimer(signal.ITIMER_REAL, float(seconds))
-            minimize(Logged(log), PSI(200, study=sys.argv[1], block_size=5))
+            minimize(Logged(log), PSI(200, study=sys.argv[1], study_wait=300, block_size=5))
             os._exit(0)
     print(*(os.waitpid(pid, 0)[1] for pid in pids), flush=True)
 """

@@ -1,5 +1,6 @@
 """Study files that are not there, foreign, damaged, replaced, or of another version."""
 
+import errno
 import os
 import sqlite3
 from pathlib import Path
@@ -16,6 +17,7 @@ from pymoo_psi.errors import (
     StudyVersionError,
 )
 from pymoo_psi.study import Study
+from tests.processes import posix
 from tests.study.studies import HEAD, as_version_0_3, begun, bits, block, contents, edit, read
 
 PAGE = 4096
@@ -141,6 +143,18 @@ def test_a_full_disk_is_named_and_what_is_stored_is_kept(study, tmp_path, monkey
     with pytest.raises(StudyAccessError, match=said):
         study.append(block(9, 5000))
     assert bits(read(study.path)[1]) == bits(block(1, 8))
+
+
+@posix
+def test_a_file_system_without_locks_is_refused(study, monkeypatch):
+    def refuse(*_):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr("fcntl.lockf", refuse)
+    with pytest.raises(
+        StudyAccessError, match="refuses locks \\(No locks available\\).*another file"
+    ):
+        study.append(block(9, 4))
 
 
 # Damage

@@ -10,7 +10,7 @@ from typing import Any, TypedDict, TypeVar
 
 from pymoo.core.algorithm import Algorithm
 
-from pymoo_psi._validation import collection, integer, known_name
+from pymoo_psi._validation import collection, integer, known_name, positive_number
 from pymoo_psi.algorithms._sampling import (
     LPTauSampling,
     QMCSampling,
@@ -29,6 +29,7 @@ class StudyKeywords(TypedDict, total=False):
     """Options of every run that stores tests, as :class:`RunOptions` describes them."""
 
     study_key: str | None
+    study_wait: float
     retry: str | None
     names: Mapping[str, str] | None
     maximize: Collection[str] | None
@@ -106,6 +107,7 @@ class RunOptions:
             numbers of objectives and constraints, and the numbers and texts that the problem was
             created with and keeps, or what its method ``fingerprint()`` returns; it cannot see into
             the model.
+        study_wait: Seconds to wait for other processes that are writing the study.
         retry: ``"failed"`` evaluates stored tests that failed once more.
         names: Your own names for variables, objectives and constraints, by their default names:
             ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. Tables, studies, files, plots
@@ -139,6 +141,7 @@ class RunOptions:
     share: tuple[int, int] | None = None
     study: str | PathLike[str] | None = None
     study_key: str | None = None
+    study_wait: float = 10.0
     retry: str | None = None
     names: Mapping[str, str] | None = None
     maximize: Collection[str] | None = None
@@ -154,6 +157,7 @@ class RunOptions:
         object.__setattr__(self, "sampling", uniform_sampling(self.sampling))
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
+        positive_number("study_wait", self.study_wait)
         if self.retry is not None:
             known_name("retry", self.retry, ("failed",))
         if self.log is not None:

@@ -91,7 +91,7 @@ class StudyStore(Store):
             raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")
         if options.share:
             path = f"{path}/{options.part.file}"
-        self.study = Study(path)
+        self.study = Study(path, wait=options.study_wait)
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
         self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import json
 import os
+import random
 import secrets
 import sqlite3
 import sys
@@ -94,6 +95,9 @@ _UNNAMED = ""  # the name of the checksums among columns, which no column has
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
+# Seconds between two attempts to lock a study, the first ones and the later ones: hundreds of
+# writers must not keep a shared file system busy.
+_FIRST_PAUSE, _LAST_PAUSE = 0.02, 0.3
 # A plain BEGIN would take the write lock at the first change only, after reading.
 _READ = "BEGIN"
 _WRITE = "BEGIN IMMEDIATE"
@@ -109,7 +113,7 @@ class Study:
 
     Attributes:
         path: The absolute path of the file.
-        wait: Seconds to wait for another process that is writing the study.
+        wait: Seconds to wait for other processes that are writing the study.
     """
 
     def __init__(self, path: str | PathLike[str], *, wait: float = 10.0) -> None:
@@ -641,24 +645,37 @@ def _locked(path: str, wait: float) -> IO[str]:
     """Return the open lock file of a study, locked for this process."""
     lock = path + _LOCK
     deadline = time.monotonic() + wait
+    pause = _FIRST_PAUSE
     while True:
         with _reported(path):
             file = open(lock, "a")  # noqa: SIM115
         if file.tell() > 0:
             file.close()
             raise _foreign(lock, f"the lock of the study {path}")
-        with suppress(BlockingIOError, PermissionError, FileNotFoundError):
+        try:
             _lock(file.fileno())
             # The name may have passed to another file since this one was opened.
             if os.path.samestat(os.stat(lock), os.fstat(file.fileno())):
                 return file
+        except (BlockingIOError, PermissionError, FileNotFoundError):
+            pass  # another process has it, or has removed it
+        except OSError as error:
+            file.close()
+            raise StudyAccessError(
+                f"study {path} cannot be used: its file system refuses locks ({error.strerror}), "
+                "without which two processes could write at once; mount it with locks, or put the "
+                "study on another file system"
+            ) from error
         file.close()
-        if time.monotonic() >= deadline:
+        left = deadline - time.monotonic()
+        if left <= 0:
             raise StudyLockedError(
                 f"study {path} is being written by another process; waited {wait:g} s: "
-                "let it finish or stop it, wait longer, or use another file"
+                "let it finish or stop it, wait longer by study_wait, or use another file"
             )
-        time.sleep(0.05)
+        # At random times, so that of many processes that began together none is always too late.
+        time.sleep(min(left, pause * random.uniform(0.5, 1.5)))
+        pause = min(1.5 * pause, _LAST_PAUSE)
 
 
 def _lock(descriptor: int) -> None:
