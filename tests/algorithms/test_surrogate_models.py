@@ -6,7 +6,11 @@ No proposal shows these clearly enough, so that these tests look at the function
 import numpy as np
 import pytest
 
-from pymoo_psi.algorithms._surrogate_models import GaussianProcess, without_penalties
+from pymoo_psi.algorithms._surrogate_models import (
+    Covariance,
+    GaussianProcess,
+    without_penalties,
+)
 
 N, D = 12, 3
 LENGTHS = np.log([0.4, 0.9, 2.0])
@@ -34,9 +38,15 @@ def tests():
     return Z, (t - t.mean()) / t.std()
 
 
-@pytest.fixture(scope="module")
-def process(tests):
-    return GaussianProcess(*tests, np.append(LENGTHS, SHARES))
+@pytest.fixture(scope="module", params=[[N], [5, 4, 3], [1] * N])
+def process(tests, request):
+    """Of all tests at once, or appended one after the other."""
+    Z, t = tests
+    first, *further = np.split(Z, np.cumsum(request.param)[:-1])
+    appended = Covariance(first, np.append(LENGTHS, SHARES))
+    for block in further:
+        appended.append(block)
+    return GaussianProcess(appended, t)
 
 
 def test_mean_and_deviation_are_those_of_the_conditional_normal_distribution(tests, process):

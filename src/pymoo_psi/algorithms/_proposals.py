@@ -24,9 +24,9 @@ from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
+from pymoo_psi._validation import Array, Mask, Numbers, Received, Rows, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import Fit, GaussianProcess, bounded
+from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
 from pymoo_psi.problems import DesignSpace
 
@@ -107,6 +107,7 @@ class KnownTests:
     """The tests from which surrogates learn.
 
     Attributes:
+        numbers: ``(n,)`` their numbers, increasing.
         points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs.
         Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, other outputs with
             limits.
@@ -117,6 +118,7 @@ class KnownTests:
             for their outputs.
     """
 
+    numbers: Numbers
     points: Array
     Y: Array
     eligible: Mask
@@ -126,13 +128,18 @@ class KnownTests:
 
 
 def propose(
-    tests: KnownTests, fit: Fit | None, goal: Goal, batch: int, round_number: int, random: Random
+    tests: KnownTests,
+    learned: Learned | None,
+    goal: Goal,
+    batch: int,
+    round_number: int,
+    random: Random,
 ) -> Array:
     """Return the ``(batch, d)`` points to test next.
 
     Args:
         tests: All tests.
-        fit: The fit to these tests, or to the first of them; ``None`` if there are too few.
+        learned: What is learned of the tests with outputs; ``None`` if there are too few.
         goal: The objectives and limits of the search.
         batch: Number of designs.
         round_number: Number of the round, from 0.
@@ -146,14 +153,16 @@ def propose(
     seen = goal.encode(np.vstack([tests.points, tests.pending]))
     tested = seen[: len(known)]
     failure_risk = _failure_risk(tested[known], tested[tests.failed], round_number)
-    if fit is None:
+    if learned is None:
         return _distant_points(seen, failure_risk, batch, goal, random)
 
-    T = fit.to(bounded(tests.Y[known]))
-    surrogates = _Surrogates(tested[known], T, fit, goal, failure_risk)
+    fit = learned.fit
+    rows = np.searchsorted(tests.numbers, learned.numbers)
+    T = fit.to(bounded(tests.Y[rows]))
+    surrogates = _Surrogates(learned, T, goal, failure_risk)
     contraction = _contraction(fit, n_obj)
     order = _survivors(T[:, :n_obj], goal.excess(T, fit), _SIZE // 4, contraction)
-    best = tests.points[known][order]
+    best = tests.points[rows][order]
     best = np.clip(best, goal.low, goal.high)
     if round_number % _NEARBY == 1:
         start = _start_near(best, surrogates, random)
@@ -229,22 +238,17 @@ class _Surrogates:
     """The surrogates of all outputs, which predict the objectives and the excess of designs.
 
     Args:
-        Z: ``(n, e)`` the tests whose outputs are known, as surrogates see them.
+        learned: What is learned of the tests.
         T: ``(n, q)`` their outputs, on the scales of the fit.
-        fit: Scales and lengths.
         goal: The objectives and limits of the search.
         failure_risk: As :func:`_failure_risk` returns it.
     """
 
-    def __init__(
-        self, Z: Array, T: Array, fit: Fit, goal: Goal, failure_risk: ArrayFunction
-    ) -> None:
+    def __init__(self, learned: Learned, T: Array, goal: Goal, failure_risk: ArrayFunction) -> None:
         self.goal = goal
-        self._fit = fit
+        self._fit = learned.fit
         self._failure_risk = failure_risk
-        self._processes = []
-        for t, output in zip(T.T, fit.outputs, strict=True):
-            self._processes.append(GaussianProcess(Z, t, output.lengths))
+        self._processes = learned.processes(T)
 
     def population(self, points: Array, low: Array, high: Array) -> _Population:
         """Return designs with their predictions; see :class:`_Population`."""
@@ -465,7 +469,8 @@ def _places(F: Array, contraction: float) -> tuple[Rows, Array]:
     high = F[nondominated(F)].max(axis=0)
     values = _achievements((F - low) / _lengths(low, high), contraction)
     order = np.argsort(values, axis=0, kind="stable")
-    places = np.argsort(order, axis=0)
+    places = np.empty_like(order)
+    np.put_along_axis(places, order, np.arange(len(F))[:, None], axis=0)
     return places.min(axis=1), values.min(axis=1)
 
 
@@ -477,7 +482,9 @@ def _lengths(low: Array, high: Array) -> Array:
 def _achievements(F: Array, contraction: float) -> Array:
     """Return the ``(n, w)`` achievements of ``(n, m)`` scaled objectives in w directions."""
     directions = _directions(F.shape[1], contraction)
-    values = (F[:, None, :] / directions).max(axis=2)
+    values = np.full((len(F), len(directions)), -np.inf)
+    for f, shares in zip(F.T, directions.T, strict=True):
+        np.maximum(values, f[:, None] / shares, out=values)
     # A small share of the sum decides between designs with the same worst objective.
     return np.asarray(values + 0.01 * F.sum(axis=1)[:, None])
 

@@ -21,7 +21,13 @@ from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
-from pymoo_psi.algorithms._surrogate_models import Fit, below_zero, bounded, without_penalties
+from pymoo_psi.algorithms._surrogate_models import (
+    Fit,
+    Learned,
+    below_zero,
+    bounded,
+    without_penalties,
+)
 from pymoo_psi.problems import DesignSpace, known_expressions
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import Limits, TestTable
@@ -186,8 +192,12 @@ class SurrogateSource(Source):
         self._points = Points.none()  # all that were returned
         self._tests = run.store.empty
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
-        self._fitted: tuple[int, Fit | None] = (0, None)  # to how many of the first tests
+        self._fitted: tuple[int, Learned | None] = (0, None)  # to how many of the first tests
         self._proposals: list[Proposal] | None = None  # of the study
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
+        return self.__dict__ | {"_fitted": (0, None)}
 
     @property
     def n_left(self) -> int:
@@ -264,13 +274,17 @@ class SurrogateSource(Source):
         last = self._points.numbers[self._ends[0] - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
         tests = self._known_tests(table, n_uniform, output_names, pending)
-        fit = self._fit(tests, n_uniform, goal)
+        learned = self._learned(tests, n_uniform, goal)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
-        return propose(tests, fit, goal, size, round_number, random)
+        return propose(tests, learned, goal, size, round_number, random)
 
-    def _fit(self, tests: KnownTests, n_uniform: int, goal: Goal) -> Fit | None:
-        """Return the fit of lengths to the first tests, or ``None`` if too few are known."""
+    def _learned(self, tests: KnownTests, n_uniform: int, goal: Goal) -> Learned | None:
+        """Return what is learned of the tests, or ``None`` if too few are known.
+
+        Lengths are fitted to the first tests. The others are appended round by round, also where a
+        run continues, as the last digits depend on it.
+        """
         n_tests = len(tests.points)
         n_fitted = n_uniform
         for end in self._ends:
@@ -281,13 +295,20 @@ class SurrogateSource(Source):
             n_fitted = n_tests
         if self._fitted[0] != n_fitted:
             rows = np.flatnonzero(is_known[:n_fitted])
-            fit = None
+            learned = None
             if len(rows) >= _LEAST:
                 n_known_uniform = max(int(is_known[:n_uniform].sum()), _LEAST)
                 Z = goal.encode(tests.points[rows])
                 fit = Fit.of(Z, bounded(tests.Y[rows]), n_known_uniform, goal.n_obj)
-            self._fitted = n_fitted, fit
-        return self._fitted[1]
+                learned = Learned(fit)
+            self._fitted = n_fitted, learned
+        learned = self._fitted[1]
+        if learned is not None:
+            for end in (n_fitted, *self._ends, n_tests):
+                if end >= n_fitted:
+                    rows = np.flatnonzero(is_known[:end])
+                    learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
+        return learned
 
     def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
         """Return what is searched for, and the outputs that surrogates learn, too."""
@@ -363,7 +384,7 @@ class SurrogateSource(Source):
         Y = np.column_stack([F, G, table.H, *outputs])
         points = self._model.space.points(table.X)
         eligible = limited.eligible()
-        return KnownTests(points, Y, eligible, failed, unknown, pending.units)
+        return KnownTests(table.numbers, points, Y, eligible, failed, unknown, pending.units)
 
 
 def _known_or_beyond(values: Array, least: float, greatest: float) -> Array:

@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, lapack
+from scipy.linalg import cho_solve, cholesky, lapack, solve_triangular
 from scipy.optimize import minimize
 
-from pymoo_psi._validation import Array
+from pymoo_psi._validation import Array, Numbers
 
 _ROOT5 = np.sqrt(5.0)
 # Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance
@@ -215,7 +215,7 @@ class OutputFit:
         """Fit ``(n,)`` values at ``(n, d)`` designs."""
         t = scale.to(y)
         lengths = fit_lengths(Z, t)
-        mean, variance = GaussianProcess(Z, t, lengths).left_out(t)
+        mean, variance = GaussianProcess(Covariance(Z, lengths), t).left_out(t)
         squares = (t - mean) ** 2
         terms = np.log(2 * np.pi * variance) + squares / variance
         log_density = -0.5 * terms.sum()
@@ -264,64 +264,166 @@ class Fit:
         return np.column_stack(columns)
 
 
-class GaussianProcess:
-    """A Gaussian process with constant mean, Matérn's kernel, ν = 5/2, and trends.
+class Covariance:
+    """The covariance matrix of tests for given lengths, factored; further tests can be appended.
 
-    The trends, linear and quadratic functions of single variables, are a part of the kernel. With
-    few tests of many variables, they hold most of what can be learned.
+    The kernel is Matérn's, ν = 5/2, and trends. The trends, linear and quadratic functions of
+    single variables, are a part of the kernel. With few tests of many variables, they hold most of
+    what can be learned.
+
+    Args:
+        Z: ``(n, d)`` designs in the unit cube.
+        lengths: ``(d + 3,)`` as fitted by :func:`fit_lengths`.
+
+    Attributes:
+        factor: ``(n, n)`` the lower Cholesky factor, in LAPACK's order.
+        trends: ``(n, 2 d)`` the trends of the tests.
+    """
+
+    def __init__(self, Z: Array, lengths: Array) -> None:
+        self._scale = _ROOT5 * np.exp(-lengths[:-3])
+        self._noise = np.exp(lengths[-3])
+        self._trend = np.exp(lengths[-2:] / 2)
+        self._scaled = np.zeros((0, len(self._scale)))
+        self._columns = np.zeros((len(self._scale) + 2, 0))
+        self.trends = self.trends_of(Z[:0])
+        self.factor = np.zeros((0, 0))
+        self.append(Z)
+
+    def append(self, Z: Array) -> None:
+        """Append ``(k, d)`` designs, which takes ``n² k`` operations instead of ``n³``."""
+        n = len(self.factor)
+        n_all = n + len(Z)
+        trends = self.trends_of(Z)
+        corner = self.matern(Z, of=Z) + trends @ trends.T
+        corner[np.diag_indices(len(Z))] += self._noise
+        factor = np.zeros((n_all, n_all), order="F")
+        if n > 0:
+            factor[:n, :n] = self.factor
+            rows = solve_triangular(self.factor, self.kernel(Z).T, lower=True, check_finite=False).T
+            factor[n:, :n] = rows
+            corner -= rows @ rows.T
+        factor[n:, n:] = cholesky(corner, lower=True, overwrite_a=True, check_finite=False)
+        self.factor = factor
+        self.trends = np.vstack([self.trends, trends])
+        self._scaled = np.vstack([self._scaled, Z * self._scale])
+        self._columns = _columns(self._scaled)
+
+    def solve(self, b: Array) -> Array:
+        """Return the product of the inverse matrix and ``(n, k)`` columns."""
+        return np.asarray(cho_solve((self.factor, True), b, check_finite=False))
+
+    def kernel(self, Z: Array) -> Array:
+        """Return ``(k, n)`` covariances of designs with the tests."""
+        return self.matern(Z) + self.trends_of(Z) @ self.trends.T
+
+    def explained(self, Z: Array) -> tuple[Array, Array]:
+        """Return ``(k,)`` variances of designs, and what of them the tests explain."""
+        half = solve_triangular(self.factor, self.kernel(Z).T, lower=True, check_finite=False)
+        prior = 1 + (self.trends_of(Z) ** 2).sum(axis=1)
+        return prior, np.einsum("ij,ij->j", half, half)
+
+    def trends_of(self, Z: Array) -> Array:
+        """Return the ``(k, 2 d)`` trends of designs, whose products are covariances."""
+        weights = np.repeat(self._trend, Z.shape[1])
+        return np.asarray(np.hstack(_trends(Z)) * weights)
+
+    def matern(self, Z: Array, of: Array | None = None) -> Array:
+        """Return Matérn's kernel of ``(k, d)`` designs and the tests, or other designs.
+
+        It takes most of the time of a search: everything is done in place.
+        """
+        columns = self._columns
+        if of is not None:
+            columns = _columns(of * self._scale)
+        scaled = Z * self._scale
+        squares = (scaled**2).sum(axis=1)
+        kernel = np.column_stack([scaled, squares, np.ones(len(Z))]) @ columns  # r²
+        np.abs(kernel, out=kernel)  # rounding may leave less than 0
+        r = np.sqrt(kernel)
+        kernel /= 3
+        kernel += r
+        kernel += 1
+        kernel /= np.exp(r, out=r)
+        return np.asarray(kernel)
+
+
+def _columns(scaled: Array) -> Array:
+    """Return what rows ``(a, a·a, 1)`` are multiplied by for squared distances from designs."""
+    squares = (scaled**2).sum(axis=1)
+    return np.vstack([-2 * scaled.T, np.ones(len(scaled)), squares])
+
+
+class GaussianProcess:
+    """A Gaussian process with constant mean.
 
     Mean and variance are the most likely ones for given lengths (Rasmussen and Williams, Gaussian
     Processes for Machine Learning, 2006, sections 2.2, 2.7 and 5.4).
 
     Args:
-        Z: ``(n, d)`` designs in the unit cube.
-        t: ``(n,)`` values of an output, of mean 0 and deviation 1.
-        lengths: ``(d + 3,)`` as fitted by :func:`fit_lengths`.
+        covariance: The covariance of the tests.
+        t: ``(n,)`` their values of an output, of mean 0 and deviation 1.
     """
 
-    def __init__(self, Z: Array, t: Array, lengths: Array) -> None:
-        self._scale = np.exp(-lengths[:-3])
-        self._trend = np.exp(lengths[-2:] / 2)
-        self._seen = self._features(Z)
-        K = self._kernel(self._seen)
-        K[np.diag_indices(len(K))] += np.exp(lengths[-3])
-        self._factor = cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
-        ones = cho_solve(self._factor, np.ones(len(K)), check_finite=False)
+    def __init__(self, covariance: Covariance, t: Array) -> None:
+        self._covariance = covariance
+        ones, solved = covariance.solve(np.column_stack([np.ones(len(t)), t])).T
         self.mean = ones @ t / ones.sum()
-        residual = t - self.mean
-        self._weights = cho_solve(self._factor, residual, check_finite=False)
-        self.variance = max((residual @ self._weights) / len(t), _LEAST_VARIANCE)
+        self._weights = solved - self.mean * ones
+        self._trend_weights = covariance.trends.T @ self._weights
+        self.variance = max(((t - self.mean) @ self._weights) / len(t), _LEAST_VARIANCE)
 
     def __call__(self, Z: Array) -> Array:
         """Return the ``(k,)`` means at designs."""
-        K = self._kernel(self._features(Z))
-        return np.asarray(self.mean + K @ self._weights)
+        covariance = self._covariance
+        trend = covariance.trends_of(Z) @ self._trend_weights
+        return np.asarray(self.mean + covariance.matern(Z) @ self._weights + trend)
 
     def deviation(self, Z: Array) -> Array:
         """Return the ``(k,)`` standard deviations at designs."""
-        features = self._features(Z)
-        _, trend = features
-        K = self._kernel(features)
-        prior = 1 + (trend**2).sum(axis=1)
-        explained = (K * cho_solve(self._factor, K.T, check_finite=False).T).sum(axis=1)
+        prior, explained = self._covariance.explained(Z)
         return np.asarray(np.sqrt(self.variance * np.maximum(prior - explained, 0)))
 
     def left_out(self, t: Array) -> tuple[Array, Array]:
         """Return ``(n,)`` means and variances of each value, given all others (eq. 5.12)."""
-        inverse, _ = lapack.dpotri(self._factor[0], lower=1)
+        inverse, _ = lapack.dpotri(self._covariance.factor, lower=1)
         diagonal = np.diag(inverse)
         return t - self._weights / diagonal, self.variance / diagonal
 
-    def _features(self, Z: Array) -> tuple[Array, Array]:
-        """Return the designs on which Matérn's kernel depends, and the trends at them."""
-        weights = np.repeat(self._trend, Z.shape[1])
-        return Z * self._scale, np.hstack(_trends(Z)) * weights
 
-    def _kernel(self, features: tuple[Array, Array]) -> Array:
-        scaled, trend = features
-        scaled_seen, trend_seen = self._seen
-        kernel, _ = _matern(scaled, scaled_seen)
-        return kernel + trend @ trend_seen.T
+class Learned:
+    """What surrogates know of tests: their fit, and the covariances of the designs.
+
+    Args:
+        fit: Scales and lengths.
+
+    Attributes:
+        fit: Scales and lengths.
+        numbers: ``(n,)`` the numbers of the tests, in the order in which they were appended.
+        covariances: Those of each output.
+    """
+
+    def __init__(self, fit: Fit) -> None:
+        self.fit = fit
+        self.numbers = np.zeros(0, dtype=np.int64)
+        self.covariances: list[Covariance] = []
+
+    def extend(self, numbers: Numbers, Z: Array) -> None:
+        """Append those of ``(k,)`` tests, with ``(k, d)`` designs, that are new."""
+        is_new = ~np.isin(numbers, self.numbers)
+        if not is_new.any():
+            return
+        self.numbers = np.append(self.numbers, numbers[is_new])
+        if not self.covariances:
+            self.covariances = [Covariance(Z, output.lengths) for output in self.fit.outputs]
+            return
+        for covariance in self.covariances:
+            covariance.append(Z[is_new])
+
+    def processes(self, T: Array) -> list[GaussianProcess]:
+        """Return the processes of ``(n, q)`` outputs on their scales, of the tests in order."""
+        pairs = zip(self.covariances, T.T, strict=True)
+        return [GaussianProcess(covariance, t) for covariance, t in pairs]
 
 
 def fit_lengths(Z: Array, t: Array) -> Array:
