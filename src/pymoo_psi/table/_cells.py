@@ -22,7 +22,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -97,7 +97,7 @@ class Cells:
         lines: The line of the file on which each row ends; empty if there are no lines.
         separator: The mark between the cells of a text.
         head: What the source says of its columns: of designs, as :func:`designs_head` returns it;
-            of a table of tests, as :meth:`FileFormat.write` gets it.
+            of a table of tests, as :meth:`FileFormat.write` gets it. Empty if it says nothing.
         label: The column that names the designs, if the source tells.
         rows: The numbers of the rows; from 1 to n if empty.
         metadata: The file that would be read as head, if it were there.
@@ -106,7 +106,7 @@ class Cells:
     columns: dict[str, list[Any]]
     lines: Sequence[int] = ()
     separator: str = ""
-    head: dict[str, Any] | None = None
+    head: dict[str, Any] = field(default_factory=dict)
     label: str | None = None
     rows: Sequence[int] = ()
     metadata: str = ""
@@ -169,15 +169,12 @@ def in_a_line(name: str) -> str:
     return re.sub(r"\s*[\r\n]\s*", " ", name.strip())
 
 
-def cells_of_rows(
-    rows: RowsByLine, separator: str = "", head: dict[str, Any] | None = None
-) -> Cells:
+def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
     """Return rows as columns under the names in the first row.
 
     Args:
         rows: The cells of each row by the number of its line.
         separator: The mark between the cells of a text.
-        head: What the source says of its columns.
 
     Raises:
         ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
@@ -204,7 +201,7 @@ def cells_of_rows(
                 f"its header names the column {name!r} {count} times",
                 "rename all but one, or leave titles out by --skip-rows",
             )
-    return Cells(columns, [*rows][1:], separator, head)
+    return Cells(columns, [*rows][1:], separator)
 
 
 def _require_one_length(rows: RowsByLine) -> None:

@@ -126,9 +126,9 @@ def marked(table: Any) -> Head:
     return {MARK: _FORMAT, "tests": len(table), **head_of(table)}
 
 
-def is_of_tests(head: Head | None) -> bool:
+def is_of_tests(head: Head) -> bool:
     """Say whether the head of a file is that of a table of tests."""
-    return head is not None and MARK in head
+    return MARK in head
 
 
 def columns_of(table: Any) -> Columns:
@@ -305,7 +305,7 @@ def _kinds(layout: Layout) -> tuple[Kind, ...]:
 
 def tests_of_rows(
     where: object,
-    head: Head | None,
+    head: Head,
     rows: Iterable[Sequence[Any]],
     text: Callable[[str], str],
 ) -> StoredTests:
@@ -321,7 +321,7 @@ def tests_of_rows(
         ArgumentValueError: They are those of no table, or damaged; the message says where.
     """
     with described(where):
-        head, n, kinds = _checked(head)
+        head, n, kinds = _in_this_format(head)
         filled = [row for row in rows if any(cell not in ("", None) for cell in row)]
         names, *tests = filled or [()]
         # A file cut at the end of a line is one with fewer tests; the number in the head tells.
@@ -353,9 +353,9 @@ def tests_of_rows(
         return StoredTests(head, columns)
 
 
-def _checked(head: Head | None) -> tuple[Head, int, dict[str, Kind]]:
-    """Return head, number of tests, and the kinds of the columns."""
-    head = dict(head or {})
+def _in_this_format(head: Head) -> tuple[Head, int, dict[str, Kind]]:
+    """Return a head as this version writes it, the number of tests and the kinds of the columns."""
+    head = dict(head)
     try:
         version = head.pop(MARK)
         n = int(head.pop("tests"))

@@ -177,7 +177,7 @@ def _remarks_on_directions(cells: Cells, formulation: Formulation) -> list[str]:
 
     Without directions all objectives are minimized.
     """
-    if cells.head or formulation.objectives:
+    if cells.head["objectives"] or formulation.objectives:
         return []
     if cells.columns.keys() >= {*RESERVED[1:]}:
         if cells.metadata:
@@ -242,15 +242,36 @@ def _content(
             # of a format that was added, whose reader did not expect such a file
             problem = f"it cannot be read as {file_format.suffix}"
             raise UnfitError(f"{problem}: {error!r:.80}") from error
-    if isinstance(content, Cells) and is_of_tests(content.head):
+    if isinstance(content, StoredTests):
+        return content
+    if is_of_tests(content.head):
         rows = zip(*content.columns.values(), strict=True)
         return tests_of_rows(path, content.head, [[*content.columns], *rows], str)
-    if isinstance(content, Cells) and content.head is not None:
-        head = _checked_head(content.head)
-        names = names_of([*content.columns], head["units"])
-        columns = dict(zip(names, content.columns.values(), strict=True))
-        return replace(content, columns=columns, head=head)
-    return content
+    return _with_names(content)
+
+
+def _with_names(cells: Cells) -> Cells:
+    """Return cells with a complete head, and their columns under names without units."""
+    head = _checked_head(cells.head)
+    names = names_of([*cells.columns], head["units"])
+    columns = dict(zip(names, cells.columns.values(), strict=True))
+    return replace(cells, columns=columns, head=head)
+
+
+def _checked_head(head: Head) -> Head:
+    """Return what a source says of its columns, empty where it says nothing."""
+    checked: dict[str, Any] = {}
+    try:
+        for key in ("objectives", "maximized", "variables", "chosen"):
+            checked[key] = tuple(map(in_a_line, head.get(key, ())))
+        for key in ("units", "ranges"):
+            entries = head.get(key, {})
+            checked[key] = {in_a_line(name): value for name, value in entries.items()}
+    except (TypeError, AttributeError):
+        raise UnfitError(
+            "what it says of its columns is damaged or of a later version", HEAD_REMEDY
+        ) from None
+    return checked
 
 
 def _cells_of(source: Any) -> Cells:
@@ -258,13 +279,13 @@ def _cells_of(source: Any) -> Cells:
     import pandas as pd
 
     if isinstance(source, pd.DataFrame):
-        return cells_of_frame(source)
+        return _with_names(cells_of_frame(source))
     F = real_array("source", source, "or give the path of a file")
     if F.ndim != 2 or F.size == 0:
         raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
     names = [f"f{j + 1}" for j in range(F.shape[1])]
     columns = dict(zip(names, F.T.tolist(), strict=True))
-    return Cells(columns, head={"objectives": names})
+    return _with_names(Cells(columns, head={"objectives": names}))
 
 
 def numbers_of_file(path: str | PathLike[str]) -> dict[str, Array]:
@@ -444,48 +465,28 @@ def _table(
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
     cells = designs.cells
-    columns = designs.columns
     remarks = designs.remarks
-    head = _checked_head(cells.head or {})
-    objectives, variable_names = _roles(designs, head, formulation, variables)
+    head = cells.head
+    objectives, variable_names = _roles(designs, formulation, variables)
     F = np.empty((len(cells.rows), len(objectives)))
     for j, name in enumerate(objectives):
-        F[:, j] = columns[name].require_numbers()
+        F[:, j] = designs.columns[name].require_numbers()
     if not formulation.objectives and not head["objectives"] and _are_row_numbers(F[:, 0]):
         remarks.append(
             f"{objectives[0]}, taken as an objective, counts the rows; "
             "if it only numbers designs, name the objectives."
         )
-    values_by_variable = {}
-    uncertain = []
-    for name in variable_names:
-        values = _values(columns[name])
-        if values:
-            values_by_variable[name] = values
-        else:
-            uncertain.append(name)
-    if uncertain:
-        names = ", ".join(uncertain)
-        remarks.append(f"No variable, as not all of its values are certain: {names}.")
+    values_by_variable = _values_by_variable(designs, variable_names)
     outputs, extra = _other_columns(designs, {*objectives, *values_by_variable}, formulation)
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
-    used = {*objectives, *values_by_variable, *outputs}
-    label = cells.label
-    if label not in extra:  # the rows of the source name the designs
-        label = "row"
-        if label in used:
-            label = "design"
-        extra.setdefault(label, cells.rows)
-    numbers = cells.rows
-    if "test_point" in extra:  # a table's own name, which no further column can have
-        numbers = _test_points(extra.pop("test_point"))
-        if label == "test_point":
-            label = None
+    dependent = (*objectives, *outputs)
+    used = (*values_by_variable, *dependent)
+    label, numbers = _names_and_numbers(cells, used, extra)
     layout = Layout.of(
         [*values_by_variable],
         objectives,
         outputs=[*outputs],
-        maximize=[name for name in head["maximized"] if name in objectives or name in outputs],
+        maximize=[name for name in head["maximized"] if name in dependent],
         units=_of(used, head["units"]),
     )
     layout = replace(layout, label=label)
@@ -493,9 +494,52 @@ def _table(
     if values_by_variable:
         X = list(map(list, zip(*values_by_variable.values(), strict=True)))
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
+    stored = formulation_of_head(head)
     if {*head["objectives"]} != {*objectives}:
-        head["ranges"] = None
-    return replace(table, remarks=tuple(remarks), formulation=formulation_of_head(head))
+        stored = replace(stored, ranges=None)
+    return replace(table, remarks=tuple(remarks), formulation=stored)
+
+
+def _values_by_variable(designs: _Designs, names: Sequence[str]) -> dict[str, list[Any]]:
+    """Return the values of variables that all designs have for certain; a remark names others."""
+    values_by_variable = {}
+    uncertain = []
+    for name in names:
+        values = _values(designs.columns[name])
+        if values:
+            values_by_variable[name] = values
+        else:
+            uncertain.append(name)
+    if uncertain:
+        listed_names = ", ".join(uncertain)
+        remark = f"No variable, as not all of its values are certain: {listed_names}."
+        designs.remarks.append(remark)
+    return values_by_variable
+
+
+def _names_and_numbers(
+    cells: Cells, used: Collection[str], extra: dict[str, Sequence[Any]]
+) -> tuple[str | None, Sequence[int]]:
+    """Return the column that names the designs, if one does, and the numbers of their tests.
+
+    Args:
+        cells: The cells.
+        used: Names of variables, objectives and outputs.
+        extra: The other columns. The rows of the source are added if no column names the designs;
+            ``test_point``, a table's own name, is removed.
+    """
+    label = cells.label
+    if label not in extra:
+        label = "row"
+        if label in used:
+            label = "design"
+        extra.setdefault(label, cells.rows)
+    if "test_point" not in extra:
+        return label, cells.rows
+    numbers = _test_points(extra.pop("test_point"))
+    if label == "test_point":
+        label = None
+    return label, numbers
 
 
 def _other_columns(
@@ -525,25 +569,8 @@ def _are_row_numbers(values: Array) -> bool:
     return len(values) >= 3 and np.array_equal(values, values[0] + np.arange(len(values)))
 
 
-def _checked_head(head: Head) -> Head:
-    """Return what a source says of its columns."""
-    checked: dict[str, Any] = {}
-    try:
-        for key in ("objectives", "maximized", "variables", "chosen"):
-            checked[key] = tuple(map(in_a_line, head.get(key, ())))
-        for key in ("units", "ranges"):
-            entries = head.get(key, {})
-            checked[key] = {in_a_line(name): value for name, value in entries.items()}
-    except (TypeError, AttributeError):
-        raise UnfitError(
-            "what it says of its columns is damaged or of a later version", HEAD_REMEDY
-        ) from None
-    return checked
-
-
 def _roles(
     designs: _Designs,
-    head: Head,
     formulation: Formulation,
     variables: Sequence[str] | None,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -553,6 +580,7 @@ def _roles(
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
     columns = designs.columns
+    head = designs.cells.head
     variables = tuple(variables or head["variables"])
     objectives = formulation.objectives or head["objectives"]
     if objectives:

@@ -94,7 +94,8 @@ class CsvFile(FileFormat):
         if metadata is None:
             head, text = _split_head(file.text)
         else:
-            head, text = metadata.head, file.text
+            head = metadata.head
+            text = file.text
         if is_of_tests(head):
             rows = _rows_of_tests(text)
             if metadata is not None:
@@ -103,7 +104,7 @@ class CsvFile(FileFormat):
         cells = cells_of_text(text, file.skip_rows)
         if metadata is not None and not file.skip_rows:
             metadata.require_same([[*cells.columns], *cells.lines])
-        if head is None:
+        if not head:
             return replace(cells, metadata=f"{file.path.name}-metadata.json")
         columns = {}
         for name, column in cells.columns.items():
@@ -301,7 +302,7 @@ def _standard_json(document: Any) -> str:
 # The head in files of 0.2 and 0.3
 
 
-def _split_head(text: str) -> tuple[Head | None, str]:
+def _split_head(text: str) -> tuple[Head, str]:
     """Return what a text says of its columns, if it does, and the text without that.
 
     It is the last line, or the first in files of version 0.2.0. A blank comment then takes its
@@ -316,7 +317,7 @@ def _split_head(text: str) -> tuple[Head | None, str]:
         return _head_of_line(first), f"#\n{below}"
     if _is_head(last):
         return _head_of_line(last), f"{above}\n"
-    return None, text
+    return {}, text
 
 
 def _is_head(line: str) -> bool:

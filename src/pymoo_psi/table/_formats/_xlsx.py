@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from io import BytesIO
 from os import PathLike
 from pathlib import Path
@@ -56,7 +57,7 @@ class WorkbookFile(FileFormat):
         for number, row in rows.items():
             if number not in file.skip_rows:
                 kept[number] = list(map(_typed, row))
-        return cells_of_rows(kept, head=head)
+        return replace(cells_of_rows(kept), head=head)
 
     def save(
         self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
@@ -140,7 +141,7 @@ def _openpyxl() -> Any:
 
 def _rows_of_workbook(
     content: bytes, skip_rows: Collection[int], name: str | None
-) -> tuple[Head | None, RowsByLine]:
+) -> tuple[Head, RowsByLine]:
     """Return what a sheet of ours says of the rows, and these by number, of one length.
 
     Raises:
@@ -154,7 +155,7 @@ def _rows_of_workbook(
             simplefilter("ignore")  # of drawings and the like, which are not read
             # Read-only: else one merged range or link of 100 bytes becomes a million cells.
             book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
-            head = None
+            head: Head = {}
             titles = [sheet.title for sheet in book.worksheets]
             if titles[1:] == [_HEAD_SHEET]:
                 head = _sheet_head(book[_HEAD_SHEET].iter_rows(values_only=True))
