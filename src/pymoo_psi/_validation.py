@@ -26,17 +26,17 @@ Numbers = NDArray[np.int64]  # of tests
 Rows = NDArray[np.intp]
 Integers = NDArray[np.int64]
 AnyArray = NDArray[Any]
-Kind = TypeVar("Kind")
+Class = TypeVar("Class")
 
 
-def counted(n: int, one: str, many: str = "") -> str:
-    """Return a number of things for a message: "1 design", "2 criteria"."""
+def counted(n: int, one: str) -> str:
+    """Return a number of things for a message: "1 design", "2 designs"."""
     figure = str(n)
     if n >= 10_000:
         figure = f"{n:,}".replace(",", "\N{NO-BREAK SPACE}")
     if n == 1:
         return f"{figure} {one}"
-    return f"{figure} {many or f'{one}s'}"
+    return f"{figure} {one}s"
 
 
 def invalid(name: str, rule: str, received: object, remedy: str = "") -> ArgumentValueError:
@@ -90,7 +90,7 @@ def job_count(name: str, value: object) -> int:
     return jobs
 
 
-def instance(name: str, value: object, kind: type[Kind], remedy: str = "") -> Kind:
+def instance(name: str, value: object, kind: type[Class], remedy: str = "") -> Class:
     """Return ``value``; it must be an object of a class."""
     if not isinstance(value, kind):
         article = "a"

@@ -133,12 +133,11 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> str | 
         if decided in names and table.eligible()[names.index(decided)]:
             return decided
         return None
-    # "7" is enough for "test point 7", and for "number 7" if a column "number" has the names.
-    chosen = [name for name in names if design in (name, name.rpartition(" ")[2])]
-    if len(chosen) != 1:
+    try:
+        return names[table.row_of(design)]
+    except ArgumentValueError:
         rule = f"the name or the number of one design, such as {names[0]}"
-        raise invalid("--design", rule, Received(f"{design}, of {len(chosen) or 'no'} designs"))
-    return chosen[0]
+        raise invalid("--design", rule, design) from None
 
 
 def run_analyze(options: Options) -> int:

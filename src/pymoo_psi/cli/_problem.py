@@ -6,6 +6,7 @@ import ast
 import difflib
 import importlib
 import inspect
+import re
 import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +23,7 @@ from pymoo.core.problem import Problem
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Received, invalid, job_count, positive_number
 from pymoo_psi.cli._output import print_frame, say
-from pymoo_psi.cli._source import number_in, pairs_in
+from pymoo_psi.cli._source import pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel import JoblibRunner
 from pymoo_psi.problems import (
@@ -35,7 +36,7 @@ from pymoo_psi.problems import (
     problem_layout,
     problem_name,
 )
-from pymoo_psi.table import entries_of
+from pymoo_psi.table import NUMBER, entries_of
 
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 _N_LINES = 10  # of a file that a program has left
@@ -76,7 +77,9 @@ def load_problem(
         source.program = replace(source.program, timeout=timeout)
         timeout = None
     problem = _construct(name, source)
-    _check(name, problem, log)
+    if log:
+        problem.log = entries_of(log)
+    _require_columns(name, problem)
     _set_runner(problem, jobs, timeout)
     if not box:
         return problem
@@ -222,13 +225,11 @@ def _literal(text: str) -> Any:
         return text
 
 
-def _check(name: str, problem: Problem, log: Sequence[str]) -> None:
-    """Set the logarithmic variables of a problem and refuse a problem that cannot be searched."""
+def _require_columns(name: str, problem: Problem) -> None:
+    """Refuse a problem whose variables cannot be searched, or whose columns have no clear names."""
     if problem.n_var < 1:  # pymoo's -1 if a problem gives none
         raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
     try:
-        if log:
-            problem.log = entries_of(log)
         problem_layout(problem, design_space(problem))
     except (ArgumentValueError, ArgumentTypeError) as error:
         raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
@@ -268,14 +269,16 @@ def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
 
 def _interval_in(text: str, form: str) -> Any:
     """Return a number, or for ``lower:upper`` two, with None for a missing one."""
-    if ":" not in text:
-        return number_in("--box", text, form)
     ends: list[float | None] = []
     for end in text.split(":"):
-        if end.strip():
-            ends.append(number_in("--box", end, form))
-        else:
-            ends.append(None)
+        number = None
+        if end.strip() or ":" not in text:
+            if not re.fullmatch(NUMBER, end.strip()):
+                raise invalid("--box", f"{form}, numbers with a decimal point", end)
+            number = float(end)
+        ends.append(number)
+    if len(ends) == 1:
+        return ends[0]
     return tuple(ends)
 
 

@@ -15,7 +15,7 @@ from pymoo_psi._validation import Received, counted, instance, invalid, known_na
 from pymoo_psi.cli._app import Options
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import RANKING_NAMES
-from pymoo_psi.table import NUMBER, Formulation, TestTable, entries_of, limits_of, read_table
+from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
 
 def formulation_of(options: Options) -> Formulation:
@@ -113,8 +113,8 @@ def _kept_on_page(path: Path, table: TestTable, formulation: Formulation) -> Tes
 
 def with_choice(formulation: Formulation, table: TestTable) -> Formulation:
     """Return a formulation with the chosen design of the table, if it has one, and the reason."""
-    chosen, reason = table.formulation.chosen, table.formulation.reason
-    return replace(formulation, chosen=chosen, reason=reason)
+    of_table = table.formulation
+    return replace(formulation, chosen=of_table.chosen, reason=of_table.reason)
 
 
 def require_free_names(names: Iterable[str]) -> None:
@@ -146,17 +146,6 @@ def pairs_in(
             raise invalid(option, f"given once for each name, as {form}", Received(part))
         pairs[known_name(option, name, names)] = value
     return pairs
-
-
-def number_in(option: str, text: str, form: str) -> float:
-    """Return a number with a decimal point.
-
-    Raises:
-        ArgumentValueError: The text is not such a number; ``form`` says what it must be.
-    """
-    if not re.fullmatch(NUMBER, text.strip()):
-        raise invalid(option, f"{form}, numbers with a decimal point", text)
-    return float(text)
 
 
 def counts_in(option: str, text: str | None, form: str, mark: str = ",") -> tuple[int, ...]:

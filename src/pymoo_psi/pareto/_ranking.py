@@ -48,6 +48,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     objective_matrix,
+    require_shape,
     wrong_type,
 )
 from pymoo_psi.pareto._dominance import (
@@ -168,8 +169,7 @@ class Objectives:
     def turned(self, name: str, value: ArrayLike) -> Array:
         """Return a point in the original directions with all objectives minimised."""
         point = finite_array(name, value)
-        if point.shape != self.sign.shape:
-            raise invalid(name, f"of shape {self.sign.shape}", Received(f"shape {point.shape}"))
+        require_shape(name, point, self.sign.shape)
         return point * self.sign
 
 

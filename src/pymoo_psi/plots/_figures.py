@@ -38,10 +38,10 @@ from pymoo_psi.plots._points import (
     PARETO,
     Group,
     Points,
-    checked,
     name_axis,
     points_of_table,
     ranked_groups,
+    require_table,
 )
 from pymoo_psi.plots._style import (
     Drawing,
@@ -115,7 +115,7 @@ def plot_table(
         >>> len(plot_table(table.under(limits={"f1": 1.5})).axes)
         6
     """
-    layout = checked(table).layout
+    layout = require_table(table).layout
     tops = _known("variables", variables, layout.variables, layout)
     rows = _known("objectives", objectives, layout.objectives, layout)
     if not tops:
@@ -257,7 +257,7 @@ def plot_objectives(
         >>> sum(ax.axison for ax in plot_objectives(table).axes)
         3
     """
-    layout = checked(table).layout
+    layout = require_table(table).layout
     names = _known("objectives", objectives, layout.objectives, layout)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
@@ -496,7 +496,7 @@ def plot_identification(
 
     instance("problem", problem, Identification)
     integer("best", best, minimum=1)
-    ranking = checked(table).feasible_ranking()
+    ranking = require_table(table).feasible_ranking()
     chosen = ranking.rows[ranking.by_place[:best]]
     pairs = []
     for name, data in problem.experiments.items():

@@ -239,7 +239,7 @@ class Points:
         return f"{text}."
 
 
-def checked(table: object) -> TestTable:
+def require_table(table: object) -> TestTable:
     """Return a table.
 
     Raises:

@@ -211,7 +211,8 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     shown = shown[np.abs(shown) < _HUGE]
     if len(shown) == 0:
         return 0.0, 1.0
-    low, high = float(shown.min()), float(shown.max())
+    low = float(shown.min())
+    high = float(shown.max())
     pad = 0.05 * (high - low)  # as matplotlib's own margins
     # One value but for rounding has a margin of its size.
     if not high - low > 1e-9 * max(abs(low), abs(high)):

@@ -8,22 +8,21 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from pymoo_psi._validation import (
+    Array,
     Received,
     invalid,
     known_name,
     mapping,
     positive_number,
     real_array,
+    require_shape,
     wrong_type,
 )
 from pymoo_psi.problems._named import NamedProblem
 from pymoo_psi.table import UnfitError, numbers_of_file
-
-Array = NDArray[np.float64]
 
 _MEASURES = ("rms", "max", "area")
 
@@ -153,10 +152,8 @@ class Identification(NamedProblem):
         values = real_array("what simulate returns", simulated)
         if values.ndim == 1:
             values = values[:, None]
-        shape = (len(data), len(columns))
-        if values.shape != shape:
-            rule = f"of shape {shape} for {experiment!r}"
-            raise invalid("what simulate returns", rule, Received(f"shape {values.shape}"))
+        where = f"what simulate returns for {experiment!r}"
+        require_shape(where, values, (len(data), len(columns)))
         series = pd.DataFrame(values, columns=columns)
         series.insert(0, data.columns[0], data.iloc[:, 0])
         return series

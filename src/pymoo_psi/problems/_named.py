@@ -65,7 +65,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Limit:
+class OutputLimit:
     """A limit on an output: a constraint.
 
     Attributes:
@@ -120,38 +120,32 @@ class NamedProblem(ElementwiseProblem):
     ) -> None:
         require_known_keywords(type(self).__name__, ElementwiseProblem, kwargs, taken=OF_A_MODEL)
         settings = _settings(variables)
-        self.variables = {}
-        self.log = []
-        for variable_name, setting in settings.items():
-            self.variables[variable_name] = setting.variable
-            if setting.scale == "log":
-                self.log.append(variable_name)
+        self.variables = {name: setting.variable for name, setting in settings.items()}
+        self.log = [name for name, setting in settings.items() if setting.scale == "log"]
         self.units = units_of(settings) | dict(units)
         self.objectives = [*objectives]
         self.maximize = [*maximize]
-        self._name = name
-        self.limits = []
-        if limits is None:
-            limits = {}
-        for output, text in mapping("limits", limits, "outputs to texts, as '<= 250'").items():
-            for sign, value in sides_of_text(f"the limit on {output}", text).items():
-                self.limits.append(Limit(output, sign, value))
-        if requirements is None:
-            requirements = {}
-        self.requirements = requirements
+        self.limits = _limits(limits)
+        self.requirements = {} if requirements is None else requirements
         self._required = requirements_of(self.requirements, [*self.variables])
-        self.names = {f"f{j}": title for j, title in enumerate(self.objectives, 1)}
-        for j, limit in enumerate(self.limits, 1):
-            self.names[f"g{j}"] = limit.text
-        kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
+        self._name = name
+        # pymoo's names of the columns. Variables that are all real are a vector, without names.
+        titles_by_letter = {
+            "f": self.objectives,
+            "g": [limit.text for limit in self.limits],
+        }
+        space: dict[str, Any] = {"vars": self.variables}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
-            for j, title in enumerate(self.variables, 1):
-                self.names[f"x{j}"] = title
+            titles_by_letter["x"] = [*self.variables]
             bounds = [variable.bounds for variable in self.variables.values()]
             lower, upper = map(np.array, zip(*bounds, strict=True))
-            super().__init__(n_var=len(bounds), xl=lower, xu=upper, **kwargs)
-        else:
-            super().__init__(vars=self.variables, **kwargs)
+            space = {"n_var": len(bounds), "xl": lower, "xu": upper}
+        self.names = {}
+        for letter, titles in titles_by_letter.items():
+            for j, title in enumerate(titles, 1):
+                self.names[f"{letter}{j}"] = title
+        kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
+        super().__init__(**space, **kwargs)
 
     def name(self) -> str:
         """Return the name of the problem."""
@@ -201,6 +195,17 @@ def _settings(variables: Any) -> dict[str, Setting]:
     if not entries:
         raise invalid("variables", "one or more", variables)
     return sections("variables", Setting, entries)
+
+
+def _limits(texts: Any) -> list[OutputLimit]:
+    """Return the limits of texts by output; a text may have two."""
+    limits: list[OutputLimit] = []
+    if texts is None:
+        return limits
+    for output, text in mapping("limits", texts, "outputs to texts, as '<= 250'").items():
+        for sign, value in sides_of_text(f"the limit on {output}", text).items():
+            limits.append(OutputLimit(output, sign, value))
+    return limits
 
 
 def units_of(entries: Mapping[str, Any]) -> dict[str, str]:

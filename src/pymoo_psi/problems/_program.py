@@ -47,7 +47,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?")  # Fortran 
 _PLACEHOLDER = re.compile(r"\{([^\W\d]\w*)(?::([^{}]*))?\}")
 
 
-class RunError(Exception):
+class ProgramError(Exception):
     """A run failed, or an output cannot be read; the message says why."""
 
 
@@ -106,10 +106,10 @@ class Output:
         """Return the number that a program has left in a folder.
 
         Raises:
-            RunError: There is none, or not exactly one.
+            ProgramError: There is none, or not exactly one.
         """
         if not (folder / self.file).is_file():
-            raise RunError(f"the program left no file {self.file}")
+            raise ProgramError(f"the program left no file {self.file}")
         text = text_of(folder / self.file).removeprefix("\ufeff").replace("\r\n", "\n")
         if self.key:
             cell = self._value_at_key(text)
@@ -120,7 +120,7 @@ class Output:
             cell = self._only(self._column(text), f"row of {self.column!r}")
         cell = cell.strip()
         if not _NUMBER.fullmatch(cell):
-            raise RunError(f"{cell!r:.60} in {self.file} is no plain number")
+            raise ProgramError(f"{cell!r:.60} in {self.file} is no plain number")
         return float(cell.lower().replace("d", "e"))
 
     def _value_at_key(self, text: str) -> str:
@@ -131,18 +131,18 @@ class Output:
                 value = value[int(part)] if isinstance(value, list) else value[part]
         except (ValueError, LookupError, TypeError) as error:
             reason = f"{type(error).__name__}: {error}"
-            raise RunError(f"no {self.key} in {self.file} ({reason:.80})") from None
+            raise ProgramError(f"no {self.key} in {self.file} ({reason:.80})") from None
         return str(value)
 
     def _only(self, texts: Sequence[str], kind: str) -> str:
         """Return the text that ``row`` selects, or the only one."""
         if self.row is None and len(texts) > 1:
             remedy = "say which one by row, -1 for the last"
-            raise RunError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
+            raise ProgramError(f"{self.file} has {len(texts)} times a {kind}; {remedy}")
         row = self.row or 0
         if not -len(texts) <= row < len(texts):
             number = "" if self.row is None else f" number {row}"
-            raise RunError(f"{self.file} has no {kind}{number}")
+            raise ProgramError(f"{self.file} has no {kind}{number}")
         return str(texts[row])
 
     def _column(self, text: str) -> list[str]:
@@ -150,10 +150,10 @@ class Output:
         try:
             columns = cells_of_text(text).columns
         except UnfitError as error:
-            raise RunError(f"{self.file} is no table: {error.problem}") from None
+            raise ProgramError(f"{self.file} is no table: {error.problem}") from None
         if self.column not in columns:
             names = ", ".join(columns)
-            raise RunError(f"{self.file} has {names:.80}, not one column {self.column!r}")
+            raise ProgramError(f"{self.file} has {names:.80}, not one column {self.column!r}")
         return columns[self.column]
 
 
@@ -219,20 +219,20 @@ class Program:
             folder: Folder in which it runs and in which its output is written.
 
         Raises:
-            RunError: It takes too long, ends with another exit code than 0, or ends before what it
-                has started.
+            ProgramError: It takes too long, ends with another exit code than 0, or ends before what
+                it has started.
         """
         code, left_some = run_program(words, folder, self.timeout)
         if code is None:
-            raise RunError(f"timed out after {self.timeout:g} s")
+            raise ProgramError(f"timed out after {self.timeout:g} s")
         if code != 0:
             end = f"exit code {code}"
             if code < 0:
                 end = f"ended by {signal.Signals(-code).name}"
-            raise RunError(f"{end}: {_last_line(folder) or 'no message'}")
+            raise ProgramError(f"{end}: {_last_line(folder) or 'no message'}")
         if left_some:
             problem = "it ended while processes that it had started went on, so they were killed"
-            raise RunError(f"{problem}; let the command wait for them")
+            raise ProgramError(f"{problem}; let the command wait for them")
 
 
 def _last_line(folder: Path) -> str:
@@ -451,7 +451,7 @@ class ProgramProblem(NamedProblem):
             self._fill_template(run, values)
             self.program.run(run.words, run.folder)
             self._read(run, values)
-        except (RunError, OSError) as error:
+        except (ProgramError, OSError) as error:
             run.flaw = str(error)
         run.seconds = time.monotonic() - began
         keep = keep or self.program.keep == "all"
@@ -550,7 +550,7 @@ class ProgramProblem(NamedProblem):
         """Read or compute the outputs in their order, and keep all that can be read.
 
         Raises:
-            RunError: Some cannot be read.
+            ProgramError: Some cannot be read.
         """
         columns = {name: np.array([value]) for name, value in values.items()}
         failures: dict[str, list[tuple[str, str]]] = {}  # by file: outputs with their errors
@@ -563,8 +563,8 @@ class ProgramProblem(NamedProblem):
                 else:
                     value = output.read(run.folder)
                 if not math.isfinite(value):
-                    raise RunError(f"it is {value}")
-            except RunError as error:
+                    raise ProgramError(f"it is {value}")
+            except ProgramError as error:
                 failures.setdefault(output.file, []).append((name, str(error)))
                 continue
             run.outputs[name] = value
@@ -577,7 +577,7 @@ class ProgramProblem(NamedProblem):
                 flaw += f" (nor can {names} be read there)"
             flaws.append(flaw)
         if flaws:
-            raise RunError("; ".join(flaws))
+            raise ProgramError("; ".join(flaws))
 
     @property
     def known_expressions(self) -> dict[str, Output]:

@@ -18,6 +18,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
     real_array,
+    require_shape,
 )
 from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
 from pymoo_psi.problems._pymoo import require_problem
@@ -213,13 +214,8 @@ def _parts_by_title(box: Any, titles: Sequence[str]) -> dict[str, Any]:
         for title, part in box.items():
             parts[known_name("a variable of box", title, titles)] = part
         return parts
-    bounds = real_array("box", box)
-    if bounds.shape != (2, len(titles)):
-        raise invalid(
-            "box",
-            "a mapping from variables to bounds or values, or the two arrays of refined_bounds",
-            Received(f"shape {bounds.shape}"),
-        )
+    bounds = real_array("box", box, "or a mapping from variables to bounds or values")
+    require_shape("box", bounds, (2, len(titles)))
     for title, pair in zip(titles, bounds.T, strict=True):
         if not np.isnan(pair).all():
             parts[title] = tuple(None if np.isnan(end) else end for end in pair.tolist())

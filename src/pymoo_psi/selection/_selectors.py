@@ -19,7 +19,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.indicator import Indicator
 
-from pymoo_psi._validation import Array, Received, Rows, boolean, finite_array, invalid, mapping
+from pymoo_psi._validation import (
+    Array,
+    Received,
+    Rows,
+    boolean,
+    finite_array,
+    invalid,
+    mapping,
+    require_shape,
+)
 from pymoo_psi.pareto import (
     LAST_PLACES,
     EfficiencyRanking,
@@ -156,7 +165,7 @@ class CompromiseProgramming(RankingSelector):
         if not isinstance(p, numbers.Real) or not p >= 1:
             raise invalid("p", "a number from 1 to inf", p)
         self.p: float = float(p)
-        self.weights: Array | None = _checked(weights)
+        self.weights: Array | None = _of_sum_one(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         front, F = front_of(ranking)
@@ -198,7 +207,7 @@ class ReferencePoint(RankingSelector):
     ) -> None:
         super().__init__(normalize=normalize)
         self.point = finite_array("point", point)
-        self.weights = _checked(weights)
+        self.weights = _of_sum_one(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
         front, F = front_of(ranking)
@@ -307,7 +316,7 @@ def _indices(name: Any, answer: Any, n: int) -> Rows:
     return indices.astype(np.intp)
 
 
-def _checked(weights: ArrayLike | None) -> Array | None:
+def _of_sum_one(weights: ArrayLike | None) -> Array | None:
     """Return ``(m,)`` weights, none negative and not all 0, scaled to the sum 1."""
     if weights is None:
         return None
@@ -332,12 +341,9 @@ def _least(
         *measures: Functions from ``(n, m)`` terms to ``(n,)`` values; each one decides among rows
             that are equal in those before.
     """
-    n_obj = terms.shape[1]
     if weights is None:
-        weights = np.ones(n_obj)
-    if len(weights) != n_obj:
-        rule = f"{n_obj} numbers, one for each objective"
-        raise invalid("weights", rule, Received(f"{len(weights)}"))
+        weights = np.ones(len(sizes))
+    require_shape("weights", weights, sizes.shape)
     unit = np.abs(terms).max() or 1.0  # no sum overflows
     terms = weights * (terms / unit)
     noise = LAST_PLACES * (weights * (sizes / unit))

@@ -155,13 +155,15 @@ def _places_of_variable(
     table: TestTable, j: int, bins: int
 ) -> tuple[AnyArray, Array, tuple[Any, ...]]:
     """Return where designs lie on the axis of a variable, edges of bins, and its single values."""
-    kind, cells = table.kinds[j], table.X[:, j]
+    kind = table.kinds[j]
+    cells = table.X[:, j]
     many_integers = kind is Kind.INTEGER and len({*cells.tolist()}) > 2 * bins
     if not kind.real and not many_integers:
         values, ranks = value_ranks(cells)
         return ranks, np.arange(-0.5, len(values)), tuple(values)
     places = cells.astype(np.float64)  # of variables of several kinds it is objects
-    low, high = table.layout.lower[j], table.layout.upper[j]
+    low = table.layout.lower[j]
+    high = table.layout.upper[j]
     if kind is Kind.LOG:
         return places, np.exp(_edges(np.log(places), np.log(low), np.log(high), bins)), ()
     return places, _edges(places, low, high, bins), ()
@@ -239,9 +241,11 @@ def _edges(places: Array, lower: float, upper: float, bins: int) -> Array:
     """Return equidistant edges between bounds, widened to all values; theirs without bounds."""
     bounds = np.array([lower, upper])
     points = np.concatenate([bounds[np.isfinite(bounds)], places])
-    low, high = 0.0, 1.0
+    low = 0.0
+    high = 1.0
     if len(points):
-        low, high = float(points.min()), float(points.max())
+        low = float(points.min())
+        high = float(points.max())
     size = max(abs(low), abs(high))
     pad = 0.0
     if high - low <= 1e-9 * size:
@@ -634,7 +638,9 @@ def convergence(table: TestTable) -> Convergence:
     while sizes[-1] // 2 >= _FIRST:
         sizes.append(sizes[-1] // 2)
     sizes.reverse()
-    n_feasible, fronts, optima = [], [], []
+    n_feasible = []
+    fronts = []
+    optima = []
     for n in sizes:
         first = table.rows(np.arange(n))
         n_feasible.append(int(first.feasible().sum()))

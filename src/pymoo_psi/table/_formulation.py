@@ -130,7 +130,7 @@ class Formulation:
             self._set(group, dict(entries))
         limits = limits_of(self.limits)
         column_names("limits", tuple(limits))
-        self._set("limits", {name: _plain(name, limit) for name, limit in limits.items()})
+        self._set("limits", {name: _json_limit(name, limit) for name, limit in limits.items()})
         if self.ranges is not None:
             pairs = mapping_of("ranges", self.ranges, "objectives to pairs (lower, upper)")
             ranges = {name: [*ends(name, pair)] for name, pair in pairs.items()}
@@ -169,14 +169,7 @@ class Formulation:
             >>> Formulation(["mass", "gain"], limits={"mass": 30}).without_columns().objectives
             ()
         """
-        return replace(
-            self,
-            objectives=(),
-            maximize=(),
-            relaxed=(),
-            computed={},
-            units={},
-        )
+        return replace(self, objectives=(), maximize=(), relaxed=(), computed={}, units={})
 
     def to_json(self, path: str | PathLike[str]) -> None:
         """Write the formulation as JSON, which :meth:`read_json` reads and hands can edit.
@@ -328,7 +321,7 @@ def _formulated_layout(
     )
 
 
-def _plain(name: Any, limit: Any) -> Any:
+def _json_limit(name: Any, limit: Any) -> Any:
     """Return a limit as a number or pair that JSON can hold; an open end is None."""
     low, high = ends(name, limit)
     lower = None if np.isinf(low) else plain_number(low)

@@ -254,7 +254,8 @@ def limit_text(name: str, lower: float, upper: float) -> str:
         >>> limit_text("mass", -np.inf, 30.0), limit_text("width", 0.25, 0.75)
         ('mass<=30', '0.25<=width<=0.75')
     """
-    low, high = plain_number(lower), plain_number(upper)
+    low = plain_number(lower)
+    high = plain_number(upper)
     if np.isinf(upper):
         return f"{name}>={low}"
     if np.isinf(lower):

@@ -434,7 +434,8 @@ class TestTable(Tests, Shown):
         feasible = self.feasible()
         if not feasible.any():
             raise self._none_feasible()
-        lower, upper = self.layout.lower.copy(), self.layout.upper.copy()
+        lower = self.layout.lower.copy()
+        upper = self.layout.upper.copy()
         for j, kind in enumerate(self.kinds):
             if not kind.real and kind is not Kind.INTEGER:
                 continue
@@ -584,7 +585,8 @@ class TestTable(Tests, Shown):
             return False
         if difference(self._with(problem=None), other):
             return False
-        columns, others = columns_of(self), columns_of(other)
+        columns = columns_of(self)
+        others = columns_of(other)
         if list(columns) != list(others):
             return False
         return not any(unequal(columns[name], others[name]).any() for name in columns)

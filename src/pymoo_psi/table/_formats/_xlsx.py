@@ -85,18 +85,18 @@ class WorkbookFile(FileFormat):
             letter = openpyxl.utils.get_column_letter(j)
             longest = max(8, len(headings[name]), *map(len, texts_in(column[:_WIDTHS])))
             sheet.column_dimensions[letter].width = min(50, 2 + longest)
-        written = openpyxl.cell.cell
-        illegal = written.ILLEGAL_CHARACTERS_RE
+        make_cell = openpyxl.cell.cell.WriteOnlyCell
+        illegal = openpyxl.cell.cell.ILLEGAL_CHARACTERS_RE
 
-        def typed(cell: Any) -> Any:
-            if cell is None or isinstance(cell, bool):
-                return cell
-            typed = written.WriteOnlyCell(sheet, illegal.sub("\ufffd", str(cell)))
+        def typed(value: Any) -> Any:
+            if value is None or isinstance(value, bool):
+                return value
+            cell = make_cell(sheet, illegal.sub("\ufffd", str(value)))
             # Set, as a text such as =A1 would be a formula, and openpyxl cuts numbers to 16 digits.
-            typed.data_type = "s"
-            if isinstance(cell, (int, float)) and abs(cell) != float("inf"):
-                typed.data_type = "n"
-            return typed
+            cell.data_type = "s"
+            if isinstance(value, (int, float)) and abs(value) != float("inf"):
+                cell.data_type = "n"
+            return cell
 
         sheet.append(list(map(typed, headings.values())))
         for block in blocks_of_rows(columns):
