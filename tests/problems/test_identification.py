@@ -149,6 +149,8 @@ def test_series_are_compared_by_name(tmp_path):
     assert model(lambda data: {"b": data["b"], "a": data["a"]}).values({"x": 0.5}) == {"run": 0.0}
     with pytest.raises(PsiError, match="at the values of 't' of 'run'"):
         model(lambda data: data.assign(t=data["t"] + 1)).values({"x": 0.5})
+    with pytest.raises(PsiError, match="at the values of 't' of 'run'"):
+        model(lambda data: data.assign(t=data["t"] + 1).set_index("t")).values({"x": 0.5})
     with pytest.raises(PsiError, match="a measured series must be one of"):
         model(lambda data: data[["t", "a"]]).values({"x": 0.5})
 

@@ -206,6 +206,8 @@ def shell(tmp_path, script, outputs, template=None, **program):
         ("w m\n1 5 10", None, "line 2 has 3 cells, most lines 2"),  # R: names of rows in front
         ("     w   m\n0  5  10\n1  6  11", None, "line 1 has 2 cells, most lines 3"),  # pandas
         ("tip speed m\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
+        ("   m  tip speed\n0  5         10\n", None, "'5' under the name of another column"),
+        ("tip speed   m\n0       5  10\n", 10, None),
         ("w m n\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
         ("w,m\n1,5,10\n", None, "line 2 has 3 cells, most lines 2"),
         ("w;m\n5;1,5\n", None, "'1,5' in out is no plain number"),
@@ -225,6 +227,15 @@ def test_a_column_of_a_table_is_never_taken_for_its_neighbour(tmp_path, table, c
         assert flaw in run.flaw
 
 
+@pytest.mark.parametrize(
+    ("text", "flaw"), [('{"a": 1, "a": 2}', "a name occurs twice"), ("[" * 9999, "no a in out")]
+)
+def test_json_of_two_meanings_or_none_fails_the_design(tmp_path, text, flaw):
+    outputs = {"m": {"file": "out", "key": "a"}}
+    problem = shell(tmp_path, "cp given out", outputs, {"given": text})
+    assert flaw in problem.run({"x": 0.5}).flaw
+
+
 def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
     """A program that writes no file fails; the file of an earlier run stays in the template."""
     outputs = {"m": {"file": "out", "pattern": "(.+)"}, "n": {"file": "in", "pattern": "n=(.+)"}}
@@ -237,6 +248,16 @@ def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
         PsiError, match="files must be inputs, and none of them an output, got './in'"
     ):
         shell(tmp_path, "", outputs, files=["./in"])
+
+
+def test_links_to_nothing_are_not_copied(tmp_path):
+    """Editors leave them beside files that they have open."""
+    outputs = {"m": {"file": "stdout.txt", "pattern": "(.+)"}}
+    problem = shell(tmp_path, "echo 5", outputs)
+    identity = problem.fingerprint()
+    (tmp_path / "template" / ".#run.sh").symlink_to("user@host.4711")
+    assert problem.run({"x": 0.5}).outputs == {"m": 5.0}
+    assert problem.fingerprint() == identity
 
 
 @pytest.mark.parametrize("path", ["{}/in", "../in", "a/../../in", "C:\\in", "\\\\server\\in"])

@@ -68,6 +68,10 @@ FINITE = "must be a finite number, got"
         ("variables steel choices", "S235", rf"variables: steel: choices {LIST}, got str"),
         ("variables steel choices", 5, rf"variables: steel: choices {LIST}, got int"),
         ("variables steel choices", [["S235"]], r"choices\[0\] must be of type .*str, got list"),
+        ("variables steel choices", ["S", 1, "1"], "steel: choices must be options of which no two"),
+        ("variables n bounds", [0, 2**63], r"bounds of n of beam must be those of an int64"),
+        ("outputs mass expression", "1e400*width*height", f"a number of an expression {FINITE} inf"),
+        ("requirements slender", "height <= 1e400", f"a number of an expression {FINITE} inf"),
         ("program", "sh run.sh", r"\[program\] must map names to settings, got 'sh run.sh'"),
         ("program files", [5], r"program: files\[0\] must be of type str, got int"),
         ("program files", "beam.inp", rf"program: files {LIST}, got str"),
@@ -118,6 +122,11 @@ def test_a_wrong_value_is_refused_by_path_and_rule(read, where, value, message):
 def test_wrong_syntax_is_refused_by_its_line(read, text, message):
     with pytest.raises(PsiError, match=message):
         read(text)
+
+
+def test_a_byte_order_mark_is_none_of_the_text(read):
+    text = toml_file(FILE)
+    assert read(f"\ufeff{text}").fingerprint() == read(text).fingerprint()
 
 
 def test_odd_files_give_a_problem_or_an_error_of_the_package(read):

@@ -215,7 +215,31 @@ def wide_enough(limit, columns):
     return columns["width"] >= limit
 
 
-@pytest.mark.parametrize("rule", [at_least, AtLeast, lambda limit: partial(wide_enough, limit)])
+def is_wide(columns, limits):
+    return columns["width"] >= limits[0]
+
+
+def through_others(limit):
+    """Its limit is in an array, and a function of another name is called."""
+    limits = np.array([limit])
+
+    def wide(columns):
+        return is_wide(columns, limits)
+
+    return lambda columns: wide(columns)
+
+
+def by_default(limit):
+    def enough(columns, *, limits=(limit,)):
+        return is_wide(columns, limits)
+
+    return enough
+
+
+RULES = [at_least, AtLeast, lambda limit: partial(wide_enough, limit), through_others, by_default]
+
+
+@pytest.mark.parametrize("rule", [*RULES, lambda limit: AtLeast(limit).__call__])
 def test_a_study_knows_what_a_function_requires(tmp_path, rule):
     """Its code, and the constants that it uses; not only its name."""
     study = tmp_path / "plain.db"
@@ -229,6 +253,24 @@ def test_a_study_knows_what_a_function_requires(tmp_path, rule):
 
     with pytest.raises(StudyMismatchError, match="functions"):
         investigate(Required(Plain(), {"enough": enough}), 8, study=study)
+
+
+def test_a_study_knows_the_functions_that_a_rule_calls(tmp_path, monkeypatch):
+    study = tmp_path / "plain.db"
+    investigate(Required(Plain(), [by_default(0.5)]), 8, study=study)
+    monkeypatch.setitem(globals(), "is_wide", lambda columns, limits: columns["width"] < limits[0])
+    with pytest.raises(StudyMismatchError, match="functions"):
+        investigate(Required(Plain(), [by_default(0.5)]), 8, study=study)
+    rules = [lambda c: c["width"] < 1, lambda c: c["height"] < 1]  # on one line, alike otherwise
+    investigate(Required(Plain(), {"low": rules[0]}), 8, study=tmp_path / "other.db")
+    with pytest.raises(StudyMismatchError, match="functions"):
+        investigate(Required(Plain(), {"low": rules[1]}), 8, study=tmp_path / "other.db")
+
+
+def test_rules_compute_with_numbers_alone():
+    steel = Required(Mixed(), ["steel <= 4"])
+    with pytest.raises(PsiError, match="only columns of numbers can be .* 'steel' holds"):
+        investigate(steel, 4)
 
 
 def test_those_who_ask_and_tell_are_not_asked_for_a_model_run():

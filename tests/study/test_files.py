@@ -267,6 +267,7 @@ def test_every_flipped_bit_of_a_number_is_reported(tmp_path):
     [
         "UPDATE study SET value = replace(value, '-5.0', '-4.0') WHERE name = 'head'",
         "UPDATE study SET value = 'x' WHERE name = 'id'",
+        "PRAGMA user_version = 4",  # one bit of 5, and no checksum would be looked at
         "UPDATE proposals SET content = replace(content, '0.5', '0.6')",
     ],
 )

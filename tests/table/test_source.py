@@ -562,6 +562,9 @@ def test_the_frame_of_a_test_table_has_lost_its_directions():
     [
         ["3D printing,1,2", "2K moulding,3,1", "casting,2,2"],
         ["3D printing,1,2", "3D milling,3,1", "5-axis milling,2,2"],
+        ["3D printing,1,2", "3D printing,3,1"],
+        ["2-part,1,2", "0815-B,3,1", "3D\u2011printed,2,2"],
+        ["1.1.2024,1,2", "2.1.2024,3,1"],
     ],
 )
 def test_a_digit_in_front_of_words_makes_no_number(tmp_path, rows):
@@ -586,6 +589,9 @@ def test_numbers_with_units_are_still_refused(tmp_path, cells):
         ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\nИтого;9;11\n", "line 5) is called 'Итого' and"),
         ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\n合计;9;11\n", "line 5) is called '合计' and"),
         ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\n;9;11\n", "line 5) has no name and"),
+        ("name;cost;mass\n;9;11\nA;1;2\nB;3;4\nC;5;5\n", "line 2) has no name and"),
+        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\n∑;9;11\n", "line 5) is called '∑' and"),
+        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\nsum_all;9;11\n", "called 'sum_all' and"),
         ("cost;mass\n1;2\n3;4\n5;5\n9;11\n", "line 5) has no name and"),
     ],
 )
@@ -606,6 +612,8 @@ def test_equal_rows_of_a_file_count_once(tmp_path):
     assert table.numbers.tolist() == [1, 2, 4]
     assert table.remarks[0] == "2 rows left out, equal to another one in all cells."
     assert len(read_table(pd.read_csv(path))) == 5
+    path.write_text("id,cost,mass\n1.1,1,2\n1.1,1.0,2e0\n1.10,1,2\n")  # labels are no numbers
+    assert read_table(path).names == ["1.1", "1.10"]
     assert len(read_table(np.ones((3, 2)))) == 3
 
 

@@ -143,6 +143,8 @@ class Identification(NamedProblem):
         simulated: Any = self.simulate(dict(design), data.copy())
         if isinstance(simulated, (Mapping, pd.DataFrame)):
             abscissa = data.columns[0]
+            if isinstance(simulated, pd.DataFrame) and simulated.index.name == abscissa:
+                simulated = simulated.reset_index()
             if abscissa in simulated and not _alike(simulated[abscissa], data[abscissa]):
                 rule = f"at the values of {abscissa!r} of {experiment!r}, or without this column"
                 raise invalid("what simulate returns", rule, Received("others"))

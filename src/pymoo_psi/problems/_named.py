@@ -48,6 +48,8 @@ class Setting:
         if len(self.bounds) != n_bounds:
             raise invalid("a variable", "given by bounds = [lower, upper] or choices", self.bounds)
         if self.choices:
+            if len({*map(str, self.choices)}) < len(self.choices):
+                raise invalid("choices", "options of which no two are the same", self.choices)
             return
         low, high = (finite_number("bounds", end) for end in self.bounds)
         if low > high or (self.scale == "log" and low <= 0):

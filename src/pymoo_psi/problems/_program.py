@@ -25,6 +25,7 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Received,
+    distinct,
     invalid,
     known_name,
     mapping,
@@ -126,10 +127,10 @@ class Output:
     def _value_at_key(self, text: str) -> str:
         """Return the value at the path in JSON."""
         try:
-            value = json.loads(text)
+            value = json.loads(text, object_pairs_hook=distinct)
             for part in self.key.split("."):
                 value = value[int(part)] if isinstance(value, list) else value[part]
-        except (ValueError, LookupError, TypeError) as error:
+        except (ValueError, LookupError, TypeError, RecursionError) as error:
             reason = f"{type(error).__name__}: {error}"
             raise ProgramError(f"no {self.key} in {self.file} ({reason:.80})") from None
         return str(value)
@@ -386,7 +387,7 @@ class ProgramProblem(NamedProblem):
         path = Path(path)
         words = ("variables", "program", "outputs", "objectives", "limits", "requirements")
         try:
-            sections = tomllib.loads(path.read_text(encoding="utf-8"))
+            sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))
             for word in sections:
                 known_name("a section", word, (*words, "name", "key"))
             for word in words[:4]:
@@ -430,7 +431,7 @@ class ProgramProblem(NamedProblem):
             for folder, folders, files in os.walk(self._template, followlinks=True):
                 folders[:] = [name for name in folders if name not in _LEFT_OUT]
                 paths += [Path(folder, name) for name in files if name not in _LEFT_OUT]
-        return sorted(paths)
+        return sorted(filter(Path.is_file, paths))
 
     def run(self, values: Mapping[str, Any], *, keep: bool = False) -> ProgramRun:
         """Run the program for one design.
@@ -470,7 +471,13 @@ class ProgramProblem(NamedProblem):
         """
         if self.program.template:
             left_out = shutil.ignore_patterns(*_LEFT_OUT)
-            shutil.copytree(self._template, run.folder, dirs_exist_ok=True, ignore=left_out)
+            shutil.copytree(
+                self._template,
+                run.folder,
+                dirs_exist_ok=True,
+                ignore=left_out,
+                ignore_dangling_symlinks=True,  # as editors leave for files that they have open
+            )
         for output in self.outputs.values():
             if output.file:
                 (run.folder / output.file).unlink(missing_ok=True)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import inspect
 import re
+import sysconfig
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
@@ -33,6 +35,8 @@ Columns: TypeAlias = Mapping[str, AnyArray]
 Rule: TypeAlias = str | Callable[[Columns], Any]
 
 _SIGN = re.compile(r"(<=|>=)")
+# Where installed packages are, and Python itself.
+_PACKAGES = tuple(map(sysconfig.get_path, ("stdlib", "purelib", "platlib")))
 
 
 @dataclass(frozen=True)
@@ -59,8 +63,8 @@ class Requirement:
 
     @property
     def source(self) -> str:
-        """What a function does, empty for a text: its code, and numbers and texts that it uses."""
-        return _source(self.rule) if callable(self.rule) else ""
+        """What a function does, empty for a text: its code, and all that it uses."""
+        return _content(self.rule, []) if callable(self.rule) else ""
 
     @property
     def text(self) -> str:
@@ -112,28 +116,69 @@ class Requirement:
         return terms, -1.0 if signs[0] == "<=" else 1.0
 
 
-def _source(function: Any) -> str:
-    """Return the code of a function, or of a value that can be called, and its constants."""
-    if isinstance(function, partial):
-        return f"{_source(function.func)}{function.args}{function.keywords}"
-    constants: dict[str, Any] = {}
-    if not inspect.isfunction(function):
-        constants |= getattr(function, "__dict__", {})
-        function = getattr(type(function), "__call__", function)  # noqa: B004 - its code is read
-    if not inspect.isfunction(function):  # compiled
-        return repr(function)
+def _content(value: Any, functions: list[Any]) -> str:
+    """Return what a function does, or what another value is, the same in every process.
+
+    It has the code of functions and all that they use; of those of installed packages, the names.
+
+    Args:
+        value: The function or other value.
+        functions: Those whose content is given already; more are added.
+    """
+    call = getattr(value, "__func__", getattr(type(value), "__call__", None))  # noqa: B004
+    text = ""
+    parts: dict[Any, Any]
+    if isinstance(value, partial):
+        parts = {"function": value.func, **dict(enumerate(value.args)), **value.keywords}
+    elif inspect.isfunction(value):
+        is_installed = value.__code__.co_filename.startswith(_PACKAGES)
+        if value in functions or (functions and is_installed):
+            return value.__qualname__
+        functions.append(value)
+        text = _code(value)
+        parts = _used(value)
+    elif inspect.isfunction(call):  # a method, or an object that can be called
+        parts = {"function": call, **getattr(getattr(value, "__self__", value), "__dict__", {})}
+    else:
+        return _identity(value)
+    contents = {name: _content(part, functions) for name, part in parts.items()}
+    return f"{text}{contents}"
+
+
+def _code(function: Any) -> str:
+    """Return the code of a function as it was written, if that is known."""
     code = function.__code__
-    try:
+    text = ""
+    with suppress(OSError):  # typed into an interpreter
         text = inspect.getsource(code)
-    except OSError:  # typed into an interpreter
-        text = repr((code.co_code, code.co_consts, code.co_names))
-    used = inspect.getclosurevars(function)
-    constants |= {**used.globals, **used.nonlocals}
-    plain = []
-    for name, value in sorted(constants.items()):
-        if isinstance(value, (int, float, str)):
-            plain.append((name, value))
-    return f"{text}{plain}{function.__defaults__}"
+    if text and function.__name__ != "<lambda>":
+        return text
+    constants = [constant for constant in code.co_consts if not inspect.iscode(constant)]
+    # Several lambdas may stand on one line.
+    return f"{text}{code.co_code!r}{constants}{code.co_names}"
+
+
+def _used(function: Any) -> dict[str, Any]:
+    """Return the values that a function uses, by name, and the default values of its arguments."""
+    used = {"defaults": function.__defaults__, "keywords": function.__kwdefaults__}
+    used |= inspect.getclosurevars(function).nonlocals
+    codes = [function.__code__]
+    for code in codes:  # those of functions within it are added
+        codes += filter(inspect.iscode, code.co_consts)
+        for name in code.co_names:
+            if name in function.__globals__:
+                used[name] = function.__globals__[name]
+    return used
+
+
+def _identity(value: Any) -> str:
+    """Return a text that differs for different numbers, arrays and other data."""
+    import joblib  # only where a function has data
+
+    try:
+        return str(joblib.hash(value))
+    except Exception:  # a module, an open file, a compiled function
+        return str(getattr(value, "__qualname__", type(value).__qualname__))
 
 
 def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, ...]:

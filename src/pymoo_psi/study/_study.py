@@ -448,6 +448,8 @@ def _facts(db: sqlite3.Connection, path: str) -> Facts:
         others = [f"the {kind} {name}" for name, kind in items.items() - tables.items()]
         raise _unreadable(path, f"it holds {', '.join(others) or 'no tests'}")
     texts = _texts(db)
+    if version == _UNCHECKED and _CHECKSUM in texts:
+        raise _unreadable(path, "the number of its format was changed")
     if version == _VERSION and texts.pop(_CHECKSUM, "") != str(text_checksum(texts)):
         raise _unreadable(path, "what it says of its columns was changed")
     facts = {name: json.loads(value) for name, value in texts.items()}

@@ -50,25 +50,28 @@ _OTHER = {".": ",", ",": "."}
 _GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
 _LONGEST = 100  # characters of a number; a longer text is not searched for one
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
-# =A1; but not dates and times, nor a digit in front of words: 3D printing, 2K moulding, 5 bolts M8.
+# =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
 _NUMBERLIKE = re.compile(
-    r"(?!\d{4}-\d\d?-\d\d?(?:[T ].*)?$|\d\d?[./]\d\d?[./]\d{2,4}$|\d\d?:\d\d(?::\d\d)?$)"
-    r"(?:=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d"
-    r"(?![\w.,]*[\s-]*[^\W\d]+[\s-]+[^\W\d]{4,}))",
+    r"=|\W*(?:(?:EUR|USD|GBP|CHF|JPY|CNY|US|ca|circa|approx|about)\b\W*)?\d"
+    r"(?!\w*[-‐‑][^\W\d]|[\w.,]*[\s-]*[^\W\d]+[\s-]+[^\W\d]{4,})",
     re.IGNORECASE,
+)
+_MOMENT = re.compile(  # dates and times
+    r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
 )
 _LEADING = re.compile(r"\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
 # What spreadsheets and people call rows that summarise others: sums, means, extremes.
 _SUMMARY = re.compile(
-    r"\b(sums?|totals?|subtotal|σ|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|teilsumme|"
-    r"ergebnis|gesamtergebnis|teilergebnis|somme|suma|totale|mean|average|avg|ø|mittel|mittelwert|"
-    r"durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|deviation|итого|всего|"
-    r"сумма|среднее|підсумок|разом|razem|suma|celkem|összesen|toplam|ortalama|totaal|gemiddelde|"
-    r"totalt|gennemsnit|keskiarvo|yhteensä|soma|média|σύνολο|합계|평균|合计|总计|合計|平均|"
+    r"(?<![^\W_])(sums?|totals?|subtotal|σ|∑|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|"
+    r"teilsumme|ergebnis|gesamtergebnis|teilergebnis|zusammen|somme|suma|summa|totale|mean|average|"
+    r"avg|ø|mittel|mittelwert|durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|"
+    r"deviation|итого|всего|сумма|среднее|сума|общо|підсумок|разом|razem|celkem|spolu|ukupno|kokku|"
+    r"összesen|toplam|ortalama|totaal|gemiddelde|totalt|gennemsnit|keskiarvo|yhteensä|soma|média|"
+    r"jumlah|tổng|σύνολο|المجموع|סך הכל|รวม|합계|평균|合计|总计|合計|平均|"
     r"standardabweichung|min|minimum|max|maximum|best|worst|ideal|nadir|utopia|bester|"
-    r"schlechtester)\b",
+    r"schlechtester)(?![^\W_])",
     re.IGNORECASE,
 )
 _ROUNDED = 0.01  # relative; a summary is often rounded, and computed from unrounded numbers
@@ -403,11 +406,16 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     if any(number is not None and number == number for number in numbers):
         rule = "no plain number like the others"
     else:
-        column = cells.columns[name]
-        # Numbers of one unit, such as 5 k Euro, or texts?
-        units = {_LEADING.sub("", str(column[i]).strip(), count=1) for i in others}
-        if len(units) > 1 or not _LEADING.match(str(column[others[0]])):
-            others = [i for i in others if _looks_like_number(column[i])]
+        texts = {i: str(cells.columns[name][i]).strip() for i in others}
+        # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
+        units = {_LEADING.sub("", text, count=1) for text in texts.values()}
+        have_one_unit = len(units) == 1 < len({*texts.values()}) and _LEADING.match(
+            texts[others[0]]
+        )
+        others = []
+        for i, text in texts.items():
+            if not _MOMENT.fullmatch(text) and (have_one_unit or _looks_like_number(text)):
+                others.append(i)
     if not others:
         return ""
     return (
@@ -417,8 +425,8 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     )
 
 
-def _looks_like_number(cell: Any) -> bool:
-    return _NUMBERLIKE.match(str(cell).strip()[:_LONGEST]) is not None
+def _looks_like_number(text: str) -> bool:
+    return _NUMBERLIKE.match(text[:_LONGEST]) is not None
 
 
 # Rows that summarise others
@@ -441,8 +449,9 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
         else:
             names |= _names_of_summaries(column.cells)
     n = len(cells.rows)
-    if numbers and _is_nameless_sum(cells.columns.get(cells.label or ""), np.array(numbers).T):
-        names[n - 1] = ""
+    if numbers:
+        nameless = _nameless_sum(cells.columns.get(cells.label or ""), np.array(numbers).T)
+        names |= dict.fromkeys(nameless, "")
     # Words in most of many rows are values of a column, such as the levels min and max.
     if not names or not numbers or len(names) > max(10, n // 2):
         return
@@ -455,26 +464,32 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     for k, i in enumerate(named):
         if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
             skipped = ",".join(map(str, map(cells.line, named)))
-            called = f"is called {names[i]!r:.40}" if names[i] else "has no name"
+            called = "has no name"
+            remedy = "name it"
+            if names[i]:
+                called = f"is called {names[i]!r:.40}"
+                remedy = "rename it"
             raise UnfitError(
                 f"{cells.where(i)} {called} and summarises other rows",
-                f"leave it out by --skip-rows {skipped}, or rename it",
+                f"leave it out by --skip-rows {skipped}, or {remedy}",
             )
 
 
-def _is_nameless_sum(labels: Sequence[Any] | None, F: Array) -> bool:
-    """Say whether the last row is one of sums without a name.
+def _nameless_sum(labels: Sequence[Any] | None, F: Array) -> list[int]:
+    """Return the row that may be one of sums without a name, if there is one.
 
-    Among designs with names a blank one is enough to suspect it; without any names, the row must
-    be the sum of three rows or more in all of several columns.
+    Among designs with names a blank one is enough to suspect it; without any names, it is the last
+    row, which must be the sum of three rows or more in all of several columns.
     """
     if labels is not None:
-        return is_blank(labels[-1]) and not any(map(is_blank, labels[:-1]))
+        blanks = [i for i, label in enumerate(labels) if is_blank(label)]
+        return blanks if len(blanks) == 1 else []
     above = F[:-1]
     if len(above) < 3 or F.shape[1] < 2 or (above == 0).all(axis=0).any():
-        return False
+        return []
     with np.errstate(all="ignore"):
-        return np.allclose(np.nansum(above, axis=0), F[-1], rtol=1e-9, atol=0)
+        is_sum = np.allclose(np.nansum(above, axis=0), F[-1], rtol=1e-9, atol=0)
+    return [len(above)] if is_sum else []
 
 
 def _names_of_summaries(column: list[Any]) -> dict[int, str]:

@@ -115,7 +115,7 @@ def real_column(name: str, column: AnyArray) -> Array:
     Raises:
         ArgumentTypeError: The column holds other values than numbers.
     """
-    if column.dtype.kind == "O":
+    if column.dtype.kind not in "biuf":
         for value in column.tolist():
             if not isinstance(value, (int, float)):
                 raise ArgumentTypeError(

@@ -20,6 +20,7 @@ from pymoo_psi._validation import (
     AnyArray,
     Array,
     Received,
+    finite_number,
     invalid,
     known_name,
     wrong_type,
@@ -165,7 +166,8 @@ def _with_placeholders(text: str) -> tuple[str, list[Any]]:
 
     def placeholder(match: re.Match[str]) -> str:
         if match["number"]:
-            operands.append(np.float64(match["number"]))
+            number = finite_number("a number of an expression", float(match["number"]))
+            operands.append(np.float64(number))
         elif match["name"]:
             operands.append(match["name"])
         else:

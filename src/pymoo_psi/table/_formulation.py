@@ -23,6 +23,7 @@ from pymoo_psi._validation import (
     AnyArray,
     Received,
     boolean,
+    distinct,
     flat,
     instance,
     invalid,
@@ -333,11 +334,3 @@ def _json_limit(name: Any, limit: Any) -> Any:
 
 def _no_number(word: str) -> Any:
     raise ValueError(f"{word} is no number of JSON")
-
-
-def distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the entries of an object; of two with one name JSON would keep the last in silence."""
-    entries = dict(pairs)
-    if len(entries) < len(pairs):
-        raise ValueError("a name occurs twice")
-    return entries

@@ -342,12 +342,6 @@ def _designs(
     if len(rows) < n_rows:
         left_out = counted(n_rows - len(rows), "design")
         remarks.append(f"{left_out} left out as not feasible.")
-    if is_file:
-        n_feasible = len(rows)
-        rows = _first_of_equal(cells, rows)
-        if len(rows) < n_feasible:
-            n_repeats = counted(n_feasible - len(rows), "row")
-            remarks.append(f"{n_repeats} left out, equal to another one in all cells.")
     # A failed design may hold anything, so it is left out before numbers are read.
     columns_of_results = {*_DERIVED}
     if _is_export(cells):
@@ -357,11 +351,16 @@ def _designs(
     cells_by_name = {}
     for name, column in cells.columns.items():
         if name not in columns_of_results:
-            cells_by_name[name] = [column[i] for i in rows]
-    lines = [cells.lines[i] for i in rows if cells.lines]
-    designs = replace(cells, columns=cells_by_name, rows=[i + 1 for i in rows], lines=lines)
+            cells_by_name[name] = column
+    designs = _rows(replace(cells, columns=cells_by_name), rows)
     labels = set(filter(_is_label, cells_by_name))
     columns = read_columns(designs, decimal, thousands, labels)
+    first = _first_of_equal(columns.values(), labels)
+    if is_file and 0 < len(first) < len(rows):
+        n_repeats = counted(len(rows) - len(first), "row")
+        remarks.append(f"{n_repeats} left out, equal to another one in all cells.")
+        designs = _rows(replace(cells, columns=cells_by_name), [rows[k] for k in first])
+        columns = read_columns(designs, decimal, thousands, labels)
     if designs.label is None:
         designs = replace(designs, label=_label(columns))
     if designs.label is not None:
@@ -385,12 +384,28 @@ def _feasible_rows(cells: Cells, n_rows: int) -> list[int]:
     return np.flatnonzero(is_feasible).tolist()
 
 
-def _first_of_equal(cells: Cells, rows: Sequence[int]) -> list[int]:
-    """Return the rows without those that have the same cells as one before."""
-    first: dict[tuple[str, ...], int] = {}
-    for i in rows:
-        first.setdefault(tuple(str(column[i]) for column in cells.columns.values()), i)
-    return [*first.values()]
+def _rows(cells: Cells, rows: Sequence[int]) -> Cells:
+    """Return the cells of some rows of a source."""
+    columns = {}
+    for name, column in cells.columns.items():
+        columns[name] = [column[i] for i in rows]
+    lines = [cells.lines[i] for i in rows if cells.lines]
+    return replace(cells, columns=columns, rows=[i + 1 for i in rows], lines=lines)
+
+
+def _first_of_equal(columns: Iterable[Column], labels: Collection[str]) -> list[int]:
+    """Return the rows without those that equal one before in texts, labels and numbers.
+
+    Numbers are equal however they are written, except in labels, such as versions 1.1 and 1.10.
+    """
+    import pandas as pd
+
+    contents: dict[str, Any] = {}
+    for column in columns:
+        contents[column.name] = column.numbers
+        if column.numbers is None or column.name in labels:
+            contents[column.name] = [str(cell).strip() for cell in column.cells]
+    return np.flatnonzero(~pd.DataFrame(contents).duplicated()).tolist()
 
 
 def _has_ranking(cells: Cells) -> bool:

@@ -67,6 +67,8 @@ _DATATYPES: dict[str, Any] = {  # of CSVW, by those of pandas
 }
 # What Python writes where JSON has no word; every reader takes 1e999 for infinity.
 _STANDARD = {"NaN": "null", "Infinity": "1e999", "-Infinity": "-1e999"}
+_WORD = re.compile(r"\S+")
+_GAP = re.compile(r"\S\s{2,}\S")  # by which columns are aligned
 _ABOVE_HEADER = re.compile(r'"*#|\s*$')  # comments and blank lines
 # What a spreadsheet runs as a formula: a cell that begins with a sign, full-width ones too, or with
 # a gap that it drops, unless it is a number; a sign alone, which people write for "none", is one.
@@ -364,6 +366,8 @@ def cells_of_text(text: str, skip_rows: Collection[int] = ()) -> Cells:
     if not lines:
         raise UnfitError(EMPTY)
     separator = _separator(lines)
+    if separator == " ":
+        _require_names_above(lines)
     try:
         rows = _rows(lines, separator)
     except csv.Error as error:
@@ -418,6 +422,27 @@ def _separator(lines: Sequence[Line]) -> str:
         if usual > 1:
             return " "
     return ","
+
+
+def _require_names_above(lines: Sequence[Line]) -> None:
+    """Refuse columns that blanks align if cells stand under the names of other columns.
+
+    If names have blanks in them, and there is an index without a name, there may be as many words
+    in the header as in the rows, and yet each one may belong to another column.
+    """
+    header = lines[0][1]
+    names = [*_WORD.finditer(header)]
+    for number, line in lines:
+        cells = [*_WORD.finditer(line)]
+        if len(cells) != len(names) or not (_GAP.search(header) and _GAP.search(line)):
+            continue
+        for cell, name in zip(cells, names, strict=True):
+            is_apart = cell.end() <= name.start() or name.end() <= cell.start()
+            if is_apart and header[cell.start() : cell.end()].strip():
+                raise UnfitError(
+                    f"line {number} has {cell[0]!r} under the name of another column",
+                    "put commas between the cells if names have blanks in them",
+                )
 
 
 def _merit(rows: list[list[str]]) -> tuple[bool, float, int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 
+from pymoo_psi._validation import distinct
 from pymoo_psi.table._cells import Cells, UnfitError, cells_of_frame
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
 
@@ -26,9 +27,9 @@ class JsonFile(FileFormat):
         import pandas as pd  # only where JSON is read
 
         try:
-            designs = json.loads(file.text)
-        except (ValueError, RecursionError):
-            designs = None
+            designs = json.loads(file.text, object_pairs_hook=distinct)
+        except (ValueError, RecursionError) as error:
+            raise UnfitError(f"it is JSON, but no list of designs: {error}") from None
         if not isinstance(designs, list) or not all(isinstance(row, dict) for row in designs):
             example = '[{"name": "A", "cost": 1.5}]'
             raise UnfitError(f"it is JSON, but no list of designs such as {example}")
