@@ -90,6 +90,13 @@ def is_marked(path: Path) -> bool:
     return _OURS.search(content) is not None
 
 
+def with_unit(name: str, unit: str) -> str:
+    """Return the name of a column with its unit, ``mass [kg]``, unless the name ends so."""
+    if not unit or name.endswith(f"[{unit}]"):
+        return name
+    return f"{name} [{unit}]"
+
+
 class Shown:
     """A class that a notebook shows as one line and a short table."""
 

@@ -149,7 +149,7 @@ class StudyStore(Store):
         # Tests of another run may have outputs that this one does not know yet.
         outputs = tuple(name for name in columns if name not in promised)
         layout = replace(layout, outputs=layout.outputs + outputs)
-        return table_of(head_of(TestTable.empty(layout)), columns, self.study.path, TestTable)
+        return table_of(head_of(TestTable.empty(layout)), columns, self.study.path)
 
     def to_retry(self, tests: TestTable) -> Mask:
         """``(n,)`` which of stored tests have failed and are to be evaluated once more."""

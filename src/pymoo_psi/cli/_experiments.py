@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import counted, job_count
@@ -15,7 +15,7 @@ from pymoo_psi.cli._output import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.cli._source import counts_in
 from pymoo_psi.comparison import INDICATORS, Comparison, compare, conclusions
-from pymoo_psi.paper import PAPER_MU, Case, reproduce
+from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
@@ -74,45 +74,35 @@ def _write_comparison(result: Comparison, folder: Path) -> None:
 def run_reproduce(options: Options) -> int:
     """Compute the tables, write them and the figures, and print the tables."""
     out = options.out
-    job_count("--jobs", options.jobs)
+    jobs = job_count("--jobs", options.jobs)
     mu = tuple(options.mu) or PAPER_MU
     models = [*MODELS]
     if options.model is not None:
         models = [options.model]
     folder = results_folder(out)
     places = []
-    # Each model has its cases and then a set of figures.
-    n_steps = len(models) * (len(mu) + 1)
-    shares = iter(np.linspace(0, 1, n_steps + 1)[1:].tolist())
     with progress_bar(True) as show:
+        n_done = 0
+        n_steps = len(models) * (len(mu) + 1)  # each model has its cases and a set of figures
 
-        def advance(case: Case) -> None:
-            show(next(shares), f"mu = {case.mu}, {case.model} model")
+        def advance(text: str) -> None:
+            nonlocal n_done
+            n_done += 1
+            show(n_done / n_steps, text)
+
+        def advance_by_case(case: Case) -> None:
+            advance(f"mu = {case.mu}, {case.model} model")
 
         result = reproduce(
-            options.points,
-            mu=mu,
-            models=models,
-            n_jobs=options.jobs,
-            on_case=advance,
+            options.points, mu=mu, models=models, n_jobs=jobs, on_case=advance_by_case
         )
-
-        def draw(model: str) -> Path:
-            # The figures of the full model are the results; the others only check the paper's.
-            place: Path = out
-            if model == "rolling":
-                place = out / "rolling"
-            figures = paper_figures(result, model=model)
-            save_figures(figures, results_folder(place), 200, ".png")
-            return place
-
+        draw = partial(_draw_paper, result, out)
         # Figures take most of the time, so that a second process is worth its start.
-        jobs = options.jobs
         if jobs > 0:
             jobs = min(jobs, len(models))
         for _, place in in_parallel(draw, models, jobs):
             places.append(str(place))
-            show(next(shares), f"figures in {place}")
+            advance(f"figures in {place}")
     tables = {"6_1": result.table_6_1(), "6_2": result.table_6_2()}
     for number, table in tables.items():
         write_frame(table, folder / f"table_{number}.csv")
@@ -126,3 +116,12 @@ def run_reproduce(options: Options) -> int:
     say(*_HEADINGS.splitlines())
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")
     return 0
+
+
+def _draw_paper(result: Reproduction, out: Path, model: str) -> Path:
+    """Write the figures of a model, and return their folder."""
+    folder = out
+    if model == "rolling":  # which only checks the paper's figures; the full model has the results
+        folder = out / "rolling"
+    save_figures(paper_figures(result, model=model), results_folder(folder), 200, ".png")
+    return folder

@@ -21,6 +21,7 @@ import pandas as pd
 from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
+from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Received, invalid, job_count, positive_number
 from pymoo_psi.cli._output import print_frame, say
 from pymoo_psi.cli._source import pairs_in
@@ -307,7 +308,7 @@ def try_program(name: str, problem: Any, points: int) -> int:
     """
     if not isinstance(layers(problem)[-1], ProgramProblem):
         raise invalid("--try", "used with the FILE.toml of a program", problem_name(problem))
-    labels = {column: f"{column} [{unit}]" for column, unit in problem.units.items()}
+    labels = {column: with_unit(column, unit) for column, unit in problem.units.items()}
     design = _trial_design(problem, labels)
     run = problem.run(design, keep=True)
     say(f"Command: {shlex.join(run.words)}")

@@ -370,7 +370,7 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
                 "bounds or constants; give another folder"
             )
         task = Task(run.pop("algorithm"), run.pop("n_evaluations"), run.pop("seed"))
-        yield _run(task, table_of(head, columns, path, TestTable), **run)
+        yield _run(task, table_of(head, columns, path), **run)
 
 
 def _head(tests: TestTable, problem: Any) -> dict[str, Any]:

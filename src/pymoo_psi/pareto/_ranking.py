@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pymoo_psi._output import Shown
+from pymoo_psi._output import Shown, with_unit
 from pymoo_psi._validation import (
     Array,
     Mask,
@@ -141,9 +141,7 @@ class Objectives:
         """Return the names for readers, each with its unit, and "(max)" if it is maximised."""
         headings = []
         for name, sign in zip(self.names, self.sign.tolist(), strict=True):
-            heading = str(name)
-            if units.get(name):
-                heading += f" [{units[name]}]"
+            heading = with_unit(str(name), units.get(name, ""))
             if sign < 0:
                 heading += " (max)"
             headings.append(heading)
@@ -269,13 +267,11 @@ class EfficiencyRanking(Shown):
             >>> ranking.row_of("B")
             1
         """
-        if not isinstance(design, str):
-            design = integer("design", design, minimum=0)
         labels = list(self.objectives.labels)
-        rows: list[Any] = list(range(len(labels)))
-        keys: list[Any]
+        rows = list(range(len(labels)))
+        keys: list[Any] = []
         if isinstance(design, str):
-            keys = [str(label) for label in labels]
+            keys = list(map(str, labels))
             rule = "the label of just one design"
         elif self.objectives.numbers is not None:
             keys = self.objectives.numbers.tolist()
@@ -284,8 +280,9 @@ class EfficiencyRanking(Shown):
             keys = rows
             rule = f"a row of F, 0 to {rows[-1]}"
         else:  # if the labels are integers, 3 may be a label or a row
-            keys = []
             rule = "a label, as a text"
+        if not isinstance(design, str):
+            integer("design", design, minimum=0)
         if keys.count(design) != 1:
             remedy = ""
             if labels != rows:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +28,11 @@ from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import ORIGIN, Layout, names_of
 
+if TYPE_CHECKING:
+    from pymoo_psi.table._table import TestTable
+
 Head: TypeAlias = dict[str, Any]
 Columns: TypeAlias = dict[str, AnyArray]
-Table = TypeVar("Table")
 
 MARK = "pymoo_psi_test_table"  # in the head of a file of tests
 DESIGNS_MARK = "pymoo_psi_designs"  # in that of a file of designs, whose columns are not all known
@@ -199,21 +201,21 @@ def table_of(
     head: Head,
     columns: Columns,
     where: object,
-    make: Callable[..., Table],
     remarks: tuple[str, ...] = (),
-) -> Table:
+) -> TestTable:
     """Return the table of a head and the columns of :func:`columns_of`.
 
     Args:
         head: As :func:`head_of` returns it.
         columns: In any order; further ones are not read.
         where: What they come from, such as the path of a file, for messages.
-        make: The class :class:`TestTable`, which stands above this module.
         remarks: What a reader must know about the rows, in sentences.
 
     Raises:
         ArgumentValueError: They are those of no table; the message says where.
     """
+    from pymoo_psi.table._table import TestTable  # which stands above this module
+
     with described(where):
         layout = _layout_of(head)
         extra = head.get("extra", ())
@@ -236,7 +238,7 @@ def table_of(
             known = layout.columns
             units = {name: unit for name, unit in layout.units.items() if name in known}
             layout = replace(layout, units=units)
-        return make(
+        return TestTable(
             layout,
             numbers,
             X,

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind as Kind  # public here
 from pymoo_psi._names import Renamed
+from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
     Received,
@@ -167,13 +168,22 @@ class Layout:
             >>> layout.label_of("x1"), layout.label_of("mass"), layout.sign
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
-        settings: Any = (lower, upper, eq_tolerance, kinds, outputs, maximize, units or {})
+        # Brought into their final form by the class.
+        settings: dict[str, Any] = {
+            "lower": lower,
+            "upper": upper,
+            "kinds": kinds,
+            "outputs": outputs,
+            "maximize": maximize,
+        }
         return cls(
             column_names("variables", variables, "x"),
             column_names("objectives", objectives, "f"),
             column_names("inequalities", inequalities, "g"),
             column_names("equalities", equalities, "h"),
-            *settings,
+            eq_tolerance=eq_tolerance,
+            units=units or {},
+            **settings,
         )
 
     @property
@@ -268,13 +278,6 @@ class Layout:
             1
         """
         return index_of("objective", key, self.objectives)
-
-
-def with_unit(name: str, unit: str) -> str:
-    """Return the name of a column with its unit, ``mass [kg]``, unless the name ends so."""
-    if not unit or name.endswith(f"[{unit}]"):
-        return name
-    return f"{name} [{unit}]"
 
 
 def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:

@@ -130,7 +130,7 @@ def read_table(
         if isinstance(content, TestTable):
             table = content
         elif isinstance(content, StoredTests):
-            table = table_of(content.head, content.columns, path, TestTable, content.remarks)
+            table = table_of(content.head, content.columns, path, content.remarks)
             if content.limits:
                 table = table.under(limits=content.limits)
         else:
