@@ -21,7 +21,7 @@ The names that one imports first
   :class:`ReferencePoint`, :class:`Knee`; :func:`robustness`. More in :mod:`.selection`.
 - Documents: :func:`decision_page`, :func:`decision_report`; figures in :mod:`.plots`.
 - Comparison: :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.
-- Running: :class:`JoblibRunner`.
+- Running: :class:`JoblibRunner`, :class:`ExecutorRunner`.
 - Errors: :class:`PsiError`; all of them in :mod:`.errors`.
 
 Subpackages

@@ -27,6 +27,7 @@ from .algorithms import nsga3 as nsga3
 from .comparison import compare as compare
 from .errors import PsiError as PsiError
 from .page import decision_page as decision_page
+from .parallel import ExecutorRunner as ExecutorRunner
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
 from .pareto import cautions as cautions

@@ -22,11 +22,10 @@ from pymoo_psi._validation import Array, Designs, Mask, Numbers, mapping
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.parallel import (
-    JoblibRunner,
+    Runner,
     Values,
     Waiting,
     active_workers,
-    stream_tasks,
 )
 from pymoo_psi.problems import (
     columns_of_values,
@@ -103,15 +102,23 @@ class _Executor:
     - ``take()``: return the tests of the evaluated points, in the order of their evaluation.
 
     Attributes:
-        n_workers: How many workers evaluate designs without waiting for one another, or 0.
-        ahead: How many points to submit beyond those that are awaited, so that no worker waits.
+        elastic: Whether workers may join and leave.
     """
 
-    n_workers = 0
-    ahead = 0
+    elastic = False
 
     def __init__(self) -> None:
         self._clear()
+
+    @property
+    def n_workers(self) -> int:
+        """How many workers evaluate designs now without waiting for one another, or 0."""
+        return 0
+
+    @property
+    def ahead(self) -> int:
+        """How many points to submit beyond those that are awaited, so that no worker waits."""
+        return 0
 
     def _clear(self) -> None:
         self._points = Points.none()
@@ -228,12 +235,26 @@ class OneByOne(_Executor):
     def __init__(self, model: Model, may_end_early: bool) -> None:
         super().__init__()
         self._model = model
-        runner = model.problem.elementwise_runner
-        if isinstance(runner, JoblibRunner):
-            self.n_workers = active_workers(runner.n_jobs)
-            self.ahead = _WAITING
-            if may_end_early:
-                self.ahead = _NEAR * self.n_workers
+        self._may_end_early = may_end_early
+        self._runner = model.problem.elementwise_runner
+        self._has_workers = isinstance(self._runner, Runner)
+        self.elastic = self._has_workers and self._runner.elastic
+
+    @property
+    def n_workers(self) -> int:
+        """How many workers evaluate designs now without waiting for one another, or 0."""
+        if not self._has_workers:
+            return 0
+        return int(self._runner.n_workers)
+
+    @property
+    def ahead(self) -> int:
+        """How many points to submit beyond those that are awaited, so that no worker waits."""
+        if not self._has_workers:
+            return 0
+        if self._may_end_early:
+            return _NEAR * self.n_workers
+        return _WAITING
 
     @property
     def room(self) -> int:
@@ -282,7 +303,7 @@ class InPieces(_Executor):
         smallest: The same for the smallest one, if pieces are timed.
         first: The same for the first pieces, and for all if pieces are not timed.
         is_timed: Whether pieces shrink or grow until they take about a second.
-        n_jobs: How many processes evaluate pieces; 1 is this process.
+        runner: What evaluates pieces; ``None`` is this process.
     """
 
     def __init__(
@@ -292,7 +313,7 @@ class InPieces(_Executor):
         smallest: int,
         first: int,
         is_timed: bool,
-        n_jobs: int,
+        runner: Runner | None,
     ) -> None:
         super().__init__()
         self._task = task
@@ -300,10 +321,14 @@ class InPieces(_Executor):
         self._smallest = smallest
         self._size = first
         self._is_timed = is_timed
-        self._n_jobs = n_jobs
-        self._n_waiting = 1
-        if n_jobs > 1:
-            self._n_waiting = _PIECES_AHEAD * n_jobs
+        self._runner = runner
+
+    @property
+    def _n_waiting(self) -> int:
+        """How many pieces may wait for workers, be evaluated, or be done and wait to be read."""
+        if self._runner is None or self._runner.n_workers == 1:
+            return 1
+        return _PIECES_AHEAD * max(1, self._runner.n_workers)
 
     @property
     def room(self) -> int:
@@ -329,7 +354,9 @@ class InPieces(_Executor):
     def wait(self) -> float:
         """Wait for another piece."""
         if self._results is None:
-            self._results = stream_tasks(self._task, self._waiting, self._n_jobs)
+            self._results = self._done_here()
+            if self._runner is not None:
+                self._results = self._runner.tasks(self._task, self._waiting)
         seconds: float
         first, (tests, seconds) = next(self._results)
         piece = self._pending.pop(first)
@@ -340,6 +367,11 @@ class InPieces(_Executor):
             self._size = max(self._smallest, min(self._largest, fitting))
         self._cut()
         return seconds * len(piece)
+
+    def _done_here(self) -> Generator[Any]:
+        while self._waiting:
+            first, piece = self._waiting.popleft()
+            yield first, self._task(piece)
 
     def take(self) -> Block:
         """Return the tests of the evaluated points."""
@@ -359,7 +391,7 @@ def executor_of(
     options: RunOptions,
     *,
     n_points: int | None = None,
-    n_jobs: int = 1,
+    runner: Runner | None = None,
     may_end_early: bool = False,
     kept: Filter | None = None,
 ) -> Executor:
@@ -369,17 +401,15 @@ def executor_of(
         model: The model.
         options: The options of the run.
         n_points: How many points there are; ``None`` evaluates together what is submitted together.
-        n_jobs: Processes for a vectorised model; -1 for as many as there are cores.
+        runner: What evaluates pieces of a vectorised model; ``None`` is this process.
         may_end_early: Whether a termination may end the run before all points are tested.
         kept: Returns the tests of a piece that are needed; ``None`` for all.
     """
     if streams(model.inner):
         return OneByOne(model, may_end_early)
-    if n_jobs != 1:
-        n_jobs = active_workers(n_jobs)
     task = partial(model.evaluated, kept)
     if n_points is None:
-        return InPieces(task, LAST, LAST, LAST, False, n_jobs)
+        return InPieces(task, LAST, LAST, LAST, False, runner)
     largest = _LARGEST
     smallest = _SMALLEST
     if model.problem.elementwise:
@@ -391,10 +421,10 @@ def executor_of(
     is_timed = options.study is not None
     if is_timed:
         first = smallest
-    if n_jobs > 1:
-        points_of_a_worker = -(-n_points // (_PIECES * n_jobs))
+    if runner is not None and runner.n_workers != 1:
+        points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
         first = min(first, max(_SMALLEST, points_of_a_worker))
-    return InPieces(task, largest, smallest, first, is_timed, n_jobs)
+    return InPieces(task, largest, smallest, first, is_timed, runner)
 
 
 # Values that pymoo computes itself, or its users return beside the outputs of a model; our reasons.

@@ -19,7 +19,15 @@ from pymoo.core.termination import TerminateIfAny, Termination
 from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
-from pymoo_psi._validation import Received, Rows, integer, invalid, job_count, known_name
+from pymoo_psi._validation import (
+    Received,
+    Rows,
+    integer,
+    invalid,
+    job_count,
+    known_name,
+    wrong_type,
+)
 from pymoo_psi.algorithms._executor import NO_OUTPUTS
 from pymoo_psi.algorithms._limits import kept_tests, total_violation, under_limits
 from pymoo_psi.algorithms._options import (
@@ -31,7 +39,7 @@ from pymoo_psi.algorithms._options import (
 )
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
-from pymoo_psi.parallel import progress_bar
+from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
 from pymoo_psi.problems import (
     evaluate_designs,
     require_known_keywords,
@@ -356,7 +364,8 @@ class PSI(PointAlgorithm):
     its values are told, and ``None`` when no points are left. The table has its further outputs if
     the algorithm's own ``evaluator`` has evaluated them.
 
-    If a problem has a :class:`~pymoo_psi.JoblibRunner`, its workers do not wait for one another at
+    If a problem has a :class:`~pymoo_psi.JoblibRunner` or, for a cluster, an
+    :class:`~pymoo_psi.ExecutorRunner`, its workers do not wait for one another at
     the end of a block: while one evaluates the slowest design of the block, the others evaluate the
     next points. If a termination was given, each is at most eight designs ahead of the block that
     the termination has seen. What was evaluated ahead when the run ends is in the study, if there
@@ -412,15 +421,17 @@ def investigate(
     *,
     keep: str = "all",
     n_jobs: int = 1,
+    runner: Runner | None = None,
     progress: bool = False,
     **options: Unpack[RunKeywords],
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
     The result is that of ``minimize(problem, PSI(n_points)).algorithm.table``; a vectorised
-    problem is evaluated at millions of points in seconds, on ``n_jobs`` cores. Memory grows with
-    what is kept, and with the size of a block and the number of cores. As in :class:`PSI`, a design
-    that occurs again is not evaluated again, unless ``n_jobs`` differs from 1.
+    problem is evaluated at millions of points in seconds, on ``n_jobs`` cores or the workers of a
+    ``runner``. Memory grows with what is kept, and with the size of a block and the number of
+    workers. As in :class:`PSI`, a design that occurs again is not evaluated again, unless other
+    processes evaluate a vectorised problem.
 
     Args:
         problem: A pymoo problem with finite bounds.
@@ -429,6 +440,9 @@ def investigate(
         n_jobs: Processes for a vectorised problem; -1 for as many as there are cores. The table
             does not depend on it. For a problem that is evaluated one design at a time, use a
             :class:`~pymoo_psi.JoblibRunner`.
+        runner: What evaluates a vectorised problem instead, such as an
+            :class:`~pymoo_psi.ExecutorRunner` on a cluster. Each worker generates, evaluates and
+            filters ranges of points.
         progress: Show a progress bar in a terminal or a notebook, elsewhere a line a minute on
             standard error.
         **options: The options of a run; see :class:`RunOptions`.
@@ -451,12 +465,9 @@ def investigate(
     """
     settings, _ = run_options("investigate", options, RunKeywords)
     require_problem(problem)
-    if job_count("n_jobs", n_jobs) != 1 and problem.elementwise:
-        rule = "1 for a problem that is evaluated one design at a time"
-        remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs)"
-        raise invalid("n_jobs", rule, n_jobs, remedy)
+    runner = _runner_of_pieces(problem, n_jobs, runner)
     known_name("keep", keep, ("all", "feasible", "pareto"))
-    run = run_of_sequence(problem, n_points, settings, keep=keep, n_jobs=n_jobs)
+    run = run_of_sequence(problem, n_points, settings, keep=keep, runner=runner)
     n_points = run.n_left  # of this share, and also those that `fill` does not count
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -481,3 +492,29 @@ def investigate(
     if keep != "all":  # of tests that are left out it is unknown whether they failed
         bounds_of(settings.limits, table.layout)
     return table.under(limits=settings.limits)
+
+
+def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:
+    """Return what evaluates a vectorised problem in other processes, if they are asked for.
+
+    Raises:
+        ArgumentValueError: The problem is evaluated one design at a time, or both are given.
+        ArgumentTypeError: An argument has the wrong type.
+    """
+    if job_count("n_jobs", n_jobs) != 1:
+        if problem.elementwise:
+            rule = "1 for a problem that is evaluated one design at a time"
+            remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs)"
+            raise invalid("n_jobs", rule, n_jobs, remedy)
+        if runner is not None:
+            raise invalid("n_jobs", "1 if there is a runner", n_jobs)
+        return JoblibRunner(n_jobs)
+    if runner is None:
+        return None
+    if not isinstance(runner, Runner):
+        raise wrong_type("runner", "an ExecutorRunner or a JoblibRunner", runner)
+    if problem.elementwise:
+        received = Received("one that is evaluated one design at a time")
+        remedy = "give the problem elementwise_runner=runner"
+        raise invalid("the problem of a runner", "vectorised", received, remedy)
+    return runner

@@ -32,7 +32,7 @@ from pymoo_psi.algorithms._sources import (
 )
 from pymoo_psi.algorithms._store import Recall, Store, StudyStore, stored_at_termination
 from pymoo_psi.errors import PsiError
-from pymoo_psi.parallel import Values
+from pymoo_psi.parallel import Runner, Values
 from pymoo_psi.problems import problem_identity
 from pymoo_psi.study import LAST
 from pymoo_psi.table import TestTable, design_keys
@@ -338,7 +338,7 @@ def run_of_sequence(
     options: RunOptions,
     *,
     keep: str = "all",
-    n_jobs: int = 1,
+    runner: Runner | None = None,
     may_end_early: bool = False,
     method: str = "",
 ) -> Run:
@@ -350,7 +350,7 @@ def run_of_sequence(
         options: The options of the run.
         keep: Which tests are needed: ``"all"``, the ``"feasible"`` ones, or the ``"pareto"`` set.
             Others are left out where they are evaluated, unless they are to be stored or repeated.
-        n_jobs: Processes for a vectorised problem; -1 for as many as there are cores.
+        runner: What evaluates a vectorised problem; ``None`` is this process.
         may_end_early: Whether a termination may end the run before all points are tested.
         method: By what designs are proposed after these points, for the study; the caller changes
             the source of the run.
@@ -368,7 +368,7 @@ def run_of_sequence(
     if options.study is not None:
         store = StudyStore(table, options)
     repeats = None
-    if model.space.finite and (model.problem.elementwise or n_jobs == 1):
+    if model.space.finite and (model.problem.elementwise or runner is None):
         repeats = Repeats(store.known())
     kept = None
     if keep != "all" and options.study is None and repeats is None:
@@ -377,7 +377,7 @@ def run_of_sequence(
         model,
         options,
         n_points=len(points),
-        n_jobs=n_jobs,
+        runner=runner,
         may_end_early=may_end_early,
         kept=kept,
     )

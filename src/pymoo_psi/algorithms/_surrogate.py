@@ -83,11 +83,12 @@ class SurrogatePSI(PointAlgorithm):
         n_points: How many points of the sequence come first, 20 by default.
         batch: How many designs a round proposes; by default 4 while fewer than 64 tests are known,
             then 8. A smaller batch learns more from each test.
-        asynchronous: Whether the workers of a :class:`~pymoo_psi.JoblibRunner` do not wait for the
-            end of a round. As soon as one has nothing to do, the next round is proposed, as far as
-            possible from designs that are being tested. Then proposals depend on the order in which
-            tests end, and the study keeps with each proposal which earlier tests were ``pending``.
-            By default it is on where there are more workers than ``batch``, or 8.
+        asynchronous: Whether the workers of a runner do not wait for the end of a round. As soon as
+            one has nothing to do, the next round is proposed, as far as possible from designs that
+            are being tested. Then proposals depend on the order in which tests end, and the study
+            keeps with each proposal which earlier tests were ``pending``. By default it is on where
+            there are more workers than ``batch``, or 8, and where they may join and leave, as those
+            of an :class:`~pymoo_psi.ExecutorRunner`.
         **options: As for :class:`PSI`, without ``share`` and ``block_size``. Proposals keep the
             ``limits``, as far as surrogates can tell. ``retry`` does not change earlier proposals.
             Designs near failed ones are avoided in three rounds of four.
@@ -141,15 +142,15 @@ class SurrogatePSI(PointAlgorithm):
             may_end_early=may_end_early,
             method=f"{method}, seed {self.seed}",
         )
-        n_workers = run.executor.n_workers
+        executor = run.executor
         is_asynchronous = self._asynchronous
         if is_asynchronous is None:
-            is_asynchronous = n_workers > (self._batch or _BATCH)
-        if not is_asynchronous:
-            n_workers = 0
+            is_asynchronous = executor.elastic or executor.n_workers > (self._batch or _BATCH)
+        if executor.n_workers == 0 and not executor.elastic:
+            is_asynchronous = False
         n_proposed = max(0, self.n_points - self._n_sequence)
         run.source = SurrogateSource(
-            run, self.limits, n_proposed, self.seed, self._batch, n_workers
+            run, self.limits, n_proposed, self.seed, self._batch, is_asynchronous
         )
         return run
 
@@ -164,8 +165,7 @@ class SurrogateSource(Source):
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
             workers.
-        n_workers: How many workers get the next round while others are at work; 0 if a round waits
-            for all tests.
+        is_asynchronous: Whether free workers get the next round while others are at work.
     """
 
     def __init__(
@@ -175,7 +175,7 @@ class SurrogateSource(Source):
         n_proposed: int,
         seed: int,
         batch: int | None,
-        n_workers: int,
+        is_asynchronous: bool,
     ) -> None:
         self._model = run.model
         self._store = run.store
@@ -187,8 +187,8 @@ class SurrogateSource(Source):
         self._n_points = len(sequence) + n_proposed
         self._seed = seed
         self._batch = batch
-        self._n_workers = n_workers
-        self.eager = n_workers > 0
+        self._executor = run.executor
+        self.eager = is_asynchronous
         self._points = Points.none()  # all that were returned
         self._tests = run.store.empty
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
@@ -237,7 +237,7 @@ class SurrogateSource(Source):
             return self._batch
         if self.eager:
             # A quarter more than are free, so that these need not wait for the next proposals.
-            return n_free + max(1, self._n_workers // 4)
+            return n_free + max(1, self._executor.n_workers // 4)
         if len(self._points) < _LITTLE:
             return _FEW
         return _BATCH

@@ -29,7 +29,7 @@ from pymoo_psi.cli._output import require_output, say, write_frame
 from pymoo_psi.cli._problem import load_problem, try_program, write_example
 from pymoo_psi.cli._rank import designs_frame, most_violated, say_best
 from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
-from pymoo_psi.parallel import progress_bar
+from pymoo_psi.parallel import JoblibRunner, progress_bar
 from pymoo_psi.problems import (
     FailureTolerant,
     design_space,
@@ -234,10 +234,11 @@ def _by_psi(
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
     # enough for the bar to move. A problem of one design at a time has a runner with the jobs.
     block_size = min(65_536, max(64, -(-points // 32)))
-    if problem.elementwise:
-        jobs = 1
+    runner = None
+    if jobs != 1 and not problem.elementwise:
+        runner = JoblibRunner(jobs)
     options = replace(run, block_size=block_size)
-    investigation = run_of_sequence(problem, points, options, n_jobs=jobs)
+    investigation = run_of_sequence(problem, points, options, runner=runner)
     count = _counting(show, investigation.n_left, formulation)
     tables = [investigation.store.empty]
     n_evaluated = 0

@@ -14,7 +14,9 @@ Example:
     >>> len(minimize(problem, PSI(200)).pop)
     200
 
-Other subpackages also use :func:`in_parallel` and :func:`stream_tasks` for tasks,
+:class:`ExecutorRunner` does the same on the workers of a cluster.
+
+Other subpackages also use :class:`Runner`, which both are, :func:`in_parallel` for tasks,
 :func:`active_workers`, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
 :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """

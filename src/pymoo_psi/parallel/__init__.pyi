@@ -1,5 +1,6 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
+from ._executor import ExecutorRunner as ExecutorRunner
 from ._runner import JoblibRunner as JoblibRunner
 
 # Names that other subpackages share; they are no promise to users.
@@ -11,8 +12,8 @@ from ._evaluation import Waiting as Waiting
 from ._evaluation import evaluate_here as evaluate_here
 from ._evaluation import one_line as one_line
 from ._evaluation import same_folder as same_folder
-from ._guard import run_program as run_program
+from ._pool import run_program as run_program
 from ._progress import progress_bar as progress_bar
+from ._runner import Runner as Runner
 from ._runner import active_workers as active_workers
 from ._runner import in_parallel as in_parallel
-from ._runner import stream_tasks as stream_tasks

@@ -25,7 +25,7 @@ from typing import Any
 import cloudpickle
 import numpy as np
 
-from pymoo_psi.errors import EvaluationError
+from pymoo_psi.errors import EvaluationError, WorkerError
 
 Values = dict[str, Any]
 Function = Callable[[Any], Values]
@@ -65,13 +65,18 @@ class Cost:
         is_known = len(self.samples) >= 3 or 1.0 <= self.seconds < math.inf
         return is_known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
 
-    def chunk(self, waiting: int, workers: int) -> int:
+    def chunk(self, waiting: int, workers: int, lasting: float = CHUNK) -> int:
         """Return how many of the waiting designs to send together next, at least 1.
 
         They are at most half of a worker's share, so that all workers end together.
+
+        Args:
+            waiting: The number of waiting designs.
+            workers: The number of workers.
+            lasting: Seconds that the designs may take.
         """
         # 0 seconds where a clock is too coarse
-        n_lasting = int(CHUNK / max(self.seconds, 1e-9))
+        n_lasting = int(lasting / max(self.seconds, 1e-9))
         half_share = math.ceil(waiting / (2 * workers))
         return max(1, min(n_lasting, half_share))
 
@@ -146,6 +151,33 @@ def evaluate_here(
             yield index, values, seconds
         if failure is not None:
             raise failure
+
+
+def pickled_function(function: Function) -> bytes:
+    """Return a function as it is sent to other processes, from ``__main__`` by value.
+
+    Raises:
+        WorkerError: It cannot be pickled.
+    """
+    try:
+        return bytes(cloudpickle.dumps(function))
+    except Exception as error:
+        raise WorkerError(
+            f"the problem cannot be sent to worker processes: {one_line(error)}; keep open "
+            "files, locks and connections out of it, or run it without workers"
+        ) from error
+
+
+def lost_values(function: Function, design: Any, reason: str) -> Values:
+    """Return what a function gives for a lost design.
+
+    Raises:
+        EvaluationError: It has no method ``lost``.
+    """
+    if not hasattr(function, "lost"):
+        raise EvaluationError(design, reason)
+    values: Values = function.lost(design, reason)
+    return values
 
 
 def sendable(error: EvaluationError) -> EvaluationError:

@@ -1,4 +1,4 @@
-"""A pool of worker processes that can end one evaluation alone.
+"""A pool of worker processes that can end one evaluation alone, and programs under a guard.
 
 An executor of ``concurrent.futures`` breaks when a worker dies or hangs, or it ends the worker but
 not what the model has started in it. Here each worker has its own channel and reports every design
@@ -15,26 +15,32 @@ The guard and the retries around it would be the larger part of this file and ``
 
 from __future__ import annotations
 
+import atexit
+import json
 import math
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 import weakref
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import Pipe, connection, spawn, util
+from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 import cloudpickle
 
-from pymoo_psi.errors import EvaluationError, WorkerError
+from pymoo_psi.errors import WorkerError
 from pymoo_psi.parallel import _worker
-from pymoo_psi.parallel._evaluation import Cost, Function, Result, Waiting, one_line
+from pymoo_psi.parallel._evaluation import Cost, Result, Values, Waiting
+
+Lost = Callable[[Any, str], Values]
 
 _LONG = 1e6  # seconds to wait where nothing has a deadline; infinity is none to the system
 _PATIENCE = 2.0  # seconds for a worker to end by itself, which takes some hundredths
@@ -56,45 +62,55 @@ class ProcessPool:
     Several runs may go on at the same time: one in another thread, or in a callback that evaluates
     designs while a stream is read.
 
-    Attributes:
-        owner: The number of the process that may use the pool; a fork must not.
     """
 
     def __init__(self) -> None:
-        self.owner = os.getpid()
+        self._own()
+
+    def _own(self) -> None:
+        """Begin without workers, in a fork too, which must leave those of its parent alone."""
+        self._owner = os.getpid()
         self._idle: list[_Worker] = []
-        weakref.finalize(self, _end_all, self._idle, self.owner)
+        weakref.finalize(self, _end_all, self._idle, self._owner)
 
     def run(
-        self, function: Function, waiting: Waiting, cost: Cost, workers: int, timeout: float | None
+        self,
+        pickled: bytes,
+        lost: Lost,
+        waiting: Waiting,
+        cost: Cost,
+        workers: int,
+        timeout: float | None,
+        threads: int | None = None,
     ) -> Generator[Result]:
         """Evaluate designs; yield the results as they come.
 
         Args:
-            function: What to evaluate; it is pickled, from ``__main__`` by value.
+            pickled: The function to evaluate, as :func:`pickled_function` returns it.
+            lost: Returns the values of a design that was lost, given the reason.
             waiting: The designs, taken when a worker is free; more may be added meanwhile.
             cost: What a design takes, as measured so far; it takes further measurements.
             workers: How many processes to use.
             timeout: Seconds that the evaluation of a design may take; ``None`` for no limit.
+            threads: How many threads libraries may use in a worker, unless the environment limits
+                them; by default the cores are shared among the workers.
 
         Raises:
             EvaluationError: A design raised, or was lost and the function has no ``lost``.
-            WorkerError: The function cannot be sent, or no worker starts.
+            WorkerError: No worker starts, or none can load the function.
         """
-        try:
-            pickled = cloudpickle.dumps(function)
-        except Exception as error:
-            raise WorkerError(
-                f"the problem cannot be sent to worker processes: {one_line(error)}; keep open "
-                "files, locks and connections out of it, or run it without workers"
-            ) from error
-        run = _Run(function, pickled, waiting, cost, workers, timeout or math.inf, self._idle)
+        if self._owner != os.getpid():
+            self._own()
+        if threads is None:
+            threads = max(1, (os.cpu_count() or 1) // workers)
+        limit = timeout or math.inf
+        run = _Run(pickled, lost, waiting, cost, workers, limit, threads, self._idle)
         try:
             yield from run.results()
         except BaseException:
             for worker in run.workers:  # all of them end at the same time
                 worker.disconnect()
-            _end_all(run.workers, self.owner)
+            _end_all(run.workers, self._owner)
             raise
         self._idle.extend(run.workers)
 
@@ -199,12 +215,13 @@ class _Worker:
 class _Run:
     """One run: which designs wait, which worker has which designs, and which were tried."""
 
-    function: Function
     pickled: bytes
+    lost: Lost
     waiting: Waiting
     cost: Cost
     n_workers: int
     timeout: float
+    threads: int
     idle: list[_Worker]
     workers: list[_Worker] = field(default_factory=list)
     tried: set[int] = field(default_factory=set)  # designs whose process died once
@@ -220,7 +237,7 @@ class _Run:
                 try:
                     worker = self.idle.pop(0)
                 except IndexError:  # other threads take them, too
-                    worker = _Worker(threads=max(1, (os.cpu_count() or 1) // self.n_workers))
+                    worker = _Worker(self.threads)
                 self.workers.append(worker)
             for worker in self.workers:
                 if self.waiting and not worker.designs:
@@ -265,7 +282,7 @@ class _Run:
                     self._feed(worker)
                 yield content
             else:
-                yield self._lost(index, design, content)
+                yield index, self.lost(design, content), 0.0
 
     def _replace(self, worker: _Worker, is_overdue: bool = False) -> Iterator[Result]:
         """End a worker that has died or is overdue; another is hired. One design is lost."""
@@ -280,9 +297,10 @@ class _Run:
         index, design = worker.designs.popleft()
         self._give_back(worker)
         if is_overdue:
-            yield self._lost(index, design, f"timed out after {self.timeout:g} s")
+            yield index, self.lost(design, f"timed out after {self.timeout:g} s"), 0.0
         elif index in self.tried:
-            yield self._lost(index, design, f"its worker process died ({end}, 2 times)")
+            reason = f"its worker process died ({end}, 2 times)"
+            yield index, self.lost(design, reason), 0.0
         else:
             self.tried.add(index)
             self.waiting.appendleft((index, design))  # it is the next to be evaluated
@@ -293,15 +311,94 @@ class _Run:
         worker.designs.clear()
         worker.deadline = math.inf
 
-    def _lost(self, index: int, design: Any, reason: str) -> Result:
-        """Return what the function gives for a lost design; without ``lost``, it is an error."""
-        if not hasattr(self.function, "lost"):
-            raise EvaluationError(design, reason)
-        return index, self.function.lost(design, reason), 0.0
-
 
 def _cannot_load(reason: str) -> WorkerError:
     return WorkerError(
         f"a worker process cannot load the problem: {reason}; define it in a module that can be "
         "imported, or in the main script"
     )
+
+
+# Programs of users, each under a guard of its own, which is kept for the next program and ends it
+# with this process, however that ends.
+
+# Guards that run no program, by the process that started them: a fork must not use them.
+_IDLE: dict[int, list[subprocess.Popen[bytes]]] = {}
+
+
+class ProgramEnd(NamedTuple):
+    """How a program ended.
+
+    Attributes:
+        code: Its exit code, the negative number of a signal, or None if it ran out of time.
+        left_processes: Whether processes that it had started ran on and were killed.
+    """
+
+    code: int | None
+    left_processes: bool = False
+
+
+def run_program(words: Sequence[str], folder: Path, timeout: float | None) -> ProgramEnd:
+    """Run a program in a folder, where its output is written to ``stdout.txt`` and ``stderr.txt``.
+
+    Args:
+        words: The program and its arguments; a program that is not on PATH is one in the folder.
+        folder: The folder.
+        timeout: Seconds that it may take; None for no limit.
+
+    Raises:
+        OSError: The program cannot be started.
+    """
+    program = shutil.which(words[0]) or str(folder / words[0])
+    request = {
+        "words": [program, *words[1:]],
+        "folder": str(folder),
+        "timeout": timeout,
+        "environment": dict(os.environ),
+    }
+    guard = _guard()
+    try:
+        answer = _answer(guard, request)
+    except BaseException:  # an interrupt, too: the guard ends the program
+        _end_guard(guard)
+        raise
+    _IDLE[os.getpid()].append(guard)
+    if "error" in answer:
+        raise OSError(answer["error"])
+    return ProgramEnd(**answer)
+
+
+def _guard() -> subprocess.Popen[bytes]:
+    """Return a guard that runs no program."""
+    idle = _IDLE.setdefault(os.getpid(), [])
+    while idle:
+        guard = idle.pop()
+        if guard.poll() is None:
+            return guard
+        _end_guard(guard)
+    command = [spawn.get_executable(), "-I", "-S", _worker.__file__, "programs"]
+    return subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+    )
+
+
+def _answer(guard: Any, request: dict[str, Any]) -> dict[str, Any]:
+    guard.stdin.write(f"{json.dumps(request)}\n".encode())
+    guard.stdin.flush()
+    line = guard.stdout.readline()
+    if not line:
+        raise OSError("the guard of the program was killed")
+    answer: dict[str, Any] = json.loads(line)
+    return answer
+
+
+def _end_guard(guard: subprocess.Popen[bytes]) -> None:
+    """End a guard with the program that it runs."""
+    with guard:  # closes its pipes, which it takes for the sign to end, and waits
+        pass
+
+
+@atexit.register
+def _end_idle() -> None:
+    while _IDLE.get(os.getpid()):
+        _end_guard(_IDLE[os.getpid()].pop())

@@ -1,8 +1,7 @@
-"""A runner for pymoo problems, and independent tasks, on worker processes."""
+"""Runners for pymoo problems: what they share, and the one on processes of this machine."""
 
 from __future__ import annotations
 
-import os
 import sys
 import warnings
 from collections import deque
@@ -14,7 +13,16 @@ from typing import Any
 
 from pymoo_psi._validation import boolean, invalid, job_count, positive_number
 from pymoo_psi.errors import EvaluationError, WorkerError
-from pymoo_psi.parallel._evaluation import Cost, Function, Result, Values, Waiting, evaluate_here
+from pymoo_psi.parallel._evaluation import (
+    Cost,
+    Function,
+    Result,
+    Values,
+    Waiting,
+    evaluate_here,
+    lost_values,
+    pickled_function,
+)
 from pymoo_psi.parallel._pool import ProcessPool
 
 # joblib is imported in the functions that need it: a worker imports this module, but not joblib.
@@ -39,7 +47,100 @@ def active_workers(n_jobs: int) -> int:
     return max(1, int(backend.effective_n_jobs(n_jobs)))
 
 
-class JoblibRunner:
+class Runner:
+    """An ``elementwise_runner`` of this package: it evaluates designs, or does tasks, elsewhere.
+
+    A subclass writes
+
+    - ``n_workers``: how many workers there are now; 0 if the first ones have not joined.
+    - ``by_workers(f, waiting)``: what :meth:`stream` does, with no design evaluated here.
+
+    Attributes:
+        elastic: Whether workers may join and leave during a run.
+    """
+
+    elastic = False
+
+    @property
+    def n_workers(self) -> int:
+        """How many workers there are now."""
+        raise NotImplementedError
+
+    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result]:
+        """Yield what :meth:`stream` yields; no design is evaluated in this process."""
+        raise NotImplementedError
+
+    def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
+        """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
+        waiting = deque(enumerate(X))
+        results: list[Any] = [None] * len(waiting)
+        for index, values, _ in self.batch(f, waiting):
+            results[index] = values
+        return results
+
+    def batch(self, f: Function, waiting: Waiting) -> Iterator[Result]:
+        """Yield what :meth:`stream` yields, for designs to which none is added."""
+        return self.stream(f, waiting)
+
+    def stream(self, f: Function, waiting: Waiting) -> Iterator[Result]:
+        """Evaluate the designs of a queue; yield each result as soon as it is there.
+
+        Designs are taken from the queue when a worker is free for them. More may be added while the
+        results are read, so that no worker waits for the slowest design of a batch.
+
+        Args:
+            f: What to evaluate.
+            waiting: A deque of pairs: an index, different for each, and a design. It is emptied.
+
+        Yields:
+            For each design its index, values, and the seconds of its evaluation; in any order.
+
+        Raises:
+            EvaluationError: A design raised or was lost.
+            WorkerError: The problem cannot be sent to workers, they cannot import it, or all of
+                them are gone.
+
+        Example:
+            >>> from collections import deque
+            >>> waiting = deque(enumerate([1.0, 2.0]))
+            >>> def double(x):
+            ...     return {"F": 2 * x}
+            >>> for index, values, seconds in JoblibRunner(2).stream(double, waiting):
+            ...     print(index, values)
+            ...     if index == 0:
+            ...         waiting.append((2, 3.0))
+            0 {'F': 2.0}
+            1 {'F': 4.0}
+            2 {'F': 6.0}
+        """
+        return self.by_workers(f, waiting)
+
+    def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
+        """Do the tasks of a queue; yield the index and the result of each as soon as it is done.
+
+        Close early to stop the workers: what the collector of garbage does, it does at any time and
+        in any thread.
+
+        Args:
+            function: What to do with a task; it is sent to a worker once.
+            waiting: A deque of pairs: an index, different for each, and a task. It is emptied; more
+                tasks may be added while the results are read.
+
+        Raises:
+            WorkerError: A worker was lost, or cannot load the function.
+            Exception: What the function raises.
+        """
+        try:
+            with closing(self.by_workers(function, waiting)) as results:
+                for index, result, _ in results:
+                    yield index, result
+        except EvaluationError as error:
+            if error.original is None:
+                raise WorkerError(f"a worker process failed: {error.reason}") from error
+            raise error.original from error.original.__cause__
+
+
+class JoblibRunner(Runner):
     """An ``elementwise_runner`` that evaluates the designs of any pymoo problem on many workers.
 
     The workers are separate processes. They stay alive between generations and receive chunks of
@@ -47,8 +148,9 @@ class JoblibRunner:
     would cost more than it saves, it is evaluated in this process, as are the first designs of a
     run, which measure the cost. Results come in the order of the designs and do not depend on this.
 
-    On a cluster give each machine a ``share`` of the points, or take pymoo's runners for Dask and
-    Ray.
+    On a cluster use an :class:`~pymoo_psi.ExecutorRunner`, or give each machine a ``share`` of the
+    points. Inside ``joblib.parallel_config`` with the backend "dask" or "ray" the workers are those
+    of the cluster.
 
     If a worker process dies or runs out of time, at most one design is lost; the others are
     evaluated by the worker that replaces it. A design whose process died is tried once more before
@@ -97,50 +199,32 @@ class JoblibRunner:
         self._cost = Cost()
         self._pool = ProcessPool()
         self._started = False
+        self._on_backend: tuple[Any, Runner] | None = None
 
-    def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
-        """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
-        waiting = deque(enumerate(X))
-        results: list[Any] = [None] * len(waiting)
-        for index, values, _ in self._results(f, waiting, _START_SECONDS / 10):
-            results[index] = values
-        return results
+    @property
+    def n_workers(self) -> int:
+        """How many workers there are now."""
+        cluster = self._cluster()
+        if cluster is not None:
+            return cluster.n_workers
+        return active_workers(self.n_jobs)
+
+    @property
+    def elastic(self) -> bool:  # type: ignore[override]
+        """Whether workers may join and leave during a run."""
+        return self._cluster() is not None
+
+    def batch(self, f: Function, waiting: Waiting) -> Iterator[Result]:
+        """Yield what :meth:`stream` yields, for designs to which none is added."""
+        return self._results(f, waiting, _START_SECONDS / 10)
 
     def stream(self, f: Function, waiting: Waiting) -> Iterator[Result]:
-        """Evaluate the designs of a queue; yield each result as soon as it is there.
-
-        Designs are taken from the queue when a worker is free for them. More may be added while the
-        results are read, so that no worker waits for the slowest design of a batch.
-
-        Args:
-            f: What to evaluate.
-            waiting: A deque of pairs: an index, different for each, and a design. It is emptied.
-
-        Yields:
-            For each design its index, values, and the seconds of its evaluation; in any order.
-
-        Raises:
-            EvaluationError: A design raised or was lost.
-            WorkerError: The problem cannot be sent to worker processes, or they cannot import it.
-
-        Example:
-            >>> from collections import deque
-            >>> waiting = deque(enumerate([1.0, 2.0]))
-            >>> def double(x):
-            ...     return {"F": 2 * x}
-            >>> for index, values, seconds in JoblibRunner(2).stream(double, waiting):
-            ...     print(index, values)
-            ...     if index == 0:
-            ...         waiting.append((2, 3.0))
-            0 {'F': 2.0}
-            1 {'F': 4.0}
-            2 {'F': 6.0}
-        """
+        """Evaluate the designs of a queue; see :meth:`Runner.stream`."""
         return self._results(f, waiting, _START_SECONDS)
 
     def _results(self, f: Function, waiting: Waiting, starting: float) -> Iterator[Result]:
         """Yield what :meth:`stream` yields; workers take ``starting`` seconds to start."""
-        count = active_workers(self.n_jobs)
+        count = self.n_workers
         overhead = starting
         if self._started:
             overhead = _BATCH_SECONDS
@@ -148,18 +232,23 @@ class JoblibRunner:
         def enough(left: int) -> bool:
             return self._cost.worth_sending(left, count, overhead)
 
-        if self._pool.owner != os.getpid():
-            self._pool = ProcessPool()
-        if self.in_process and self.timeout is None:
+        if self.in_process and self.timeout is None and self._cluster() is None:
             yield from evaluate_here(f, waiting, self._cost, enough)
         if waiting:
             self._started = True
-            yield from self.by_workers(f, waiting, count)
+            yield from self.by_workers(f, waiting)
 
-    def by_workers(self, f: Function, waiting: Waiting, count: int) -> Generator[Result]:
+    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result]:
         """Yield what :meth:`stream` yields; no design is evaluated in this process."""
+        cluster = self._cluster()
+        if cluster is not None:
+            yield from cluster.by_workers(f, waiting)
+            return
+        count = self.n_workers
         if sys.platform != "win32":
-            yield from self._pool.run(f, waiting, self._cost, count, self.timeout)
+            lost = partial(lost_values, f)
+            pickled = pickled_function(f)
+            yield from self._pool.run(pickled, lost, waiting, self._cost, count, self.timeout)
             return
         from joblib.parallel import Parallel, delayed
 
@@ -185,6 +274,35 @@ class JoblibRunner:
                     warnings.simplefilter("ignore", UserWarning)  # about results that are not read
                     answers.close()
 
+    def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
+        """Do the tasks of a queue, a single worker's in this process; see :meth:`Runner.tasks`."""
+        if self.n_workers > 1 or self.elastic:
+            yield from super().tasks(function, waiting)
+        while waiting:
+            index, task = waiting.popleft()
+            yield index, function(task)
+
+    def _cluster(self) -> Runner | None:
+        """Return a runner on the cluster that joblib's configuration names, if it names one.
+
+        Raises:
+            ArgumentValueError: It names a backend whose workers cannot be used.
+        """
+        from joblib.parallel import get_active_backend
+
+        backend, _ = get_active_backend()
+        is_of_dask = hasattr(backend, "client")
+        if type(backend).__module__.startswith("joblib.") and not is_of_dask:
+            return None
+        if self._on_backend is None or self._on_backend[0] is not backend:
+            from pymoo_psi.parallel._executor import ExecutorRunner, executor_of_backend
+
+            workers = None if self.n_jobs == -1 else active_workers(self.n_jobs)
+            executor = executor_of_backend(backend)
+            runner = ExecutorRunner(executor, workers=workers, timeout=self.timeout)
+            self._on_backend = backend, runner
+        return self._on_backend[1]
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles have the settings; workers and measurements stay here."""
         make = partial(type(self), self.n_jobs, timeout=self.timeout, in_process=self.in_process)
@@ -195,54 +313,20 @@ def _evaluated(f: Function, waiting: Waiting) -> list[Result]:
     return list(evaluate_here(f, waiting, moment=0.0))
 
 
-def stream_tasks(
-    function: Callable[[Any], Any], waiting: Waiting, n_jobs: int
-) -> Generator[tuple[int, Any]]:
-    """Do the tasks of a queue; yield the index and the result of each as soon as it is done.
-
-    Close early to stop the workers: what the collector of garbage does, it does at any time and in
-    any thread.
-
-    Args:
-        function: What to do with a task; it is sent to a worker once.
-        waiting: A deque of pairs: an index, different for each, and a task. It is emptied; more
-            tasks may be added while the results are read.
-        n_jobs: Number of workers, as of :class:`~pymoo_psi.JoblibRunner`; 1 is this process.
-
-    Raises:
-        WorkerError: A worker was lost, or cannot load the function.
-        Exception: What the function raises.
-    """
-    count = active_workers(n_jobs)
-    if count == 1:
-        while waiting:
-            index, task = waiting.popleft()
-            yield index, function(task)
-        return
-    try:
-        with closing(JoblibRunner(n_jobs).by_workers(function, waiting, count)) as results:
-            for index, result, _ in results:
-                yield index, result
-    except EvaluationError as error:
-        if error.original is None:
-            raise WorkerError(f"a worker process failed: {error.reason}") from error
-        raise error.original from error.original.__cause__
-
-
 def in_parallel(
     function: Callable[[Any], Any], tasks: Iterable[Any], n_jobs: int
 ) -> Generator[tuple[int, Any]]:
     """Do tasks, of which there may be any number; they are taken as results are read.
 
     Args:
-        function: See :func:`stream_tasks`, also for what it yields and raises.
+        function: See :meth:`Runner.tasks`, also for what it yields and raises.
         tasks: The tasks; their numbers from 0 are the indices.
         n_jobs: Number of workers; 1 is this process.
     """
     rest = enumerate(tasks)
     n_ahead = 1 if n_jobs == 1 else _TASKS_AHEAD * active_workers(n_jobs)
     waiting = deque(islice(rest, n_ahead))
-    with closing(stream_tasks(function, waiting, n_jobs)) as results:
+    with closing(JoblibRunner(n_jobs).tasks(function, waiting)) as results:
         for index, result in results:
             yield index, result
             waiting.extend(islice(rest, 1))

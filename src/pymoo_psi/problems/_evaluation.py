@@ -28,8 +28,8 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import (
-    JoblibRunner,
     Result,
+    Runner,
     Values,
     Waiting,
     evaluate_here,
@@ -108,7 +108,7 @@ def streams(problem: Any) -> bool:
     """
     while changes_designs_only(problem):
         problem = problem.wrapped
-    ours = (JoblibRunner.__call__, LoopedElementwiseEvaluation.__call__)
+    ours = (Runner.__call__, LoopedElementwiseEvaluation.__call__)
     runner = type(problem.elementwise_runner)
     return _is_one_by_one(problem) and problem.callback is None and runner.__call__ in ours
 
@@ -133,7 +133,7 @@ def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result]:
     """
     model = _Model(problem, (), {}, stop=False)
     runner = problem.elementwise_runner
-    if isinstance(runner, JoblibRunner):
+    if isinstance(runner, Runner):
         yield from runner.stream(model, waiting)
     else:
         yield from evaluate_here(model, waiting)

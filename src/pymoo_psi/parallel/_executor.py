@@ -1,0 +1,468 @@
+"""A runner on any executor of ``concurrent.futures``: clusters of Dask, Ray, MPI, SLURM and others.
+
+This process sends tasks, each with some designs, and keeps every worker busy. An engine sees
+nothing but a function of this module, texts and bytes. A worker gets the model's function when it
+answers that it lacks it; it evaluates the designs in a process of its own under the package's
+guard. So a design that hangs, or kills its process, costs that design, on every engine, and the
+engine's own worker goes on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import itertools
+import platform
+import secrets
+import sys
+import time
+from collections import OrderedDict, deque
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import BrokenExecutor, CancelledError, Executor
+from contextlib import closing, suppress
+from functools import partial
+from pickle import PickleError
+from queue import Empty, SimpleQueue
+from typing import Any, NamedTuple
+
+import cloudpickle
+
+from pymoo_psi import __version__
+from pymoo_psi._validation import Received, integer, invalid, positive_number, wrong_type
+from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
+from pymoo_psi.parallel._evaluation import (
+    CHUNK,
+    Cost,
+    Function,
+    Result,
+    Waiting,
+    evaluate_here,
+    lost_values,
+    one_line,
+    pickled_function,
+    sendable,
+)
+from pymoo_psi.parallel._pool import ProcessPool
+from pymoo_psi.parallel._runner import Runner
+
+# What must agree in this process and in its workers, as functions and values travel by pickle.
+_VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_version_tuple()[:2])}")
+
+# Seconds of a task for each worker that there is: this process sends some hundreds of tasks a
+# second, and a thousand workers must not ask for more.
+_TASK_SECONDS = 0.002
+# Tasks for each worker that are under way: one is evaluated while the next one waits beside it.
+_TASKS_AHEAD = 2
+_MOMENT = 0.2  # seconds between two looks at the number of workers, and at futures without calls
+_SMALL = 10_000  # bytes of a function that travels with each task: it costs less than to ask for it
+_LARGE = 100_000  # bytes of one that Dask takes from worker to worker
+_KEPT = 4  # functions that a worker keeps: of the runs that share it
+
+
+class ExecutorRunner(Runner):
+    """An ``elementwise_runner`` that evaluates designs on any ``concurrent.futures.Executor``.
+
+    Such executors are ``client.get_executor()`` of ``dask.distributed``,
+    ``mpi4py.futures.MPIPoolExecutor``, those of executorlib and parsl, and ``ProcessPoolExecutor``;
+    the guide "More than one machine" has a few lines for Ray. Of an executor only ``submit`` is
+    used; futures that can only be polled, as submitit's, are polled.
+
+    Designs go to the workers as one stream: none waits for the slowest design of a block, and all
+    algorithms and studies work as with :class:`~pymoo_psi.JoblibRunner`. Only this process writes
+    the study. The workers must be able to import ``pymoo_psi`` of the same version, and what the
+    model imports; what is defined in the main script or in a notebook is sent.
+
+    Each worker evaluates in a process of its own, which is kept for the next designs, so that a
+    design that raises, exits, hangs or kills its process is lost alone, with the reason; one whose
+    process died is tried once more before. The designs of a worker that is lost run elsewhere, and
+    those of a task that the engine gives up are sent once more. If the executor itself is gone, the
+    run ends with a :class:`~pymoo_psi.errors.WorkerError`; a study keeps what was evaluated, and
+    the same call continues it. On Windows the designs are evaluated in the engine's own workers.
+
+    A copy has the same executor; a pickle has none, as executors cannot be sent.
+
+    Args:
+        executor: The executor. It stays open.
+        workers: How many tasks it runs at the same time: a number, or a function that returns it
+            and is asked several times a second, as workers may join and leave. By default the
+            number that the executor has, for Dask the threads of all workers.
+        timeout: Seconds that the evaluation of one design may take; then its process is replaced.
+
+    Attributes:
+        executor: The executor.
+
+    Raises:
+        ArgumentTypeError: An argument has the wrong type.
+        ArgumentValueError: A number is out of range, or ``workers`` is missing and the executor
+            does not say how many it has.
+        EvaluationError: In use: a design raised or was lost.
+        WorkerError: In use: the executor is gone, or its workers cannot load the problem.
+
+    Example:
+        >>> from concurrent.futures import ThreadPoolExecutor
+        >>> from pymoo_psi import PSI, SphereChute, investigate
+        >>> with ThreadPoolExecutor(2) as executor:
+        ...     problem = SphereChute(0.4, elementwise_runner=ExecutorRunner(executor))
+        ...     table = investigate(problem, 16)
+        >>> table.equals(investigate(SphereChute(0.4), 16))
+        True
+    """
+
+    elastic = True
+
+    def __init__(
+        self,
+        executor: Any,
+        *,
+        workers: int | Callable[[], int] | None = None,
+        timeout: float | None = None,
+    ) -> None:
+        if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
+            rule = "an executor, which has a method submit, such as Dask's client.get_executor()"
+            raise wrong_type("executor", rule, executor)
+        if workers is None:
+            workers = _worker_count(executor)
+        elif not callable(workers):
+            workers = partial(int, integer("workers", workers, minimum=1))
+        self.timeout = None if timeout is None else positive_number("timeout", timeout)
+        if timeout and sys.platform == "win32":
+            raise invalid("timeout", "None on Windows", timeout)
+        self.executor = executor
+        self.cost = Cost()
+        self.has_answered = False  # any worker, so that tasks can be done at all
+        self._count = workers
+        self._n_workers = 0
+        self._asked = -_MOMENT
+
+    @property
+    def n_workers(self) -> int:
+        """How many workers there are now; 0 if the first ones have not joined."""
+        now = time.monotonic()
+        if now - self._asked >= _MOMENT:
+            self._n_workers = integer("the result of workers", self._count(), minimum=0)
+            self._asked = now
+        return self._n_workers
+
+    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result]:
+        """Yield what :meth:`stream` yields; no design is evaluated in this process."""
+        tasks = _Tasks(self, f, waiting)
+        try:
+            yield from tasks.results()
+        finally:
+            tasks.cancel()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> ExecutorRunner:
+        """Return the runner itself: algorithms are copied, executors are not."""
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles have the settings; the executor stays here."""
+        return partial(type(self), _NoExecutor(), workers=1, timeout=self.timeout), ()
+
+
+class _NoExecutor:
+    """Stands for the executor of a runner that was pickled."""
+
+    def submit(self, *_: Any) -> None:
+        raise WorkerError(
+            "an ExecutorRunner that was pickled has no executor any more; give the problem "
+            "another one: problem.elementwise_runner = ExecutorRunner(executor)"
+        )
+
+
+class _Task(NamedTuple):
+    """Some designs that were sent together, and the future of their values."""
+
+    future: Any
+    designs: Waiting
+
+
+class _Tasks:
+    """The tasks of one stream: which designs wait, which were sent, and which were sent twice."""
+
+    def __init__(self, runner: ExecutorRunner, function: Function, waiting: Waiting) -> None:
+        self._runner = runner
+        self._function = function
+        self._waiting = waiting
+        self._pickled = pickled_function(function)
+        self._key = hashlib.sha256(self._pickled).hexdigest()
+        self._payload: Any = None  # what a worker gets that lacks the function
+        self._name = secrets.token_hex(8)  # engines that know a task by its content repeat none
+        self._tickets = itertools.count()
+        self._sent: dict[int, _Task] = {}
+        self._polled: set[int] = set()  # whose futures call nobody when they are done
+        self._done: SimpleQueue[int] = SimpleQueue()
+        self._sent_again: set[int] = set()  # designs of tasks that the engine gave up
+
+    def results(self) -> Iterator[Result]:
+        """Yield the result of every design as it comes, until none waits or is evaluated."""
+        while True:
+            self._fill()
+            if not self._sent:
+                return
+            ticket = self._next_done()
+            if ticket is not None:
+                yield from self._results_of(self._sent.pop(ticket))
+
+    def cancel(self) -> None:
+        """Give up what was sent; what has begun goes on, and nobody reads it."""
+        for task in self._sent.values():
+            with suppress(Exception):  # an executor that is gone
+                task.future.cancel()
+
+    def _fill(self) -> None:
+        """Send as many tasks as keep all workers busy."""
+        if not self._waiting:
+            return
+        cost = self._runner.cost
+        try:
+            n_workers = max(1, self._runner.n_workers)  # one task calls for the first of a cluster
+        except OSError as error:
+            raise _gone(error) from error
+        lasting = max(CHUNK, _TASK_SECONDS * n_workers)
+        while self._waiting and len(self._sent) < _TASKS_AHEAD * n_workers:
+            size = cost.chunk(len(self._waiting), n_workers, lasting)
+            self._send(deque(self._waiting.popleft() for _ in range(size)), lasting)
+
+    def _send(self, designs: Waiting, lasting: float, with_function: bool = False) -> None:
+        function = None
+        if with_function or len(self._pickled) <= _SMALL:
+            function = self._function_to_send()
+        ticket = next(self._tickets)
+        task = Work(self._key, cloudpickle.dumps(designs), self._runner.timeout, lasting)
+        name = f"{self._name}-{ticket}"
+        try:
+            future = self._runner.executor.submit(evaluate, _VERSIONS, name, task, function)
+        except PsiError:
+            raise
+        except Exception as error:
+            raise _gone(error) from error
+        self._sent[ticket] = _Task(future, designs)
+        if hasattr(future, "add_done_callback"):
+            future.add_done_callback(lambda _: self._done.put(ticket))
+        else:
+            self._polled.add(ticket)
+
+    def _function_to_send(self) -> Any:
+        """Return the pickled function, where Dask can keep it, as a future of its own."""
+        if self._payload is None:
+            self._payload = self._pickled
+            client = _dask_client(self._runner.executor)
+            if client is not None and len(self._pickled) > _LARGE:
+                self._payload = client.scatter(self._pickled)
+        return self._payload
+
+    def _next_done(self) -> int | None:
+        """Return a task that is done; ``None`` after a moment, as workers may have joined."""
+        if self._polled and self._done.empty():
+            for ticket in list(self._polled):
+                if self._sent[ticket].future.done():
+                    self._polled.remove(ticket)
+                    self._done.put(ticket)
+        try:
+            return self._done.get(timeout=_MOMENT)
+        except Empty:
+            return None
+
+    def _results_of(self, task: _Task) -> Iterator[Result]:
+        """Yield the results of a task; send what is left of it again."""
+        try:
+            versions, answer = task.future.result()
+        except PsiError:  # of the guard in the worker
+            raise
+        except Exception as error:
+            yield from self._given_up(task, error)
+            return
+        if versions != _VERSIONS:
+            raise WorkerError(
+                f"a worker has {' and '.join(versions)}, this process has "
+                f"{' and '.join(_VERSIONS)}; install the same versions on the workers"
+            )
+        self._runner.has_answered = True
+        if answer is None:  # it lacks the function
+            self._send(task.designs, CHUNK, with_function=True)
+            return
+        results, failure = cloudpickle.loads(answer)
+        designs = dict(task.designs)
+        for index, values, seconds in results:
+            design = designs.pop(index)
+            if isinstance(values, LostDesign):
+                yield index, lost_values(self._function, design, values.reason), 0.0
+            else:
+                self._runner.cost.samples.append(seconds)
+                yield index, values, seconds
+        if failure is not None:
+            raise failure
+        self._waiting.extendleft(reversed(designs.items()))
+
+    def _given_up(self, task: _Task, error: Exception) -> Iterator[Result]:
+        """Send designs again, each alone, whose task the engine gave up; lose them the next time.
+
+        Raises:
+            WorkerError: The executor is gone, or its workers cannot do any task.
+        """
+        if isinstance(error, BrokenExecutor):
+            raise _gone(error) from error
+        if isinstance(error, (ImportError, AttributeError, PickleError)):
+            raise _unusable(error) from error
+        self._payload = None  # what Dask kept may be lost with its worker
+        for index, design in task.designs:
+            if index not in self._sent_again:
+                self._sent_again.add(index)
+                self._send(deque([(index, design)]), CHUNK)
+            elif isinstance(error, CancelledError):
+                raise _gone(error) from error
+            elif not self._runner.has_answered:
+                raise _unusable(error) from error
+            else:
+                reason = f"its worker was lost ({one_line(error)})"
+                yield index, lost_values(self._function, design, reason), 0.0
+
+
+def _gone(error: BaseException) -> WorkerError:
+    return WorkerError(
+        f"the executor takes no more work ({one_line(error)}); start it again and repeat the call: "
+        "a study goes on"
+    )
+
+
+def _unusable(error: BaseException) -> WorkerError:
+    return WorkerError(
+        f"the workers cannot do the tasks ({one_line(error)}); they must be able to import "
+        "pymoo_psi and what the model imports"
+    )
+
+
+# In the workers of the engine
+
+
+class Work(NamedTuple):
+    """What a worker is to evaluate.
+
+    Attributes:
+        key: The hash of the pickled function.
+        designs: The pickled designs, with their indices.
+        timeout: Seconds that a design may take, or ``None``.
+        lasting: Seconds after which the worker returns the designs that it has not begun.
+    """
+
+    key: str
+    designs: bytes
+    timeout: float | None
+    lasting: float
+
+
+class LostDesign(NamedTuple):
+    """Stands for the values of a design that was lost."""
+
+    reason: str
+
+
+_FUNCTIONS: OrderedDict[str, bytes] = OrderedDict()  # pickled, by their hash; the last ones
+_POOL = ProcessPool()
+
+
+def evaluate(
+    versions: tuple[str, ...], name: str, work: Work, function: bytes | None
+) -> tuple[tuple[str, ...], bytes | None]:
+    """Evaluate designs in a worker of an engine, under a guard.
+
+    Args:
+        versions: Those of the sender.
+        name: That of the task, different for each.
+        work: What to evaluate.
+        function: The pickled function, unless the worker is likely to have it.
+
+    Returns:
+        The worker's versions; and the pickled results with the error that ended them or ``None``,
+        or ``None`` if the worker lacks the function, or has other versions.
+    """
+    if versions != _VERSIONS:
+        return _VERSIONS, None
+    if function is not None:
+        _FUNCTIONS[work.key] = function
+        while len(_FUNCTIONS) > _KEPT:
+            with suppress(KeyError):  # other threads of the worker do the same
+                _FUNCTIONS.popitem(last=False)
+    pickled = _FUNCTIONS.get(work.key)
+    if pickled is None:
+        return _VERSIONS, None
+    results = []
+    failure = None
+    designs = cloudpickle.loads(work.designs)
+    end = time.perf_counter() + 2 * work.lasting
+    try:
+        with closing(_results(pickled, designs, work.timeout)) as stream:
+            for result in stream:
+                results.append(result)
+                if time.perf_counter() > end:
+                    designs.clear()
+    except EvaluationError as error:
+        failure = sendable(error)
+    return _VERSIONS, cloudpickle.dumps((results, failure))
+
+
+def _results(pickled: bytes, designs: Waiting, timeout: float | None) -> Generator[Result]:
+    if sys.platform == "win32":
+        yield from evaluate_here(cloudpickle.loads(pickled), designs, moment=0.0)
+    else:
+        # One thread: the cores of a machine belong to all of its workers.
+        yield from _POOL.run(pickled, _lost, designs, Cost(), 1, timeout, threads=1)
+
+
+def _lost(design: Any, reason: str) -> Any:
+    return LostDesign(reason)
+
+
+# Engines
+
+
+def _dask_client(executor: Any) -> Any:
+    """Return the client of Dask's executor, ``None`` for another one."""
+    client = getattr(executor, "_client", None)
+    return client if hasattr(client, "nthreads") else None
+
+
+def _worker_count(executor: Any) -> Callable[[], int]:
+    """Return a function that returns how many tasks an executor runs at the same time."""
+    client = _dask_client(executor)
+    if client is not None:
+        return lambda: sum(client.nthreads().values())
+    for name in ("num_workers", "max_workers", "_max_workers"):  # MPI, executorlib, Python's own
+        if isinstance(getattr(executor, name, None), int):
+            return partial(getattr, executor, name)
+    rule = "a number, or a function that returns one, if the executor does not say how many it has"
+    raise invalid("workers", rule, Received(type(executor).__name__))
+
+
+class RayExecutor(Executor):
+    """An executor on the workers of Ray, to which this process is connected."""
+
+    def __init__(self) -> None:
+        self._ray = importlib.import_module("ray")
+        self._evaluate = self._ray.remote(evaluate)
+
+    @property
+    def num_workers(self) -> int:
+        """The number of cores of the cluster."""
+        return int(self._ray.cluster_resources().get("CPU", 0))
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Any:
+        """Return the future of a call."""
+        return self._evaluate.remote(*args, **kwargs).future()
+
+
+def executor_of_backend(backend: Any) -> Any:
+    """Return an executor on the workers of a backend of joblib.
+
+    Raises:
+        ArgumentValueError: It is neither Dask's nor Ray's.
+    """
+    if hasattr(backend, "client"):
+        return backend.client.get_executor()
+    if type(backend).__name__ == "RayBackend":
+        return RayExecutor()
+    name = type(backend).__name__
+    rule = "one of joblib's own, dask or ray"
+    remedy = "use ExecutorRunner(executor) for another engine"
+    raise invalid("the backend of joblib.parallel_config", rule, Received(name), remedy)
