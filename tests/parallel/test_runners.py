@@ -11,13 +11,15 @@ import sys
 import threading
 import time
 from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import joblib
 import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 
-from pymoo_psi import FailureTolerant, JoblibRunner
+from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
 from tests.processes import gone, posix
 
@@ -63,13 +65,37 @@ def pids(problem, X):
 # The contract, for every way of running
 
 
+class Polled:
+    """An executor, the futures of which only say whether they are done, as submitit's do."""
+
+    class Future:
+        def __init__(self, future):
+            self.done, self.result = future.done, future.result
+
+    def __init__(self, executor):
+        self.executor = executor
+
+    def submit(self, *call):
+        return self.Future(self.executor.submit(*call))
+
+
+def on_threads(**options):
+    return ExecutorRunner(ThreadPoolExecutor(2), **options)
+
+
 @pytest.fixture(
     scope="module",
-    params=[{"n_jobs": 2}, {"n_jobs": 2, "in_process": False}, {"n_jobs": 1}],
-    ids=str,
+    params=[
+        lambda: JoblibRunner(2),
+        lambda: JoblibRunner(2, in_process=False),
+        lambda: JoblibRunner(1),
+        on_threads,
+        lambda: ExecutorRunner(Polled(ThreadPoolExecutor(2)), workers=2),
+    ],
+    ids=["two", "elsewhere", "one", "executor", "polled"],
 )
 def runner(request):
-    return JoblibRunner(**request.param)
+    return request.param()
 
 
 class TestContract:
@@ -111,7 +137,8 @@ class TestContract:
         assert isinstance(caught.value.__cause__, ValueError)
         np.testing.assert_array_equal(caught.value.design, designs(3)[4])
         # where a worker raised it, its traceback comes as a text
-        assert "_evaluate" in str(caught.value.__cause__.__cause__) or runner.in_process
+        here = isinstance(runner, JoblibRunner) and runner.in_process
+        assert "_evaluate" in str(caught.value.__cause__.__cause__) or here
 
 
 # Workers
@@ -124,13 +151,16 @@ def test_workers_are_kept_between_generations():
     assert os.getpid() not in generations[0]
 
 
-@pytest.fixture(scope="module")
-def workers():
+@pytest.fixture(scope="module", params=["joblib", "executor"])
+def workers(request):
     """A runner for the tests after which its workers are as before."""
+    if request.param == "executor":
+        return on_threads()
     return JoblibRunner(2, in_process=False)
 
 
-def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers(workers):
+def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers():
+    workers = JoblibRunner(2, in_process=False)
     given = {}
     for index, values, _ in workers.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5)))):
         given[index] = workers(lambda x: {"F": -x}, [values["F"]])
@@ -188,8 +218,9 @@ def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
 
 
 @posix
-def test_time_limits_and_dead_workers_leave_the_others_unharmed():
-    runner = JoblibRunner(2, timeout=SHORT)
+@pytest.mark.parametrize("make", [partial(JoblibRunner, 2), on_threads])
+def test_time_limits_and_dead_workers_leave_the_others_unharmed(make):
+    runner = make(timeout=SHORT)
     problem = FailureTolerant(model(elementwise_runner=runner))
     X = designs(3, 5, 7, 11, 13)
     F, G = problem.evaluate(X)

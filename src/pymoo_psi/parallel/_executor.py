@@ -151,9 +151,15 @@ class ExecutorRunner(Runner):
         finally:
             tasks.cancel()
 
+    def __copy__(self) -> ExecutorRunner:
+        """Return a runner on the same executor, which has measured nothing yet."""
+        runner = type(self)(self.executor, workers=1, timeout=self.timeout)
+        runner._count = self._count
+        return runner
+
     def __deepcopy__(self, memo: dict[int, Any]) -> ExecutorRunner:
-        """Return the runner itself: algorithms are copied, executors are not."""
-        return self
+        """As :func:`copy.copy`: algorithms are copied, executors are not."""
+        return self.__copy__()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles have the settings; the executor stays here."""

@@ -1,0 +1,230 @@
+"""Executors that lose tasks and workers, break, and change: nothing is lost or wrong."""
+
+import copy
+import os
+import pickle
+import threading
+import time
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+
+from pymoo_psi import (
+    PSI,
+    ExecutorRunner,
+    FailureTolerant,
+    Recorded,
+    SurrogatePSI,
+    VectorizedSphereChute,
+    investigate,
+)
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, WorkerError
+from pymoo_psi.table import read_table
+from tests.processes import posix
+
+
+class Sum(ElementwiseProblem):
+    """Two objectives of two variables; ``x[0] > kills`` kills the process."""
+
+    def __init__(self, kills=9.0, seconds=0.0, ballast=b"", **kwargs):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
+        self.kills, self.seconds, self.ballast = kills, seconds, ballast
+
+    def fingerprint(self):
+        return {}  # its arguments change no value
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        time.sleep(self.seconds)
+        if x[0] > self.kills:
+            os._exit(3)
+        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+
+
+class Scripted:
+    """An executor on threads that does with its calls what a script says, and runs the others.
+
+    Args:
+        script: For each call an error that its future raises, a result, or None to run it.
+    """
+
+    def __init__(self, *script):
+        self.script, self.pool = list(script), ThreadPoolExecutor(8)
+        self.sent, self.running, self.most = [], 0, 0
+
+    def submit(self, function, *args):
+        self.sent.append(args)
+        self.running += 1
+        self.most = max(self.most, self.running)
+        what = self.script.pop(0) if self.script else None
+        future = Future()
+        if what is None:
+            future = self.pool.submit(function, *args)
+        elif isinstance(what, BaseException):
+            future.set_exception(what)
+        else:
+            future.set_result(what)
+        future.add_done_callback(self._done)
+        return future
+
+    def _done(self, _):
+        self.running -= 1
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        yield executor
+
+
+@posix
+def test_every_algorithm_and_a_model_that_kills_its_process(processes, tmp_path):
+    """Bit-identical to a run in this process, but for the design that kills."""
+    runner = ExecutorRunner(processes)
+    plain = investigate(Sum(), 48)
+    result = minimize(Sum(elementwise_runner=runner), PSI(48, study=tmp_path / "p.db"))
+    assert result.algorithm.table.equals(plain)
+    table = investigate(Sum(kills=0.95, elementwise_runner=runner), 48)
+    failed = plain.X[:, 0] > 0.95
+    assert {*table.reasons} == {*plain.numbers[failed].tolist()} != set()
+    assert {*table.reasons.values()} == {"its worker process died (exit code 3, 2 times)"}
+    np.testing.assert_array_equal(table.F[~failed], plain.F[~failed])
+    fronts = []
+    for problem in (Sum(), FailureTolerant(Sum(elementwise_runner=runner))):
+        recorded = Recorded(problem, study=tmp_path / f"{len(fronts)}.db")
+        fronts.append(minimize(recorded, NSGA2(12), ("n_gen", 4), seed=1).F)
+    np.testing.assert_array_equal(*fronts)
+    path = tmp_path / "s.db"
+    search = minimize(Sum(elementwise_runner=runner), SurrogatePSI(32, study=path), seed=1)
+    assert len(search.algorithm.table) == len(read_table(path)) == 32
+    again = minimize(Sum(kills=-1, elementwise_runner=runner), SurrogatePSI(32, study=path), seed=1)
+    assert again.algorithm.table.equals(search.algorithm.table)
+
+
+def test_a_vectorised_problem_on_an_executor(processes):
+    problem, runner = VectorizedSphereChute(0.4), ExecutorRunner(processes)
+    options = {"keep": "pareto", "limits": {"f1": 2.5}}
+    table = investigate(problem, 3000, runner=runner, block_size=500, **options)
+    assert table.equals(investigate(problem, 3000, **options))
+    with pytest.raises(
+        ArgumentValueError, match="vectorised, got one that is evaluated one design"
+    ):
+        investigate(Sum(), 8, runner=runner)
+    with pytest.raises(ArgumentTypeError, match="runner must be an ExecutorRunner"):
+        investigate(problem, 8, runner=processes)
+
+
+def test_a_large_function_is_sent_to_those_that_lack_it():
+    executor = Scripted()
+    ballast = os.urandom(1_000_000)
+    runner = ExecutorRunner(executor, workers=2)
+    assert investigate(Sum(ballast=ballast, elementwise_runner=runner), 40).equals(
+        investigate(Sum(), 40)
+    )
+    n_large = sum(len(pickle.dumps(args)) > 1_000_000 for args in executor.sent)
+    assert 1 <= n_large <= 4 < len(executor.sent)  # the first ones, before one has arrived
+
+
+LOST = RuntimeError("the node is gone")
+
+
+@pytest.mark.parametrize("script", [[None, None, LOST], [None, None, LOST, LOST]])
+def test_a_task_that_the_engine_gives_up_is_sent_again_and_then_lost(script):
+    n_lost = script.count(LOST) // 2
+    runner = ExecutorRunner(Scripted(*script), workers=1)
+    table = investigate(Sum(seconds=0.06, elementwise_runner=runner), 8)  # a design is a task
+    assert [*table.reasons.values()] == [
+        "its worker was lost (RuntimeError: the node is gone)"
+    ] * n_lost
+    kept = table.status == "ok"
+    assert kept.sum() == 8 - n_lost
+    np.testing.assert_array_equal(table.F[kept], investigate(Sum(), 8).F[kept])
+
+
+@pytest.mark.parametrize(
+    ("script", "message"),
+    [
+        ([LOST] * 20, "the workers cannot do the tasks .*the node is gone.*import pymoo_psi"),
+        ([ModuleNotFoundError("No module named 'beam'")], "cannot do the tasks .*'beam'"),
+        ([None, None, BrokenExecutor("it broke")], "takes no more work .*it broke"),
+        (
+            [(("pymoo-psi 0.1", "Python 3.9"), None)],
+            "has pymoo-psi 0.1 and Python 3.9, this process",
+        ),
+    ],
+)
+def test_workers_that_can_do_nothing_end_the_run_and_a_study_goes_on(tmp_path, script, message):
+    """No design is recorded as failed."""
+    path, executor = tmp_path / "s.db", Scripted(*script)
+    with pytest.raises(WorkerError, match=message):
+        investigate(Sum(elementwise_runner=ExecutorRunner(executor, workers=1)), 30, study=path)
+    assert not read_table(path).reasons
+    executor.script = []
+    runner = ExecutorRunner(executor, workers=1)
+    assert investigate(Sum(elementwise_runner=runner), 30, study=path).equals(
+        investigate(Sum(), 30)
+    )
+
+
+def test_workers_join_and_leave():
+    """At most two tasks a worker are under way, and all of those that have joined are busy."""
+    executor, counts = Scripted(), [1]
+    runner = ExecutorRunner(executor, workers=lambda: counts[0])
+    seen = []
+
+    def callback(algorithm):
+        seen.append(executor.most)
+        counts[0] = [1, 4, 4, 0][len(seen)]
+        executor.most = 0
+
+    problem = Sum(seconds=0.06, elementwise_runner=runner)
+    minimize(
+        problem, PSI(96, block_size=32), callback=lambda a: callback(a) if len(seen) < 3 else 0
+    )
+    assert seen[0] <= 2
+    assert max(seen) == 8
+
+
+def test_what_has_not_begun_is_given_up_with_the_run():
+    begun, gate = [], threading.Event()
+
+    class Gated(Scripted):
+        def submit(self, function, *args):
+            def run():
+                begun.append(args)
+                gate.wait(0.2 * len(begun))
+                return function(*args)
+
+            self.pool = self.pool if self.sent else ThreadPoolExecutor(1)
+            return super().submit(run)
+
+    executor = Gated()
+    problem = Sum(seconds=0.06, elementwise_runner=ExecutorRunner(executor, workers=4))
+    minimize(problem, PSI(500, block_size=2), ("n_eval", 2))
+    executor.pool.shutdown()
+    assert len(begun) < len(executor.sent)
+
+
+def test_a_copy_has_the_executor_and_a_pickle_has_none(processes):
+    problem = Sum(elementwise_runner=ExecutorRunner(processes))
+    X = np.array([[0.5, 0.25]])
+    np.testing.assert_array_equal(copy.deepcopy(problem).evaluate(X), Sum().evaluate(X))
+    with pytest.raises(WorkerError, match="was pickled has no executor"):
+        pickle.loads(pickle.dumps(problem)).evaluate(X)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "options", "message"),
+    [
+        ((ThreadPoolExecutor,), {}, "executor must be an executor, which has a method submit"),
+        ((Scripted(),), {}, "workers must be a number, or a function .*, got Scripted"),
+        ((Scripted(),), {"workers": 0}, "workers must be an integer >= 1"),
+    ],
+)
+def test_what_is_no_executor_is_refused(arguments, options, message):
+    with pytest.raises((ArgumentTypeError, ArgumentValueError), match=message):
+        ExecutorRunner(*arguments, **options)
