@@ -19,6 +19,7 @@ from pymoo_psi import (
     PsiError,
     Recorded,
     SurrogatePSI,
+    TestTable,
     investigate,
 )
 from pymoo_psi.errors import StudyMismatchError
@@ -93,6 +94,49 @@ def test_a_limit_on_a_maximised_objective_is_that_on_its_negative(limit):
     np.testing.assert_array_equal(maximised.column("f1"), -plain.column("f1"))
     inside = (plain.F[20:, 0] >= (low or -np.inf)) & (plain.F[20:, 0] <= (high or np.inf))
     assert inside.mean() > 0.7
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"objectives": ["f2", "x1"], "maximize": ["x1"]},
+        {"objectives": ["far", "f2"], "computed": {"half": "f1 / 2", "far": "half * (1 + x2)"}},
+        {"relaxed": ["g1"], "limits": {"g1": (0.1, None)}},
+        {"objectives": ["f1"], "maximize": ["f1"], "limits": {"share": (None, 0.4)},
+         "computed": {"share": "f2 / (f1 + 1)"}},
+        {"objectives": ["g1", "weight"]},
+    ],
+)  # fmt: skip
+def test_a_formulation_directs_the_proposals_and_changes_no_test(asked):
+    """More of them than of points of PSI are on its front; F has the problem's objectives."""
+
+    class Weighed(type(get_problem("bnh"))):
+        def _evaluate(self, x, out, *args, **kwargs):
+            super()._evaluate(x, out, *args, **kwargs)
+            out["weight"] = x[:, 0] + x[:, 1]
+
+    formulation = Formulation(**asked)
+    result = minimize(Weighed(), SurrogatePSI(40, formulation=formulation), seed=1)
+    table = result.algorithm.table
+    tests = table.tested
+    assert {*investigate(Weighed(), 1).columns} < {*tests.columns}
+    np.testing.assert_array_equal(tests.F, Weighed().evaluate(tests.X)[0])
+    assert {*map(tuple, result.F)} <= {*map(tuple, tests.F)}
+    rows = np.sort(result.opt.get("test_point")) - 1
+    np.testing.assert_array_equal(rows, np.flatnonzero(table.pareto()))
+    points = investigate(Weighed(), 40, first=1001)
+    both = TestTable.combined({"searched": tests, "points": points}).under(formulation)
+    pareto = both.pareto()
+    assert pareto[20:40].mean() > 2 * pareto[40:].mean()
+
+
+def test_fixed_ranges_say_which_objective_counts():
+    medians = {}
+    for name in ("f1", "f2"):
+        ranges = {"f1": (0, 136), "f2": (4, 50), name: (0, 1e6)}
+        table = run(get_problem("bnh"), 60, formulation=Formulation(ranges=ranges)).table
+        medians[name] = np.median(table.F[20:], axis=0)
+    assert (np.sign(medians["f1"] - medians["f2"]) == [1, -1]).all()
 
 
 def test_limits_may_be_on_variables_and_outputs():
@@ -280,6 +324,8 @@ def test_a_study_of_other_proposals_is_refused(tmp_path):
     [
         ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
         ({"share": (1, 2)}, "share"),
+        ({"limits": {"f1": 1}, "formulation": Formulation()}, "limits must be left out beside a"),
+        ({"formulation": {"objectives": ["f1"]}}, "formulation must be a"),
     ],
 )
 def test_what_cannot_be_is_told(options, message):

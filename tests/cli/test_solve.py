@@ -92,6 +92,33 @@ def test_a_problem_is_solved_as_asked(run):
     assert run("solve", "models:Beam", "--points", 64, "--box", box)[0] == 0
 
 
+def test_a_formulation_directs_the_surrogates(run):
+    """The second half of a study follows a decision made after the first."""
+    from models import Beam
+
+    asked = Formulation(
+        ["mass", "stiffness"], maximize=["stiffness"], limits={"height": (None, 100), "stress": 120},
+        computed={"stiffness": "5 / deflection"}, relaxed=["overstress"],
+    )  # fmt: skip
+    asked.to_json("asked.json")
+    words = ["solve", "models:Beam", "--algorithm", "surrogate", "--study", "beam.db", "--seed", 0]
+    assert run(*words, "--points", 32)[0] == 0
+    undirected = read_table("beam.db")
+    code, printed, err = run(*words, "--points", 56, "--decision", "asked.json")
+    assert (code, err) == (0, "")
+    assert "stiffness (max)" in printed
+    table = read_table("beam.db")
+    np.testing.assert_array_equal(table.X[:32], undirected.X)
+    is_feasible = table.under(asked).feasible()
+    assert is_feasible[32:].mean() > 0.5 > 0.2 > is_feasible[:32].mean()
+    directed = SurrogatePSI(56, study="beam.db", formulation=asked)
+    result = minimize(Beam(), directed, seed=0)
+    assert result.algorithm.evaluator.n_eval == 0
+    rows = result.opt.get("test_point") - 1
+    np.testing.assert_array_equal(result.F, table.F[rows])
+    np.testing.assert_array_equal(np.sort(rows), np.flatnonzero(table.under(asked).pareto()))
+
+
 SCALED = """
 import numpy as np
 from pymoo.core.problem import Problem

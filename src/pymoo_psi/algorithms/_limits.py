@@ -1,27 +1,35 @@
-"""The limits of a run: what becomes of them while tests arrive.
+"""The limits or the formulation of a run: what becomes of them while tests arrive.
 
-A limit may be on an output of which nothing is known before a test has run without failing. Until
-then, no test keeps it. Whether its name is a mistake is known when all tests are there, however
-they were cut into blocks.
+They may use an output of which nothing is known before a test has run without failing. Until
+then, no test keeps a limit on it. Whether its name is a mistake is known when all tests are there,
+however they were cut into blocks.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
 from pymoo_psi._validation import Array
 from pymoo_psi.pareto import constraint_violation
-from pymoo_psi.table import Limits, TestTable, excess, limits_of
+from pymoo_psi.table import Formulation, Limits, TestTable, excess, limits_of
+
+Asked: TypeAlias = Formulation | Limits | None
+"""What is asked of the tests of a run: a formulation, or limits."""
 
 
-def under_limits(tests: TestTable, limits: Limits | None) -> TestTable:
-    """Return tests of a run, perhaps not yet all of them, under its limits."""
-    if not limits:
+def under(tests: TestTable, asked: Asked) -> TestTable:
+    """Return tests of a run, perhaps not yet all of them, under its limits or formulation."""
+    if not asked:
         return tests
-    names = [name for name in limits_of(limits) if isinstance(name, str)]
-    missing = [name for name in names if name not in tests.layout.columns]
+    if isinstance(asked, Formulation):
+        names = [*asked.columns, *asked.units]
+        names = [name for name in names if name not in asked.computed]
+    else:
+        names = [name for name in limits_of(asked) if isinstance(name, str)]
+    missing = [name for name in dict.fromkeys(names) if name not in tests.layout.columns]
     if missing:
         outputs = (*tests.layout.outputs, *missing)
         unknown = np.full((len(tests), len(missing)), np.nan)
@@ -30,25 +38,34 @@ def under_limits(tests: TestTable, limits: Limits | None) -> TestTable:
             layout=replace(tests.layout, outputs=outputs),
             outputs=np.hstack([tests.outputs, unknown]),
         )
-    return tests.under(limits=limits)
+    return under_known(tests, asked)
 
 
-def kept_tests(keep: str, limits: Limits | None, tests: TestTable) -> TestTable:
-    """Return ``"all"`` tests, those ``"feasible"`` under limits or their ``"pareto"`` set."""
+def under_known(tests: TestTable, asked: Asked) -> TestTable:
+    """Return tests under limits or a formulation; columns that no test has are refused."""
+    if not asked:
+        return tests
+    if isinstance(asked, Formulation):
+        return tests.under(asked)
+    return tests.under(limits=asked)
+
+
+def kept_tests(keep: str, asked: Asked, tests: TestTable) -> TestTable:
+    """Return ``"all"`` tests, those ``"feasible"`` as asked or their ``"pareto"`` set."""
     if keep == "all":
         return tests
-    table = under_limits(tests, limits)
+    table = under(tests, asked)
     if keep == "pareto":
         return tests.rows(table.pareto())
     return tests.rows(table.feasible())
 
 
-def total_violation(tests: TestTable, limits: Limits | None) -> Array:
+def total_violation(tests: TestTable, asked: Asked) -> Array:
     """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
 
     It is infinite where a design failed, or a value that has a limit is none or not finite.
     """
-    table = under_limits(tests, limits)
-    total = constraint_violation(tests.G, tests.H, tests.layout.eq_tolerance)
+    table = under(tests, asked)
+    total = constraint_violation(table.G, table.H, table.layout.eq_tolerance)
     total = total + excess(table.limits, table.column, len(table))
-    return np.where(tests.status == "failed", np.inf, total)
+    return np.where(table.status == "failed", np.inf, total)

@@ -10,7 +10,15 @@ from typing import Any, TypedDict, TypeVar
 
 from pymoo.core.algorithm import Algorithm
 
-from pymoo_psi._validation import collection, integer, known_name, positive_number
+from pymoo_psi._validation import (
+    collection,
+    instance,
+    integer,
+    invalid,
+    known_name,
+    positive_number,
+)
+from pymoo_psi.algorithms._limits import Asked
 from pymoo_psi.algorithms._sampling import (
     LPTauSampling,
     QMCSampling,
@@ -20,7 +28,7 @@ from pymoo_psi.algorithms._sampling import (
 from pymoo_psi.problems import require_known_keywords
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.study import ALL, Share
-from pymoo_psi.table import Limits
+from pymoo_psi.table import Formulation, Limits
 
 Owner = TypeVar("Owner", bound=Callable[..., Any])
 
@@ -43,6 +51,7 @@ class PointKeywords(StudyKeywords, total=False):
     sampling: UniformSampling | str | None
     seed: int | None
     limits: Limits | None
+    formulation: Formulation | None
     study: str | PathLike[str] | None
     log: Collection[str] | None
     requirements: Any
@@ -95,6 +104,9 @@ class RunOptions:
             see :class:`TestTable`. A design that exceeds one counts as infeasible in the result, as
             does one without a value for it; the table keeps the design as it is, so that other
             limits can be tried afterwards. A limit on what no test has is refused.
+        formulation: What is asked of the tests, instead of ``limits``: other objectives than the
+            problem's, their directions, limits, computed columns, constraints that are left out.
+            Tests are kept as the problem gives them; the table is under the formulation.
         share: ``(k, n)`` tests only the k-th of n parts of the points. All n parts together, on as
             many machines, are the run without it; each is spread over all bounds.
         study: Name of a study file, in which tests are stored as they arrive, about every second,
@@ -138,6 +150,7 @@ class RunOptions:
     sampling: UniformSampling | str | None = None
     seed: int | None = None
     limits: Limits | None = None
+    formulation: Formulation | None = None
     share: tuple[int, int] | None = None
     study: str | PathLike[str] | None = None
     study_key: str | None = None
@@ -160,6 +173,11 @@ class RunOptions:
         positive_number("study_wait", self.study_wait)
         if self.retry is not None:
             known_name("retry", self.retry, ("failed",))
+        if self.formulation is not None:
+            instance("formulation", self.formulation, Formulation)
+            if self.limits:
+                remedy = "give them as Formulation(limits=...)"
+                raise invalid("limits", "left out beside a formulation", self.limits, remedy)
         if self.log is not None:
             collection("log", self.log, "a list of variables", "one goes into a list too")
 
@@ -171,6 +189,11 @@ class RunOptions:
         if n_dim <= MAX_DIMENSIONS:
             return LPTauSampling()
         return QMCSampling("sobol", scramble=False)  # up to 21201 dimensions
+
+    @property
+    def asked(self) -> Asked:
+        """The formulation of the run, or its limits."""
+        return self.formulation or self.limits
 
     @property
     def part(self) -> Share:

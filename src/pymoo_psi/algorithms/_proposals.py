@@ -77,6 +77,8 @@ class Goal:
         encode: A function from ``(n, d)`` points to ``(n, e)`` points as surrogates see them.
         compute: A function from ``(n, d)`` points and their ``(n, q)`` outputs to the outputs, if
             some outputs are known functions of the variables and of other outputs.
+        ranges: ``(2, m)`` lower and upper values by which objectives are scaled; ``None`` for those
+            of the Pareto set.
     """
 
     n_obj: int
@@ -86,6 +88,7 @@ class Goal:
     required: ArrayFunction
     encode: ArrayFunction
     compute: Callable[[Array, Array], Array] | None = None
+    ranges: Array | None = None
 
     def excess(self, T: Array, fit: Fit) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit."""
@@ -176,7 +179,10 @@ def propose(
     candidates = _Candidates(goal.encode(points), F[:n], violation[:n])
     pending = F[n:][violation[n:] <= 0]
     front = np.vstack([tests.Y[tests.eligible, :n_obj], pending])
-    proposals = points[_choice(candidates, front, seen, batch, contraction)]
+    scale = goal.ranges
+    if scale is None:
+        scale = _ranges_of(front[nondominated(front)], candidates)
+    proposals = points[_choice(candidates, front, scale, seen, batch, contraction)]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
         seen = np.vstack([seen, goal.encode(proposals)])
@@ -526,7 +532,12 @@ class _Candidates(NamedTuple):
 
 
 def _choice(
-    candidates: _Candidates, front: Array, seen: Array, batch: int, contraction: float
+    candidates: _Candidates,
+    front: Array,
+    ranges: Array,
+    seen: Array,
+    batch: int,
+    contraction: float,
 ) -> list[int]:
     """Return the indices of the candidates to be tested.
 
@@ -536,12 +547,14 @@ def _choice(
     Args:
         candidates: The candidates.
         front: ``(k, m)`` objectives of the eligible tests.
+        ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to choose; there are fewer if fewer are not tested yet.
         contraction: As :func:`_contraction` returns it.
     """
     front = front[nondominated(front)]
-    low, lengths = _scale_of(front, candidates)
+    low = ranges[0]
+    lengths = _lengths(*ranges)
     front = (front - low) / lengths
     F = (candidates.F - low) / lengths
     values = _achievements(F, contraction)
@@ -575,8 +588,8 @@ def _choice(
     return chosen
 
 
-def _scale_of(front: Array, candidates: _Candidates) -> tuple[Array, Array]:
-    """Return ``(m,)`` lowest values and lengths by which objectives are scaled.
+def _ranges_of(front: Array, candidates: _Candidates) -> Array:
+    """Return ``(2, m)`` lower and upper values by which objectives are scaled.
 
     Args:
         front: ``(k, m)`` the Pareto-optimal objectives of the tests.
@@ -587,11 +600,10 @@ def _scale_of(front: Array, candidates: _Candidates) -> tuple[Array, Array]:
     if feasible.any():
         promising = promising[feasible]
     both = np.vstack([front, promising])
-    low = both.min(axis=0)
     high = both.max(axis=0)
     if len(front) > 1:
         high = front.max(axis=0)
-    return low, _lengths(low, high)
+    return np.array([both.min(axis=0), high])
 
 
 def _apart(rows: Rows, n_columns: int, distance: Array, place: int) -> Rows:

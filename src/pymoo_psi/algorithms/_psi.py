@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.algorithms._executor import NO_OUTPUTS
-from pymoo_psi.algorithms._limits import kept_tests, total_violation, under_limits
+from pymoo_psi.algorithms._limits import kept_tests, total_violation, under, under_known
 from pymoo_psi.algorithms._options import (
     PSIKeywords,
     RunKeywords,
@@ -87,7 +87,6 @@ class PointAlgorithm(Algorithm):
         self.n_points = n_points
         self.options = options
         self.block_size = block_size
-        self.limits = options.limits
         self._tests = TestTable.empty()
         self._population = Population.empty()  # of the first tests, as far as it was asked for
         self._blocks: list[int] = []  # the numbers of tests of the iterations
@@ -108,7 +107,7 @@ class PointAlgorithm(Algorithm):
 
     @property
     def table(self) -> TestTable:
-        """All tests so far, under the limits of the run.
+        """All tests so far, under the limits or the formulation of the run.
 
         Example:
             >>> from pymoo.optimize import minimize
@@ -116,12 +115,12 @@ class PointAlgorithm(Algorithm):
             >>> minimize(SphereChute(), PSI(8)).algorithm.table.numbers
             array([1, 2, 3, 4, 5, 6, 7, 8])
         """
-        return self._under_limits(self._tests)
+        return self._under(self._tests)
 
-    def _under_limits(self, tests: TestTable) -> TestTable:
-        if self.limits and self.termination.has_terminated():
-            return tests.under(limits=self.limits)  # which refuses those on what no test has
-        return under_limits(tests, self.limits)
+    def _under(self, tests: TestTable) -> TestTable:
+        if self.termination.has_terminated():
+            return under_known(tests, self.options.asked)
+        return under(tests, self.options.asked)
 
     @property
     def n_tested(self) -> int:
@@ -221,7 +220,7 @@ class PointAlgorithm(Algorithm):
         if infills is None:
             return False
         tests = self._tests_of(infills)
-        violation = total_violation(tests, self.limits)
+        violation = total_violation(tests, self.options.asked)
         infills.set("CV", violation[:, None])  # pymoo's, with that of the limits
         self._population = Population.merge(self.pop, infills)  # of the table without the block
         self._run.tell(tests)
@@ -262,7 +261,7 @@ class PointAlgorithm(Algorithm):
         reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
         # Copies, as individuals may be changed; one of each array, as a row takes a while.
         arrays = [values.copy() for values in (tests.F, tests.G, tests.H)]
-        violation = total_violation(tests, self.limits)[:, None]
+        violation = total_violation(tests, self.options.asked)[:, None]
         rows = zip(block, *arrays, violation, reasons, tests.outputs.tolist(), strict=True)
         for individual, f, g, h, cv, reason, outputs in rows:
             individual.F = f
@@ -306,7 +305,7 @@ class PointAlgorithm(Algorithm):
             return None
         rows = self._optimal_rows()
         if len(rows) == 0:
-            violation = np.nan_to_num(total_violation(self._tests, self.limits), nan=np.inf)
+            violation = np.nan_to_num(total_violation(self._tests, self.options.asked), nan=np.inf)
             rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
         if self.problem.n_obj == 1:
             rows = rows[:1]
@@ -317,7 +316,7 @@ class PointAlgorithm(Algorithm):
         if self._n_filtered < self.n_tested:
             # What the last front dominates stays dominated.
             rows = np.concatenate([self._front, np.arange(self._n_filtered, self.n_tested)])
-            tests = self._under_limits(self._tests.rows(rows))
+            tests = self._under(self._tests.rows(rows))
             self._front = rows[tests.pareto()]
             self._n_filtered = self.n_tested
         return self._front
@@ -478,20 +477,19 @@ def investigate(
         for block in blocks:
             tests = block.tests
             if not block.is_filtered:
-                tests = kept_tests(keep, settings.limits, tests)
+                tests = kept_tests(keep, settings.asked, tests)
             tables.append(tests)
             show_progress(1 - run.n_left / n_points)
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                tables = [kept_tests(keep, settings.limits, by_number(tables))]
+                tables = [kept_tests(keep, settings.asked, by_number(tables))]
     table = by_number(tables)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = kept_tests(keep, settings.limits, table)
-    if not settings.limits:
-        return table
-    if keep != "all":  # of tests that are left out it is unknown whether they failed
+        table = kept_tests(keep, settings.asked, table)
+    # of tests that are left out it is unknown whether they failed
+    if settings.limits and keep != "all":
         bounds_of(settings.limits, table.layout)
-    return table.under(limits=settings.limits)
+    return under_known(table, settings.asked)
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:

@@ -21,7 +21,7 @@ import numpy as np
 
 from pymoo_psi._validation import Designs, Numbers, identity_text, integer
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of, values_of_table
-from pymoo_psi.algorithms._limits import kept_tests, under_limits
+from pymoo_psi.algorithms._limits import kept_tests, under
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
     PlannedPoints,
@@ -356,7 +356,7 @@ def run_of_sequence(
             the source of the run.
     """
     model = Model(problem, options)
-    under_limits(TestTable.empty(model.layout), options.limits)  # wrong ones are refused here
+    under(TestTable.empty(model.layout), options.asked)  # wrong ones are refused here
     integer("n_points", n_points, minimum=1)
     if options.fill and model.has_requirements:
         n_points = n_points_to_fill(options, n_points, model.problem, model.space)
@@ -372,7 +372,7 @@ def run_of_sequence(
         repeats = Repeats(store.known())
     kept = None
     if keep != "all" and options.study is None and repeats is None:
-        kept = partial(kept_tests, keep, options.limits)
+        kept = partial(kept_tests, keep, options.asked)
     executor = executor_of(
         model,
         options,

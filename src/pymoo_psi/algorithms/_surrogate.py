@@ -7,30 +7,24 @@ not been interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, boolean, integer
+from pymoo_psi.algorithms._limits import Asked, under_known
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
-from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded, propose
+from pymoo_psi.algorithms._outputs import LearnedOutputs
+from pymoo_psi.algorithms._proposals import Goal, KnownTests, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
-from pymoo_psi.algorithms._surrogate_models import (
-    Fit,
-    Learned,
-    below_zero,
-    bounded,
-    without_penalties,
-)
-from pymoo_psi.problems import DesignSpace, known_expressions
+from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import Limits, TestTable
+from pymoo_psi.table import Formulation, TestTable
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -65,6 +59,11 @@ class SurrogatePSI(PointAlgorithm):
     and a larger ``n_evaluations`` adds to them. In any case, proposals are stored before they are
     tested, and no stored test is made again.
 
+    A ``formulation`` directs the proposals, not the tests: a study of one formulation continues
+    under another one, such as a decision made after the first tests. The table, and the designs of
+    the result, are those of the formulation; ``res.F`` has the problem's objectives of these
+    designs.
+
     If a model gives infinity, or one large number, as an objective of meaningless designs,
     surrogates use the worst of the other values instead, provided that several tests of the
     sequence show it. A constraint may be the amount of a violation, 0 where it is met; constraints
@@ -89,8 +88,10 @@ class SurrogatePSI(PointAlgorithm):
             keeps with each proposal which earlier tests were ``pending``. By default it is on where
             there are more workers than ``batch``, or 8, and where they may join and leave, as those
             of an :class:`~pymoo_psi.ExecutorRunner`.
-        **options: As for :class:`PSI`, without ``share`` and ``block_size``. Proposals keep the
-            ``limits``, as far as surrogates can tell. ``retry`` does not change earlier proposals.
+        **options: As for :class:`PSI`, without ``share`` and ``block_size``. Designs are
+            proposed for the objectives, limits and ranges of a ``formulation``, or for those of the
+            problem under ``limits``, as far as surrogates can tell. Columns that it computes are
+            computed from surrogates, and not learned. ``retry`` does not change earlier proposals.
             Designs near failed ones are avoided in three rounds of four.
 
     Raises:
@@ -150,7 +151,7 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous = False
         n_proposed = max(0, self.n_points - self._n_sequence)
         run.source = SurrogateSource(
-            run, self.limits, n_proposed, self.seed, self._batch, is_asynchronous
+            run, options.asked, n_proposed, self.seed, self._batch, is_asynchronous
         )
         return run
 
@@ -160,7 +161,7 @@ class SurrogateSource(Source):
 
     Args:
         run: A run of the points that come first; its store keeps proposals before they are tested.
-        limits: The limits, which proposals keep.
+        asked: The formulation for which designs are proposed, or limits that they keep.
         n_proposed: How many points are proposed.
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
@@ -171,7 +172,7 @@ class SurrogateSource(Source):
     def __init__(
         self,
         run: Run,
-        limits: Limits | None,
+        asked: Asked,
         n_proposed: int,
         seed: int,
         batch: int | None,
@@ -179,7 +180,7 @@ class SurrogateSource(Source):
     ) -> None:
         self._model = run.model
         self._store = run.store
-        self._limits = limits
+        self._asked = asked
         sequence = run.source.ask(run.n_left, 0)
         self._sequence = replace(
             sequence, coordinates=sequence.units, rounds=np.zeros(len(sequence))
@@ -269,11 +270,15 @@ class SurrogateSource(Source):
 
     def _proposed(self, size: int, pending: Points) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        table = by_number([self._tests])
-        goal, output_names = self._goal(table)
+        table = under_known(by_number([self._tests]), self._asked)
+        computed: Mapping[str, str] = {}
+        if isinstance(self._asked, Formulation):
+            computed = self._asked.computed
+        outputs = LearnedOutputs(self._model, table, computed)
         last = self._points.numbers[self._ends[0] - 1]
         n_uniform = int(np.searchsorted(table.numbers, last, "right"))
-        tests = self._known_tests(table, n_uniform, output_names, pending)
+        tests = outputs.known_tests(n_uniform, pending.units)
+        goal = outputs.goal
         learned = self._learned(tests, n_uniform, goal)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
@@ -309,112 +314,3 @@ class SurrogateSource(Source):
                     rows = np.flatnonzero(is_known[:end])
                     learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
         return learned
-
-    def _goal(self, table: TestTable) -> tuple[Goal, list[str]]:
-        """Return what is searched for, and the outputs that surrogates learn, too."""
-        layout = table.layout
-        space = self._model.space
-        problem = self._model.inner
-        inequalities = layout.inequalities[: problem.n_ieq_constr]  # requirements follow these
-        columns = [*layout.objectives, *inequalities, *layout.equalities]  # of Y
-        n_first = len(columns)
-        limits = []
-        for name in inequalities:
-            limits.append((columns.index(name), -np.inf, 0.0))
-        for name in layout.equalities:
-            limits.append((columns.index(name), 0.0, 0.0))
-        variables = [variable.name for variable in space.searched]
-        low = np.zeros(len(variables))
-        high = np.ones(len(variables))
-        for name, (least, greatest) in table.under(limits=self._limits).limits.items():
-            if name in layout.outputs:
-                columns.append(name)
-            if name in layout.maximize:
-                limits.append((columns.index(name), -greatest, -least))
-            elif name in layout.objectives or name in layout.outputs:
-                limits.append((columns.index(name), least, greatest))
-            elif name in variables:
-                j = variables.index(name)
-                low[j], high[j] = space.searched[j].between(least, greatest)
-        goal = Goal(
-            problem.n_obj,
-            limits,
-            low,
-            high,
-            required=lambda points: self._model.violations(space.matrix(points)),
-            encode=partial(encoded, space),
-        )
-        expressions = known_expressions(problem)
-        # Expressions are not learned, but the outputs of the program that they are made of.
-        operands = {name for output in expressions.values() for name in output.operands}
-        if operands:
-            learned = sorted(operands & {*layout.outputs} - {*expressions})
-            columns += [name for name in learned if name not in columns]
-            places = {name: columns.index(name) for name in learned}
-            places |= {name: j for j, name in enumerate(problem.objectives)}
-            goal = replace(goal, compute=partial(_computed, problem, space, places))
-        return goal, columns[n_first:]
-
-    def _known_tests(
-        self, table: TestTable, n_uniform: int, output_names: Sequence[str], pending: Points
-    ) -> KnownTests:
-        """Return what surrogates learn from.
-
-        Args:
-            table: All tests.
-            n_uniform: How many of them, the first, are of the sequence.
-            output_names: The outputs that are learned beside objectives and constraints.
-            pending: The points that are being tested.
-        """
-        failed = table.status == "failed"
-        n_ieq = self._model.inner.n_ieq_constr
-        unmet = (table.G[:, n_ieq:] > 0).any(axis=1)  # requirements follow the model's own
-        unknown = failed | unmet
-        uniform = table.F[:n_uniform][~unknown[:n_uniform]]
-        F = without_penalties(table.F, uniform)
-        G = np.where(unknown[:, None], np.nan, table.G[:, :n_ieq])
-        G = below_zero(G, n_uniform)
-        limited = table.under(limits=self._limits)
-        outputs = []
-        for name in output_names:
-            values = table.column(name)
-            if name in limited.limits:
-                values = _known_or_beyond(values, *limited.limits[name])
-            outputs.append(values)
-        Y = np.column_stack([F, G, table.H, *outputs])
-        points = self._model.space.points(table.X)
-        eligible = limited.eligible()
-        return KnownTests(table.numbers, points, Y, eligible, failed, unknown, pending.units)
-
-
-def _known_or_beyond(values: Array, least: float, greatest: float) -> Array:
-    """Return ``(n,)`` values of an output; beyond its limits where a design has none."""
-    finite = values[np.isfinite(values)]
-    if len(finite) == 0:
-        return values
-    beyond = max(finite.max(), greatest + np.ptp(finite))
-    if greatest == np.inf:
-        beyond = min(finite.min(), least - np.ptp(finite))
-    return np.where(np.isnan(values), beyond, values)
-
-
-def _computed(
-    problem: Any, space: DesignSpace, places: dict[str, int], points: Array, Y: Array
-) -> Array:
-    """Return ``(n, q)`` outputs of points, those that are expressions computed from the others.
-
-    Args:
-        problem: A problem that has expressions.
-        space: Its variables.
-        places: The columns of ``Y`` of what expressions use.
-        points: ``(n, d)`` points of the unit cube.
-        Y: ``(n, q)`` outputs as surrogates predict them; it is changed.
-    """
-    columns = dict(zip(problem.variables, space.matrix(points).T, strict=True))
-    for name, j in places.items():
-        columns[name] = Y[:, j]
-        if name in problem.maximize:
-            columns[name] = -Y[:, j]
-    for j, values in problem.computed(columns).items():
-        Y[:, j] = values
-    return bounded(Y)

@@ -45,12 +45,12 @@ _N_REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
-# The algorithms that options are for: surrogate and nsga3 search by the problem's objectives.
+# The algorithms that options are for: nsga3 searches by the problem's objectives.
 _ALGORITHMS = {
-    "objectives": ["psi"],
-    "maximize": ["psi"],
-    "compute": ["psi"],
-    "decision": ["psi"],
+    "objectives": ["psi", "surrogate"],
+    "maximize": ["psi", "surrogate"],
+    "compute": ["psi", "surrogate"],
+    "decision": ["psi", "surrogate"],
     "limits": ["psi", "surrogate"],
     "share": ["psi"],
     "fill": ["psi"],
@@ -260,9 +260,14 @@ def _by_surrogate(
 ) -> Search:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
+    categories = formulation.page.get("state", {}).get("categories")
+    if categories:
+        rule = "without texts ticked on the page, which do not direct a search"
+        received = Received(f"ticks in {', '.join(categories)}")
+        raise invalid("--decision", rule, received, "fix choices by --box name=option")
     algorithm = SurrogatePSI(
         points,
-        limits=formulation.limits,
+        formulation=formulation,
         sampling=run.sampling,
         study=run.study,
         study_key=run.study_key,
@@ -277,7 +282,7 @@ def _by_surrogate(
         n_counted = count(algorithm.table.rows(new))
 
     result = minimize(problem, algorithm, seed=run.seed, callback=callback).algorithm
-    return _search(problem, result.table, formulation, result.evaluator.n_eval)
+    return _search(problem, result.table.tested, formulation, result.evaluator.n_eval)
 
 
 def _search(

@@ -591,22 +591,25 @@ class ProgramProblem(NamedProblem):
         """The outputs that are computed by expressions, by name."""
         return {name: output for name, output in self.outputs.items() if output.expression}
 
-    def computed(self, columns: Mapping[str, Any]) -> dict[int, Any]:
-        """Return the objectives and constraints that are expressions, by their place among all.
+    def computed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what is computed by expressions: outputs by name, and pymoo's f1, g1, ….
 
         Args:
             columns: ``(n,)`` each, by name: variables, and outputs of the program.
         """
         outputs = dict.fromkeys(self.outputs, np.nan) | dict(columns)
-        expressions = self.known_expressions
-        for name, output in expressions.items():
-            outputs[name] = output.values(outputs)
-        F, G = self.objectives_and_constraints(outputs)
-        names = self.objectives + [limit.output for limit in self.limits]
         computed = {}
-        for j, (name, values) in enumerate(zip(names, F + G, strict=True)):
-            if name in expressions:
-                computed[j] = values
+        for name, output in self.known_expressions.items():
+            outputs[name] = output.values(outputs)
+            computed[name] = outputs[name]
+        F, G = self.objectives_and_constraints(outputs)
+        for j, (name, values) in enumerate(zip(self.objectives, F, strict=True), 1):
+            if name in self.known_expressions:
+                del computed[name]
+                computed[f"f{j}"] = values
+        for j, (limit, values) in enumerate(zip(self.limits, G, strict=True), 1):
+            if limit.output in self.known_expressions:
+                computed[f"g{j}"] = values
         return computed
 
     def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:

@@ -1,0 +1,227 @@
+"""The outputs that surrogates learn under a formulation, and the goal of a search on them.
+
+Columns that a formulation computes are not learned: they follow from learned outputs and from the
+variables, as do the outputs of a problem that are expressions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+
+from pymoo_psi._validation import AnyArray, Array
+from pymoo_psi.algorithms._executor import Model
+from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
+from pymoo_psi.algorithms._surrogate_models import below_zero, bounded, without_penalties
+from pymoo_psi.problems import known_expressions
+from pymoo_psi.table import Expression, TestTable
+
+
+class LearnedOutputs:
+    """The outputs that surrogates learn from tests under a formulation.
+
+    Args:
+        model: The model of the tests.
+        table: All tests, under the formulation.
+        computed: The expressions of columns that the formulation computes, by name.
+
+    Attributes:
+        names: The columns of the formulation: objectives, constraints without requirements, and
+            outputs that have limits.
+        operands: The names of columns as tested from which others are computed, beside ``names``.
+    """
+
+    def __init__(self, model: Model, table: TestTable, computed: Mapping[str, str]) -> None:
+        self._model = model
+        self._table = table
+        layout = table.layout
+        tested = table.tested.layout
+        requirements = tested.inequalities[model.inner.n_ieq_constr :]
+        self.inequalities = [name for name in layout.inequalities if name not in requirements]
+        limited = [name for name in table.limits if name in layout.outputs]
+        self.names = [*layout.objectives, *self.inequalities, *layout.equalities, *limited]
+        self._n_constraints = len(self.inequalities) + len(layout.equalities)
+        self._computed = _needed(computed, self.names)
+        self._expressions = known_expressions(model.inner)
+        # Expressions are not learned, but what they are made of.
+        operands = set()
+        for output in self._expressions.values():
+            operands |= {*output.operands}
+        names = operands & {*tested.outputs}
+        for expression in self._computed.values():
+            names |= {*expression.columns} & {*tested.columns} - {*tested.variables}
+        names -= {*self._expressions}
+        self._places = {}
+        self.operands: list[str] = []
+        for j, name in enumerate(self.names):
+            # An equality that is an objective counts by its absolute value.
+            if name in tested.columns and not (j < self.n_obj and name in tested.equalities):
+                self._places[name] = j
+        for name in sorted(names):
+            if name not in self._places:
+                self._places[name] = len(self.names) + len(self.operands)
+                self.operands.append(name)
+
+    @property
+    def n_obj(self) -> int:
+        """Number of objectives, which come first."""
+        return len(self._table.layout.objectives)
+
+    @property
+    def goal(self) -> Goal:
+        """The goal of a search for the formulation."""
+        table = self._table
+        layout = table.layout
+        space = self._model.space
+        limits = []
+        for name in self.inequalities:
+            limits.append((self.names.index(name), -np.inf, 0.0))
+        for name in layout.equalities:
+            limits.append((self.names.index(name), 0.0, 0.0))
+        # The names of the table, which may be those of the problem or of the run.
+        own_names = [variable.name for variable in space.variables]
+        titles = dict(zip(own_names, table.tested.layout.variables, strict=True))
+        variables = [titles[variable.name] for variable in space.searched]
+        low = np.zeros(len(variables))
+        high = np.ones(len(variables))
+        for name, (least, greatest) in table.limits.items():
+            if name in layout.maximize and name in layout.objectives:
+                limits.append((self.names.index(name), -greatest, -least))
+            elif name in self.names:
+                limits.append((self.names.index(name), least, greatest))
+            elif name in variables:
+                j = variables.index(name)
+                low[j], high[j] = space.searched[j].between(least, greatest)
+        compute = None
+        if self._computed or self._expressions or {*self.names} & {*table.tested.layout.variables}:
+            compute = self.computed
+        return Goal(
+            self.n_obj,
+            limits,
+            low,
+            high,
+            required=lambda points: self._model.violations(space.matrix(points)),
+            encode=partial(encoded, space),
+            compute=compute,
+            ranges=self._ranges(),
+        )
+
+    def _ranges(self) -> Array | None:
+        """Return the ``(2, m)`` fixed ranges of the objectives, as these are minimised."""
+        layout = self._table.layout
+        ranges = self._table.formulation.ranges
+        if not ranges:
+            return None
+        ends = []
+        for name in layout.objectives:
+            low, high = ranges[name]
+            if name in layout.maximize:
+                low, high = -high, -low
+            ends.append((low, high))
+        return np.array(ends).T
+
+    def known_tests(self, n_uniform: int, pending: Array) -> KnownTests:
+        """Return what surrogates learn from.
+
+        Args:
+            n_uniform: How many of the tests, the first, are of the sequence.
+            pending: ``(p, d)`` the points that are being tested.
+        """
+        table = self._table
+        failed = table.status == "failed"
+        n_ieq = self._model.inner.n_ieq_constr
+        # The model does not run for a design that violates a requirement.
+        unmet = (table.tested.G[:, n_ieq:] > 0).any(axis=1)
+        unknown = failed | unmet
+        uniform = table.F[:n_uniform][~unknown[:n_uniform]]
+        F = without_penalties(table.F, uniform)
+        columns = [F]
+        for name in self.inequalities:
+            g = np.where(unknown, np.nan, table.column(name))
+            columns.append(below_zero(g[:, None], n_uniform))
+        columns.append(table.H)
+        for name in self.names[self.n_obj + self._n_constraints :]:
+            columns.append(_known_or_beyond(table.column(name), *table.limits[name]))
+        for name in self.operands:
+            columns.append(table.tested.column(name))
+        points = self._model.space.points(table.tested.X)
+        eligible = table.eligible()
+        Y = np.column_stack(columns)
+        return KnownTests(table.numbers, points, Y, eligible, failed, unknown, pending)
+
+    def computed(self, points: Array, Y: Array) -> Array:
+        """Return ``(n, q)`` outputs of points, of which some are computed from the others.
+
+        Args:
+            points: ``(n, d)`` points of the unit cube.
+            Y: ``(n, q)`` outputs as surrogates predict them; it is changed.
+        """
+        tested = self._table.tested.layout
+        columns = dict(zip(tested.variables, self._model.space.matrix(points).T, strict=True))
+        for name, j in self._places.items():
+            columns[name] = self._turned(j, Y[:, j])
+        if self._expressions:
+            columns |= self._values_of_expressions(columns)
+        for name, expression in self._computed.items():
+            columns[name] = expression.values(columns)
+        for j, name in enumerate(self.names):
+            if name not in columns:
+                continue
+            values = self._turned(j, columns[name])
+            if name in self._table.layout.outputs:
+                values = _known_or_beyond(values, *self._table.limits[name])
+            Y[:, j] = values
+        return bounded(Y)
+
+    def _turned(self, j: int, values: AnyArray) -> Array:
+        """Return an output as it is minimised, or back in its original direction."""
+        if j < self.n_obj and self.names[j] in self._table.layout.maximize:
+            return np.asarray(-values)
+        return np.asarray(values)
+
+    def _values_of_expressions(self, columns: Mapping[str, AnyArray]) -> dict[str, AnyArray]:
+        """Return the values of what the problem computes by expressions, by name in the table."""
+        tested = self._table.tested.layout
+        problem = self._model.inner
+        # The names of the problem, which may be others than those of a run.
+        own = dict(columns)
+        for name, of_table in zip(problem.variables, tested.variables, strict=True):
+            own[name] = columns[of_table]
+        for name, of_table in zip(problem.objectives, tested.objectives, strict=True):
+            if of_table in columns:
+                own[name] = columns[of_table]
+                if (name in problem.maximize) != (of_table in tested.maximize):
+                    own[name] = -columns[of_table]
+        names = {f"f{j}": name for j, name in enumerate(tested.objectives, 1)}
+        names |= {f"g{j}": name for j, name in enumerate(tested.inequalities, 1)}
+        values_by_name = {}
+        for name, values in problem.computed(own).items():
+            of_table = names.get(name, name)
+            if of_table in tested.objectives and of_table in tested.maximize:
+                values = -values
+            values_by_name[of_table] = values
+        return values_by_name
+
+
+def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expression]:
+    """Return the expressions, in their order, from which columns of these names follow."""
+    needed = {*names}
+    expressions = {}
+    for name, text in reversed([*computed.items()]):
+        if name in needed:
+            expressions[name] = Expression.of(text)
+            needed |= {*expressions[name].columns}
+    return dict(reversed([*expressions.items()]))
+
+
+def _known_or_beyond(values: Array, least: float, greatest: float) -> Array:
+    """Return ``(n,)`` values of an output; beyond its limits where a design has none."""
+    finite = values[np.isfinite(values)]
+    if len(finite) == 0:
+        return values
+    beyond = max(finite.max(), greatest + np.ptp(finite))
+    if greatest == np.inf:
+        beyond = min(finite.min(), least - np.ptp(finite))
+    return np.where(np.isnan(values), beyond, values)
