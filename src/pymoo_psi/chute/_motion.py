@@ -400,16 +400,18 @@ def trajectory(
     if columns[0].ndim:
         raise invalid("u1, v_p and the parameters", "numbers, for one design", columns[0].shape)
     u1, v_p, mu, c, r, wx0, wy0, wz0 = (float(column) for column in columns)
-    moved = motion(u1, v_p, parameters)
-    slip_end = float(moved.slip_end)
-    slip_time = float(moved.slip_time)
-    points = np.linspace(0.0, float(moved.reached), integer("n", n, minimum=2))
+    whole = motion(u1, v_p, parameters)
+    slip_end = float(whole.slip_end)
+    slip_time = float(whole.slip_time)
+
+    # The points: η1 twice, as the last slipping and as the first rolling one.
+    points = np.linspace(0.0, float(whole.reached), integer("n", n, minimum=2))
     slips_then_rolls = 0 < slip_end < 1
     if slips_then_rolls:
         points = np.append(points[points != slip_end], [slip_end, slip_end])
         points.sort()
 
-    # Every point is the end of a shorter way, so that the solver of the motion serves here.
+    # The states: every point is the end of a shorter way for the solver of the motion.
     length = np.hypot(1.0, u1)
     a = u1 / length
     b = mu / length
@@ -428,11 +430,15 @@ def trajectory(
         slipping[last] = True
         time[last : last + 2] = slip_time
         slip[last : last + 2] = 0.0
+
+    # The forces, over m g.
     friction = -b * _direction(slip, tau, vx0, vy0)
     friction[~slipping] = [-2 / 7 * a, 0.0]  # (2.21)
     plane = np.full(len(points), 1.0 / length)
     wall = np.abs(friction[:, 1])
     normal = np.column_stack([plane, wall])
+
+    # The spins follow from the velocity of the contact point.
     wx = (slip[:, 1] + v_p) / r
     wy = (at.speed - slip[:, 0]) / r
     spin = np.column_stack([wx, wy, np.full(len(points), wz0)])

@@ -36,15 +36,16 @@ def run_compare(options: Options) -> int:
     """Compare algorithms, write all results to a folder, print the medians and the conclusions."""
     problem = load_problem(options.problem)
     name = problem_name(problem)
-    rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
     job_count("--jobs", options.jobs)
     out = options.out or Path("comparison_" + re.sub(r"\W+", "_", name))
     folder = results_folder(out)
+    rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
+    budgets = counts_in("--evaluations", options.evaluations, rule)
     algorithms = [algorithm.strip() for algorithm in options.algorithms.split(",")]
     try:
         result = compare(
             problem,
-            n_evaluations=counts_in("--evaluations", options.evaluations, rule) or None,
+            n_evaluations=budgets or None,
             seeds=options.seeds,
             algorithms=list(dict.fromkeys(algorithms)),
             folder=folder / "runs",

@@ -437,15 +437,15 @@ def rank_of_efficiency(
         C      2   5.0   40.0  1.00                0    True
     """
     normalize = boolean("normalize", normalize)
-    from_table = is_table(F)
-    if from_table:
+    is_of_table = is_table(F)
+    if is_of_table:
         F = _ranking_of_table(F, normalize)
     objectives = Objectives.of(F, maximize)
-    if from_table and ideal is None and nadir is None:
-        return cast(EfficiencyRanking, F)  # its ends may be those of ranges
     pareto = nondominated(objectives.minimized)
     rows = np.arange(len(pareto))
     if isinstance(F, EfficiencyRanking):
+        if is_of_table and ideal is None and nadir is None:
+            return F  # its ends may be those of fixed ranges
         rows = F.rows
     return ranking_of(objectives, pareto, rows, normalize=normalize, ideal=ideal, nadir=nadir)
 

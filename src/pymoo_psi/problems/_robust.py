@@ -143,21 +143,23 @@ class Robust(WrappedProblem):
         self.criteria = [*criteria]
         if isinstance(criteria, str):
             self.criteria = [criteria] * nominal.n_obj
+        if len(self.criteria) != nominal.n_obj:
+            rule = f"one for all or each of {nominal.n_obj} objectives"
+            raise invalid("criteria", rule, criteria)
         self._shares = [_share(str(criterion)) for criterion in self.criteria]
-        if len(self._shares) != nominal.n_obj:
-            raise invalid(
-                "criteria", f"one for all or each of {nominal.n_obj} objectives", criteria
-            )
         self.failure_probability = finite_number("failure_probability", failure_probability)
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
-        # the wrapped problem's names, without those of its constraints
-        titles = column_titles(nominal, self.space)
-        names = [*self.space.variable_names, *(f"f{j + 1}" for j in range(nominal.n_obj))]
+        self._set_names_and_units()
+
+    def _set_names_and_units(self) -> None:
+        """Take the wrapped problem's names and units, without those of its constraints."""
+        titles = column_titles(self.wrapped, self.space)
+        names = [*self.space.variable_names, *(f"f{j + 1}" for j in range(self.n_obj))]
         self.names = {name: titles.get(name, name) for name in names}
         self.units = {}
-        for title, unit in (getattr(nominal, "units", None) or {}).items():
+        for title, unit in (getattr(self.wrapped, "units", None) or {}).items():
             if title in self.names.values():
                 self.units[title] = unit
 

@@ -632,8 +632,7 @@ def convergence(table: TestTable) -> Convergence:
         raise invalid(
             "the table", f"of {_FIRST} tests or more", Received(counted(len(table), "test"))
         )
-    frame = table.ranking().frame
-    scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
+    # What the first n tests decide: their front, and their optimum or -1.
     sizes = [len(table)]
     while sizes[-1] // 2 >= _FIRST:
         sizes.append(sizes[-1] // 2)
@@ -652,6 +651,9 @@ def convergence(table: TestTable) -> Convergence:
             optimum = int(front[ranking.salukvadze[0]])
         fronts.append(front)
         optima.append(optimum)
+    # Measured in the units of the ranking of all tests.
+    frame = table.ranking().frame
+    scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
     rows = np.array(optima)
     exists = rows >= 0
     pairs = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
@@ -659,7 +661,7 @@ def convergence(table: TestTable) -> Convergence:
     mu1 = np.where(exists, frame.distances(table.F[rows])[:, 0], np.inf)
     steps = np.abs(np.diff(scaled[rows], axis=0)).max(axis=1)
     moved = np.append(np.nan, np.where(exists[:-1], steps, np.nan))
-    if not frame.line.any():
+    if not frame.line.any():  # one design is the best in every objective
         mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
     return Convergence(
         tests=np.array(sizes),
