@@ -138,6 +138,17 @@ def test_every_public_name_is_in_the_overview_of_its_subpackage():
     assert len(public) <= 95
 
 
+@pytest.mark.parametrize("name", ["", *SUBPACKAGES])
+def test_every_name_in_an_overview_can_be_imported(name):
+    """The reverse of the test above: an overview refers to nothing that is not there."""
+    module = getattr(pymoo_psi, name) if name else pymoo_psi
+    for reference in re.findall(r":(?:class|func|mod|meth):`[~.]*([\w.]+)`", module.__doc__):
+        first, *parts = reference.removeprefix("pymoo_psi.").split(".")
+        item = getattr(module, first, None) or getattr(pymoo_psi, first)
+        for part in parts:
+            item = getattr(item, part)
+
+
 def functions_of(module):
     """The public functions, and methods of public classes, by their names."""
     for name in module.__all__:

@@ -224,6 +224,10 @@ def test_integers_that_label_other_tests_are_refused():
     with pytest.raises(PsiError, match="design must be clear about labels and numbers, got 12"):
         explain(table, 12)
     assert explain(table, "name 12").row == explain(table, row=2).row == 1
+    with pytest.raises(PsiError, match="the name of one design"):
+        explain(table, "1")  # no label, though the number of a test
+    assert explain(table_of(), "12").row == 1  # without labels that are numbers
+    assert explain(table_of(["A", "B", "C", "D", "E"]), "12").row == 1
 
 
 def test_a_table_is_explained_under_its_formulation():

@@ -371,8 +371,8 @@ class Tests:
         """Return the row of a design by the number of its test or by its label.
 
         Args:
-            design: The number of a test, or a text: a name as in :attr:`names`, a label that only
-                one design has, or the number of a test.
+            design: The number of a test, or a text: a name as in :attr:`names`; a label that only
+                one design has; or the number of a test, unless labels are numbers.
 
         Raises:
             ArgumentValueError: There is no such design, or a number may be that of a test or a
@@ -410,7 +410,8 @@ class Tests:
         labels = [] if label is None else [str(cell) for cell in self.extra[label].tolist()]
         if labels.count(name) == 1:
             return labels.index(name)
-        if re.fullmatch(r"[1-9][0-9]{0,17}", name) and name not in labels:
+        # Where labels are numbers, a number that is none of them is more likely a mistake.
+        if re.fullmatch(r"[1-9][0-9]{0,17}", name) and not any(map(str.isdecimal, labels)):
             return self.row_of(int(name))
         rule = f"the name of one design, such as {names[0]!r}" if names else "of a design"
         raise invalid("design", rule, name)
