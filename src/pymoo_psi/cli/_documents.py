@@ -16,8 +16,7 @@ import pandas as pd
 from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, require_output, results_folder, say, write_frame
-from pymoo_psi.cli._rank import decision_remarks, say_source
-from pymoo_psi.cli._source import formulation_of, opened, with_choice
+from pymoo_psi.cli._source import decision_remarks, formulation_of, opened, say_source, with_choice
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import (
     STATUSES,

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from pymoo_psi._validation import Received, counted, invalid
+from pymoo_psi._validation import counted
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, require_output, say, write_frame
-from pymoo_psi.cli._source import formulation_of, opened, with_choice
+from pymoo_psi.cli._source import formulation_of, opened, say_source, with_choice
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -21,7 +20,7 @@ from pymoo_psi.pareto import (
     number,
     ranking_columns,
 )
-from pymoo_psi.table import Formulation, TestTable, constraint_costs, suffixes_for
+from pymoo_psi.table import TestTable, constraint_costs, suffixes_for
 
 _N_REASONS = 4  # sentences that a reader takes in at a glance
 _N_PRINTED = 12  # designs; all are in the file
@@ -58,72 +57,6 @@ def most_violated(table: TestTable) -> str:
         f"Infeasible: {n_infeasible} of {n_computed} that were computed; "
         f"{worst.name} rejects most: {worst['rejects']:.0f}, {worst['alone']:.0f} of them alone"
     )
-
-
-def say_source(
-    path: Path, table: TestTable, formulation: Formulation, *, ranked: bool = True
-) -> None:
-    """Print remarks on the rows of a source, on its objectives if none is named, on a decision.
-
-    Args:
-        path: The source.
-        table: Its table under the formulation.
-        formulation: The formulation that the options give.
-        ranked: Whether infeasible designs are left out of the result.
-    """
-    layout = table.layout
-    say(*table.remarks)
-    if not formulation.objectives:
-        say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
-    n_feasible = (table.status == "ok").sum()
-    if n_feasible < len(table):
-        sentence = f"{n_feasible} of {counted(len(table), 'design')} are feasible"
-        if ranked:
-            sentence += "; the others are left out"
-        say(f"{sentence}.")
-    say(*decision_remarks(path, table, formulation))
-
-
-def decision_remarks(path: Path, table: TestTable, formulation: Formulation) -> list[str]:
-    """Return remarks on the chosen design of a decision, and the reason for it.
-
-    Raises:
-        ArgumentValueError: The decision has other directions than the table.
-    """
-    layout = table.layout
-    if formulation.page:
-        for name in layout.objectives:
-            if name in layout.maximize and name not in formulation.maximize:
-                rule = "about the same directions as the designs"
-                raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
-    remarks = []
-    if formulation.chosen is not None:
-        remarks.append(_remark_on_choice(table, formulation.chosen, formulation.page))
-    if formulation.reason:
-        remarks.append(f"Reason: {formulation.reason}")
-    return remarks
-
-
-def _remark_on_choice(table: TestTable, chosen: str, page: Mapping[str, Any]) -> str:
-    """Say whether the chosen design is what it was when the page saved the decision."""
-    warning = f"Warning: {chosen}, the chosen design,"
-    if chosen not in table.names:
-        return f"{warning} is not among these."
-    row = table.names.index(chosen)
-    values = page.get("values", {})
-    changes = []
-    for name in table.layout.objectives:
-        value = float(table.column(name)[row])  # values may hold anything
-        if name in values and values[name] != value:
-            changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
-    if changes:
-        return f"{warning} has changed: {', '.join(changes)}."
-    if not table.eligible()[row]:
-        return f"{warning} violates the limits."
-    if not values:
-        return f"Chosen: {chosen}."
-    date = str(page.get("date", "then"))
-    return f"Chosen: {chosen}, unchanged since {date[:10]}."
 
 
 def run_rank(options: Options) -> int:

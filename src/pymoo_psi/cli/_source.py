@@ -1,4 +1,4 @@
-"""The values of options, and the one way from options to a table.
+"""The values of options, the one way from options to a table, and what commands say of it.
 
 The entries of a list are separated by commas; a name that has a comma is put in quotation marks, as
 in ``--objectives '"time, s",mass'``. An option that takes a list may be given several times.
@@ -7,14 +7,16 @@ in ``--objectives '"time, s",mass'``. An option that takes a list may be given s
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
+from pymoo_psi.cli._output import say
 from pymoo_psi.errors import PsiError
-from pymoo_psi.pareto import RANKING_NAMES
+from pymoo_psi.pareto import RANKING_NAMES, number
 from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
 
@@ -115,6 +117,72 @@ def with_choice(formulation: Formulation, table: TestTable) -> Formulation:
     """Return a formulation with the chosen design of the table, if it has one, and the reason."""
     of_table = table.formulation
     return replace(formulation, chosen=of_table.chosen, reason=of_table.reason)
+
+
+def say_source(
+    path: Path, table: TestTable, formulation: Formulation, *, ranked: bool = True
+) -> None:
+    """Print remarks on the rows of a source, on its objectives if none is named, on a decision.
+
+    Args:
+        path: The source.
+        table: Its table under the formulation.
+        formulation: The formulation that the options give.
+        ranked: Whether infeasible designs are left out of the result.
+    """
+    layout = table.layout
+    say(*table.remarks)
+    if not formulation.objectives:
+        say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
+    n_feasible = (table.status == "ok").sum()
+    if n_feasible < len(table):
+        sentence = f"{n_feasible} of {counted(len(table), 'design')} are feasible"
+        if ranked:
+            sentence += "; the others are left out"
+        say(f"{sentence}.")
+    say(*decision_remarks(path, table, formulation))
+
+
+def decision_remarks(path: Path, table: TestTable, formulation: Formulation) -> list[str]:
+    """Return remarks on the chosen design of a decision, and the reason for it.
+
+    Raises:
+        ArgumentValueError: The decision has other directions than the table.
+    """
+    layout = table.layout
+    if formulation.page:
+        for name in layout.objectives:
+            if name in layout.maximize and name not in formulation.maximize:
+                rule = "about the same directions as the designs"
+                raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
+    remarks = []
+    if formulation.chosen is not None:
+        remarks.append(_remark_on_choice(table, formulation.chosen, formulation.page))
+    if formulation.reason:
+        remarks.append(f"Reason: {formulation.reason}")
+    return remarks
+
+
+def _remark_on_choice(table: TestTable, chosen: str, page: Mapping[str, Any]) -> str:
+    """Say whether the chosen design is what it was when the page saved the decision."""
+    warning = f"Warning: {chosen}, the chosen design,"
+    if chosen not in table.names:
+        return f"{warning} is not among these."
+    row = table.names.index(chosen)
+    values = page.get("values", {})
+    changes = []
+    for name in table.layout.objectives:
+        value = float(table.column(name)[row])  # values may hold anything
+        if name in values and values[name] != value:
+            changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
+    if changes:
+        return f"{warning} has changed: {', '.join(changes)}."
+    if not table.eligible()[row]:
+        return f"{warning} violates the limits."
+    if not values:
+        return f"Chosen: {chosen}."
+    date = str(page.get("date", "then"))
+    return f"Chosen: {chosen}, unchanged since {date[:10]}."
 
 
 def require_free_names(names: Iterable[str]) -> None:

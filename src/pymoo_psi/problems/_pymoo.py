@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
-from pymoo_psi._validation import invalid, wrong_type
+from pymoo_psi._validation import wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
 # Keywords of pymoo's Problem that follow from a model, and would contradict it if given.
@@ -70,21 +70,12 @@ def require_known_keywords(
         raise ArgumentTypeError(message)
 
 
-def require_problem(problem: object, uncertain: Collection[str] = ()) -> None:
-    """Refuse anything but a pymoo problem that takes the uncertain parameters."""
+def require_problem(problem: object) -> None:
+    """Refuse anything but a pymoo problem."""
     if isinstance(problem, type):
         raise wrong_type("problem", "a pymoo Problem", problem, "pass an instance, not the class")
     if not isinstance(problem, Problem):
         raise wrong_type("problem", "a pymoo Problem", problem)
-    for name in uncertain:
-        # pymoo puts keywords that it does not know there: a misspelt one would change nothing.
-        if isinstance(problem.data, dict) and name in problem.data:
-            raise invalid(
-                "uncertainty",
-                f"of parameters that {type(problem).__name__} takes",
-                name,
-                "pymoo only keeps it; name an argument so, or correct the name",
-            )
 
 
 def problem_name(problem: Any) -> str:

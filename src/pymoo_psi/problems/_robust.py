@@ -335,6 +335,21 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
         )
     problems = []
     for row in rows:
-        problems.append(problem(**dict(zip(parameters, row, strict=True))))
-        require_problem(problems[-1], parameters)
+        of_row = problem(**dict(zip(parameters, row, strict=True)))
+        require_problem(of_row)
+        _require_parameters(of_row, parameters)
+        problems.append(of_row)
     return problems
+
+
+def _require_parameters(problem: Any, parameters: Collection[str]) -> None:
+    """Refuse a problem that does not take the uncertain parameters."""
+    for name in parameters:
+        # pymoo puts keywords that it does not know there: a misspelt one would change nothing.
+        if isinstance(problem.data, dict) and name in problem.data:
+            raise invalid(
+                "uncertainty",
+                f"of parameters that {type(problem).__name__} takes",
+                name,
+                "pymoo only keeps it; name an argument so, or correct the name",
+            )
