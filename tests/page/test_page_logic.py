@@ -3,6 +3,7 @@
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ HOSTILE = [
 # What was typed, and how it is read; None: not.
 TYPED = {
     "": None, " 1.5 ": 1.5, "1,5": 1.5, "\u22122e3": -2000.0, "0.125": 0.125, ".5": 0.5,
-    "58.375": 58.375, "0,001": 0.001, "1.250e2": 125.0, "58,375": None, "1,234.5": None,
+    "58.375": 58.375, "0,001": 0.001, "1.250e2": 125.0, "58,375": None, "1,234.5": 1234.5, "1.234,5": 1234.5, "1,234,5": None,
     "1 000": 1000.0, "12 34": None, "1.2.3": None, "1e999": None, "five": None, "0x10": None, "Infinity": None,
 }  # fmt: skip
 LOGIC = Path(__file__).parents[2] / "src" / "pymoo_psi" / "page" / "logic.js"
@@ -95,7 +96,10 @@ class Case:
             else {}
         )
         left = self.frame.iloc[rows][self.names]
-        return rank_of_efficiency(left, normalize=self.normalize, maximize=self.maximize, **ends)
+        ranking = rank_of_efficiency(left, normalize=self.normalize, maximize=self.maximize, **ends)
+        if state and not ends:
+            return replace(ranking, whole=self.whole.frame)
+        return ranking
 
     def values(self, rng, n, kind):
         if kind == 0:  # a sphere: all of the front equally near

@@ -15,6 +15,7 @@ from pymoo_psi import (
     compare_designs,
     explain,
     lp_tau,
+    rank_of_efficiency,
     representatives,
 )
 from pymoo_psi.pareto import number
@@ -90,7 +91,11 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     own = pd.DataFrame(table.F[rows] * [1, -1], columns=["mass", "stiffness"])
     own.index = [f"test point {number}" for number in table.numbers[rows]]
     optimum = int(beam.ranking.salukvadze[0])
-    why = explain(own, row=optimum, maximize=["stiffness"], units={"mass": "kg"})
+    # Shares are of the ranges without limits.
+    all_feasible = table.F[table.under(limits={}).eligible()] * [1, -1]
+    whole = rank_of_efficiency(all_feasible, maximize=[1]).frame
+    ranking = dataclasses.replace(rank_of_efficiency(own, maximize=["stiffness"]), whole=whole)
+    why = explain(ranking, row=optimum, units={"mass": "kg"})
     standing, behind, *steps = why.sentences
     said = lines(beam, "Reasons against it")
     assert standing in lines(beam, "The proposal")[1]

@@ -62,6 +62,7 @@ def payload(
         "title": title,
         "file": _file_name(title),
         "normalize": opens_with["normalize"],
+        "decimal": table.decimal,
         "opens_with": opens_with,
         "remarks": table.remarks,
         "cautions": cautions,

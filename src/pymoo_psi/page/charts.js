@@ -4,16 +4,18 @@
 // or size change, what is left, the marks and limits at every step of a slider, the design under the
 // pointer at every move. Charts know rows, columns and scales; what is chosen or limited they get from
 // page.js as a model:
-//   context, left   rows to draw, the best last; look(row) -> key of LOOKS
+//   context, left   rows to draw; look(row) -> key of LOOKS, named(row) -> what it is called
 //   values(column)  the numbers of a column as they are now
 //   scale(column)   {low, high, log}, the ends of its axis
 //   limit(column)   [low, high] in force, null for none
-//   marks           [{row, look}] drawn large above all
-//   hues            (row) -> colour of a design, or null for those of the ranks
+//   marks           [{row, look}] drawn large above all, with their names; their values are on all axes
+//   hues            (row) -> look of a design by its category, or null for those of the ranks
+//   written(column, value), the text of a value
+// Every row left is drawn: what lies beyond an axis is at its end, where its number is written.
 const Charts = (() => {
   // Shapes tell the same as colours, which page.css has, for light and dark.
   const LOOKS = {
-    unranked: {shape: "dot", size: 1.7},
+    unranked: {shape: "dot", size: 3.1},
     dominated: {shape: "cross", size: 2},
     3: {shape: "triangle", size: 4.5},
     4: {shape: "square", size: 3.2},
@@ -22,17 +24,23 @@ const Charts = (() => {
     prototype: {shape: "cross", size: 5},
     chosen: {shape: "ring", size: 8.5},
     pinned: {shape: "frame", size: 7.5},
+    inspected: {shape: "corners", size: 10},
   }
+  const MOST_LINES = 150 // beyond that lines are a density,
+  const MOST_SHAPES = 1000 // and points beyond this
+  const MOST_NAMES = 20
   const INK = {}
   function dye() {
     const style = getComputedStyle(document.documentElement)
     const colour = (name) => style.getPropertyValue(`--${name}`).trim()
     for (const [key, look] of Object.entries(LOOKS)) look.colour = colour(`look-${key}`)
-    for (const name of ["context", "muted", "accent", "panel", "grid", "field"]) INK[name] = colour(name)
+    for (const name of ["context", "text", "muted", "accent", "panel", "grid", "field"]) INK[name] = colour(name)
   }
   dye()
-  // Of categories, of which neighbours differ in lightness too.
-  const HUES = ["#0072B2", "#D55E00", "#009E73", "#B8860B", "#CC79A7", "#56B4E9", "#7F3C8D", "#8A8D00"]
+  // Of categories: colours and shapes that no other mark has. Neighbours differ in lightness, too.
+  const HUES = [["#D55E00", "down"], ["#00795A", "plus"], ["#B07800", "hexagon"], ["#7F3C8D", "bar"],
+    ["#C4568F", "column"], ["#5F6B00", "glass"], ["#8C4A2F", "half"], ["#0E8080", "arrow"]]
+    .map(([colour, shape]) => ({colour, shape, size: 4}))
   const hue = (k) => HUES[k % HUES.length]
   const FONT = '11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
 
@@ -42,21 +50,29 @@ const Charts = (() => {
     return `${radius * Math.sin(angle)} ${-radius * Math.cos(angle)}`
   })
   const OUTLINES = {
-    dot: "M-1-1H1V1H-1Z",
+    dot: "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0",
     square: "M-1-1H1V1H-1Z",
     frame: "M-1-1H1V1H-1Z",
+    corners: "M-1-.4V-1H-.4M.4-1H1V-.4M1 .4V1H.4M-.4 1H-1V.4",
     cross: "M-1-1L1 1M1-1L-1 1",
     ring: "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0",
     triangle: "M0-1L.95 .8H-.95Z",
     diamond: "M0-1.1L1 0L0 1.1L-1 0Z",
     star: `M${star.join("L")}Z`,
+    down: "M0 1L-.95-.8H.95Z",
+    plus: "M-.35-1H.35V-.35H1V.35H.35V1H-.35V.35H-1V-.35H-.35Z",
+    hexagon: "M-1 0L-.5-.9H.5L1 0L.5.9H-.5Z",
+    bar: "M-1.2-.5H1.2V.5H-1.2Z",
+    column: "M-.5-1.2H.5V1.2H-.5Z",
+    glass: "M-1-1H1L-1 1H1Z",
+    half: "M-1 .5A1 1 0 0 1 1 .5Z",
+    arrow: "M1 0L-.8-1L-.3 0L-.8 1Z",
   }
   const PATHS = Object.fromEntries(Object.entries(OUTLINES).map(([key, path]) => [key, new Path2D(path)]))
-  const isOpen = (shape) => ["cross", "ring", "frame"].includes(shape)
+  const isOpen = (shape) => ["cross", "ring", "frame", "corners"].includes(shape)
 
   function shape(g, {shape, colour, size}, x, y) {
     g.fillStyle = g.strokeStyle = colour
-    if (shape === "dot") return g.fillRect(x - size, y - size, 2 * size, 2 * size) // thousands, as fast as can be
     g.save()
     g.translate(x, y)
     g.scale(size, size)
@@ -66,22 +82,21 @@ const Charts = (() => {
   }
 
   // A shape as a picture for legends and texts, made once and copied.
-  const icons = {}
-  function icon(key) {
-    if (!icons[key]) {
-      const {shape, size} = LOOKS[key]
-      const colour = `var(--look-${key})`
+  const icons = new Map()
+  function icon(key) { // of LOOKS, or of a category
+    if (!icons.has(key)) {
+      const {shape, size, colour = `var(--look-${key})`} = LOOKS[key] ? {...LOOKS[key], colour: undefined} : key
       const r = Math.min(size, 6.5)
       const svg = (name, attributes) => {
         const element = document.createElementNS("http://www.w3.org/2000/svg", name)
         for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value)
         return element
       }
-      icons[key] = svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"})
-      icons[key].append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
+      icons.set(key, svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"}))
+      icons.get(key).append(svg("path", {d: OUTLINES[shape], transform: `translate(8 8) scale(${r})`, "stroke-width": 1.6 / r,
         fill: isOpen(shape) ? "none" : colour, stroke: isOpen(shape) ? colour : "none"}))
     }
-    return icons[key].cloneNode(true)
+    return icons.get(key).cloneNode(true)
   }
 
   // A name that may go on in a new line behind each underscore or slash, and before a capital within;
@@ -89,13 +104,13 @@ const Charts = (() => {
   const broken = (text) => text.split(/(?:(?<=[_/])|(?<=[a-z])(?=[A-Z]))(?![^[]*\])/).flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part]))
 
   // Scales. A place is the share of the way from the low to the high end; what lies beyond an end
-  // is drawn just outside of it.
-  function place({low, high, log}) {
+  // is drawn there, or just outside of it.
+  function place({low, high, log}, out = 0.03) {
     const [a, b] = log ? [Math.log(low), Math.log(high)] : [low, high]
     const span = b - a || 1
     return (value) => {
       const share = b > a ? ((log ? Math.log(Math.max(value, low * 0.5)) : value) - a) / span : 0.5
-      return share < -0.03 ? -0.03 : share > 1.03 ? 1.03 : share
+      return share < -out ? -out : share > 1 + out ? 1 + out : share
     }
   }
 
@@ -146,7 +161,7 @@ const Charts = (() => {
     const digits = values.length > 1 ? 12 : 6 // all that a tick has; a single one is any number
     const powers = decades && (scale.high >= 1e5 || scale.low < 1e-3)
     const short = (value) => powers ? `10${raised(Math.round(Math.log10(value)))}`
-      : Logic.apart(String(Number((value / 10 ** power).toPrecision(digits)))).replace("-", "−")
+      : Logic.apart(Logic.local(String(Number((value / 10 ** power).toPrecision(digits))))).replace("-", "−")
     return {values, texts: values.map(short), factor: power ? `×10${raised(power)}` : ""}
   }
 
@@ -189,14 +204,76 @@ const Charts = (() => {
     g.stroke()
   }
 
-  function written(g, text, x, y, align, baseline = "middle") {
+  function written(g, text, x, y, align, baseline = "middle", colour = INK.muted) {
     g.textAlign = align
     g.textBaseline = baseline
     g.lineWidth = 3
     g.strokeStyle = INK.panel // a halo, legible above lines
     g.strokeText(text, x, y)
-    g.fillStyle = INK.muted
+    g.fillStyle = colour
     g.fillText(text, x, y)
+  }
+
+  // A text of which, where it is too long, the end stays: it is what tells names apart.
+  function fitted(g, text, width) {
+    let most = text.length
+    const cut = () => (most < text.length ? `${text.slice(0, Math.max(1, most - 4))}…${text.slice(-3)}` : text)
+    while (most > 5 && g.measureText(cut()).width > width) most--
+    return cut()
+  }
+
+  // How many of some rows lie below an axis, above it, and nowhere, as their value is missing.
+  function beyond(values, rows, {low, high}) {
+    const counts = [0, 0, 0]
+    for (let k = 0; k < rows.length; k++) {
+      const value = values[rows[k]]
+      if (value < low) counts[0]++
+      else if (value > high) counts[1]++
+      else if (value !== value) counts[2]++
+    }
+    return counts
+  }
+
+  // The rows whose names are written: those marked, the last first, and all where they are few.
+  const namedRows = ({marks, left}) =>
+    [...new Set([...marks.map(({row}) => row).reverse(), ...(left.length <= MOST_NAMES ? left : [])])]
+
+  // The rows by the colour in which they are drawn.
+  function byColour({hues}, rows) {
+    if (!hues) return [[LOOKS.unranked.colour, rows]]
+    const groups = new Map()
+    for (const row of rows) {
+      const {colour} = hues(row)
+      groups.has(colour) ? groups.get(colour).push(row) : groups.set(colour, [row])
+    }
+    return [...groups]
+  }
+
+  // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
+  // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
+  // long. A former density on the same axes is mended by the rows that come and go.
+  function cloud(g, rows, total, colour, [least, alpha], count, former) {
+    const {width, height} = g.canvas
+    if (!width || !height) return null
+    const drawn = new Uint8Array(total)
+    for (let k = 0; k < rows.length; k++) drawn[rows[k]] = 1
+    const come = former ? Logic.picked(rows, (row) => !former.drawn[row]) : rows
+    const go = former ? Logic.picked(former.rows, (row) => !drawn[row]) : []
+    const next = former && come.length + go.length < rows.length ? former
+      : {canvas: new OffscreenCanvas(width, height), image: new ImageData(width, height), counts: new Uint32Array(width * height)}
+    count(next.counts, width, next === former ? come : rows, 1)
+    if (next === former) count(next.counts, width, go, -1)
+    const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
+    const shades = Uint32Array.from({length: rows.length + 1}, (_, k) => k &&
+      (Math.round(255 * (1 - (1 - least) * (1 - alpha) ** (k - 1))) << 24) | (blue << 16) | (green << 8) | red)
+    const pixels = new Uint32Array(next.image.data.buffer)
+    for (let k = 0; k < pixels.length; k++) pixels[k] = shades[next.counts[k]]
+    next.canvas.getContext("2d").putImageData(next.image, 0, 0)
+    g.save()
+    g.resetTransform()
+    g.drawImage(next.canvas, 0, 0)
+    g.restore()
+    return {...next, rows, drawn}
   }
 
   // A drag on an element: down(x, y) returns {move(x, y), up(x, y, moved)}. Places are those of
@@ -236,18 +313,20 @@ const Charts = (() => {
   // Parallel coordinates. A drag along an axis sets its limits. Objectives get better downwards.
   //   on = {limit([[column, [low, high]], …], done), pick(row), hover(row, x, y)}
   function parallel(parent, axes, on) {
-    const [TOP, BOTTOM] = [10, 34]
+    const [TOP, BOTTOM] = [22, 50]
+    let RIGHT = 100 // for names
     const heads = document.createElement("div")
     heads.className = "heads"
     const plot = document.createElement("div")
     plot.className = "plot"
     parent.append(heads, plot)
     let [model, marked] = [null, -1]
-    let density = null // of what is left, see cloud
+    let clouds = new Map() // of what is left by colour, see cloud
+    let boxes = [] // of the names
     const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
-    const xOf = (j) => ((j + 0.5) * size.width) / axes.length
-    const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / size.width)))
+    const xOf = (j) => ((j + 0.5) * (size.width - RIGHT)) / axes.length
+    const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / (size.width - RIGHT))))
     const height = () => size.height - TOP - BOTTOM
     // Of an objective to be maximised the greatest value is at the bottom: down is better.
     const flipped = (column) => column.role === "objective" && column.maximize
@@ -265,7 +344,8 @@ const Charts = (() => {
     }
 
     // Every axis needs room for its name and numbers; beyond that the chart scrolls.
-    parent.style.minWidth = `${70 * axes.length}px`
+    parent.style.minWidth = `${58 * axes.length + RIGHT}px`
+    heads.style.paddingRight = `${RIGHT}px`
     for (const {label} of axes) {
       const head = document.createElement("span")
       head.append(...broken(label))
@@ -277,7 +357,7 @@ const Charts = (() => {
     function lines(g, rows, style) {
       const places = axes.map((column) => [model.values(column), placed(column)])
       for (const row of rows) {
-        Object.assign(g, style(row))
+        Object.assign(g, style)
         g.beginPath()
         let pen = false
         places.forEach(([values, at], j) => {
@@ -291,30 +371,14 @@ const Charts = (() => {
     }
 
     // Plain lines: a few as the browser draws them best, many as a density.
-    function plain(g, rows, colour, former) {
-      const hues = colour === INK.context ? null : model.hues
-      if (rows.length > 150 && !hues) return cloud(g, rows, colour, Math.max(0.1, 60 / rows.length), former)
-      lines(g, rows, (row) => ({strokeStyle: hues?.(row) ?? colour, globalAlpha: 0.7, lineWidth: 1}))
-      return null
-    }
-
-    // Many lines as a density: the more of them pass a pixel, the darker it is. The pixels are
-    // counted here, as strokes of thousands of lines would take the browser fifty times as long. A
-    // former density on the same axes is mended by the lines that come and go.
-    function cloud(g, rows, colour, alpha, former) {
-      const {width, height} = g.canvas
-      const image = former?.image ?? g.createImageData(width, height)
-      const counts = former?.counts ?? new Uint16Array(width * height)
-      const drawn = new Set(rows)
-      countLines(counts, width, former ? rows.filter((row) => !former.drawn.has(row)) : rows, 1)
-      if (former) countLines(counts, width, [...former.drawn].filter((row) => !drawn.has(row)), -1)
-      const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
-      const shades = Uint32Array.from({length: rows.length + 1}, (_, k) =>
-        (Math.round(255 * (1 - (1 - alpha) ** k)) << 24) | (blue << 16) | (green << 8) | red)
-      const pixels = new Uint32Array(image.data.buffer)
-      for (let k = 0; k < counts.length; k++) pixels[k] = shades[counts[k]]
-      g.putImageData(image, 0, 0)
-      return {image, counts, drawn}
+    function plain(g, groups, [least, alpha], former) {
+      const next = new Map()
+      const many = Logic.sum(groups.map(([, rows]) => rows.length))
+      for (const [colour, rows] of groups) {
+        if (many <= MOST_LINES) lines(g, rows, {strokeStyle: colour, globalAlpha: many > 40 ? 0.5 : 0.75, lineWidth: 1})
+        else next.set(colour, cloud(g, rows, model.total, colour, [least, Math.min(alpha, 120 / many)], countLines, former.get(colour)))
+      }
+      return next
     }
 
     function countLines(counts, width, rows, step) {
@@ -338,39 +402,60 @@ const Charts = (() => {
       }
     }
 
-    function drawContext() {
-      plain(clean(0), model.context, INK.context)
-    }
-
     function drawLeft() {
       const g = clean(1)
-      const others = []
-      const ranked = []
-      for (const row of model.left) {
-        const look = model.look(row)
-        look === "unranked" || look === "dominated" ? others.push(row) : ranked.push([row, look])
-      }
-      density = plain(g, others, LOOKS.unranked.colour, density)
-      for (const [row, look] of ranked) {
-        lines(g, [row], () => ({strokeStyle: model.hues?.(row) ?? LOOKS[look].colour, globalAlpha: 0.9, lineWidth: look === "6" ? 2.5 : 0.8}))
-      }
+      clouds = plain(g, byColour(model, model.left), [0.2, 0.5], clouds)
       drawMarks(g)
     }
 
-    // Above all lines, so that the numbers can be read.
+    // Above all lines, so that the numbers can be read. Each axis has its end values.
     function drawAxes() {
       const g = clean(2)
+      const room = (size.width - RIGHT) / axes.length - 8
       axes.forEach((column, j) => {
         const [x, at, scale] = [xOf(j), placed(column), model.scale(column)]
         ruled(g, INK.field, x, TOP, x, size.height - BOTTOM)
         const {values, texts, factor} = tickTexts(scale, column.texts ? 14 : 5, column.texts)
+        const ends = [scale.low, scale.high].map(at)
         values.forEach((value, k) => {
+          if (!column.texts && ends.some((end) => Math.abs(at(value) - end) < 13)) return
           g.fillStyle = INK.field
           g.fillRect(x - 2, at(value) - 2, 4, 4) // no line: before a number it would be a minus
           written(g, texts[k], x + 6, at(value), "left")
         })
-        const feet = [column.role === "objective" ? "↓ better" : "", factor].filter(Boolean)
-        feet.forEach((text, k) => written(g, text, x, size.height - 22 + 14 * k, "center"))
+        const low = Math.max(...ends)
+        ;[scale.low, scale.high].forEach((value, k) => written(g, fitted(g, model.written(column, value), room), x, ends[k] + (ends[k] === low ? 9 : -9), "center"))
+        const feet = [column.role === "objective" ? "↓ better" : "", column.texts ? "" : factor && `ticks ${factor}`].filter(Boolean)
+        feet.forEach((text, k) => written(g, text, x, size.height - 26 + 14 * k, "center"))
+      })
+    }
+
+    // The numbers of designs beyond the axes, and the names at the end of their lines.
+    function drawNames(g) {
+      const last = axes.at(-1)
+      axes.forEach((column, j) => {
+        const [at, scale] = [placed(column), model.scale(column)]
+        const counts = beyond(model.values(column), model.left, scale)
+        ;[scale.low, scale.high].forEach((value, k) => {
+          const up = at(value) < size.height / 2
+          if (counts[k]) written(g, `${up ? "▲" : "▼"}${counts[k]}`, xOf(j) + 6, at(value) + (up ? 5 : -5), "left", "middle", INK.accent)
+        })
+      })
+      const [x, at, values] = [xOf(axes.length - 1), placed(last), model.values(last)]
+      const most = Math.floor((size.height - 24) / 14)
+      const names = namedRows(model).slice(0, most).filter((row) => values[row] === values[row])
+        .map((row) => ({row, y: at(values[row])})).sort((a, b) => a.y - b.y)
+      let free = 8
+      for (const name of names) free = (name.at = Math.max(name.y, free)) + 14
+      free = size.height - 16
+      for (const name of names.reverse()) free = (name.at = Math.min(name.at, free)) - 14
+      boxes = names.map(({row, y, at}) => {
+        const isMark = model.marks.some((mark) => mark.row === row)
+        const left = size.width - RIGHT + 2
+        const text = fitted(g, model.named(row), RIGHT - 4)
+        ruled(g, INK.context, x + 3, y, left - 3, at)
+        written(g, text, left, at, "left", "middle", isMark ? INK.text : INK.muted)
+        return {row, x: left, y: at - 6, width: g.measureText(text).width, height: 12}
       })
     }
 
@@ -378,8 +463,8 @@ const Charts = (() => {
       for (const {row, look} of model.marks) {
         const {colour} = LOOKS[look]
         const width = look === "6" ? 3 : 2
-        g.setLineDash(look === "prototype" ? [6, 4] : look === "pinned" ? [2, 3] : [])
-        lines(g, [row], () => ({strokeStyle: colour, lineWidth: width}))
+        g.setLineDash({prototype: [6, 4], pinned: [2, 3], inspected: [9, 3]}[look] ?? [])
+        lines(g, [row], {strokeStyle: colour, lineWidth: width})
       }
       g.setLineDash([])
       axes.forEach((column, j) => {
@@ -396,13 +481,14 @@ const Charts = (() => {
           if (end !== null) g.fillRect(xOf(j) - 8, y - 1, 16, 2)
         }
       })
+      drawNames(g)
     }
 
     function draw(all) {
       if (!size.width) return
-      if (all || axes.some(isGeometric)) density = null
       if (all) {
-        drawContext()
+        clouds = new Map()
+        plain(clean(0), [[INK.context, model.context]], [0.5, 0.5], clouds)
         drawAxes()
       }
       drawLeft()
@@ -412,12 +498,14 @@ const Charts = (() => {
     function mark(row) {
       marked = row
       const g = clean(3)
-      if (row >= 0) lines(g, [row], () => ({strokeStyle: INK.accent, lineWidth: 3}))
+      if (row >= 0) lines(g, [row], {strokeStyle: INK.text, lineWidth: 2.5})
     }
 
     // The row whose line passes nearest to a point, within a few pixels.
     function rowAt(x, y) {
-      const position = Math.min(axes.length - 1, Math.max(0, (x * axes.length) / size.width - 0.5))
+      const name = boxes.find((box) => x >= box.x && Math.abs(y - box.y - 6) < 7)
+      if (name) return name.row
+      const position = Math.min(axes.length - 1, Math.max(0, (x * axes.length) / (size.width - RIGHT) - 0.5))
       const j = Math.min(Math.floor(position), Math.max(0, axes.length - 2))
       const sides = [axes[j], axes[Math.min(j + 1, axes.length - 1)]].map((c) => [model.values(c), placed(c)])
       return nearestRow(model, 7, (row) => {
@@ -448,7 +536,8 @@ const Charts = (() => {
       on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
-    return {mark, draw: (next, all) => { model = next; if (all) fit(); draw(all) }}
+    return {mark, draw: (next, all) => { model = next; if (all) fit(); draw(all) },
+      get names() { return boxes }, get drawn() { return model.left.length }}
   }
 
   // A scatter plot of two columns. A drag sets the limits of both, those of a box; `on` is as above.
@@ -456,6 +545,7 @@ const Charts = (() => {
     const [TOP, RIGHT, BOTTOM] = [8, 14, 40]
     let LEFT = 68
     let [x, y, model] = [null, null, null]
+    let [boxes, drawn] = [[], {}]
     const {size, clean, top} = layers(parent, 3, () => model && draw(true))
     const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
 
@@ -469,11 +559,11 @@ const Charts = (() => {
     }
     function placed() {
       const [w, h] = frame()
-      const [across, up] = scales().map(place)
+      const [across, up] = scales().map((scale) => place(scale, 0))
       const [xs, ys] = [model.values(x), model.values(y)]
       return (row) => [LEFT + across(xs[row]) * w, TOP + (1 - up(ys[row])) * h]
     }
-    const inside = ([u, v]) => u >= LEFT - 2 && u <= size.width - RIGHT + 2 && v >= TOP - 2 && v <= size.height - BOTTOM + 2
+    const isKnown = ([u, v]) => u === u && v === v
 
     function drawContext() {
       const g = clean(0)
@@ -496,12 +586,7 @@ const Charts = (() => {
       g.strokeStyle = INK.field
       g.lineWidth = 1
       g.strokeRect(LEFT, TOP, w, h)
-      const at = placed()
-      g.fillStyle = INK.context
-      for (const row of model.context) {
-        const spot = at(row)
-        if (inside(spot)) g.fillRect(spot[0] - 1.3, spot[1] - 1.3, 2.6, 2.6)
-      }
+      points(g, model.context, [[INK.context, model.context]])
       const title = ({name, label, role, maximize}, factor, length) => {
         const better = role !== "objective" ? "" : maximize ? " better →" : " ← better"
         const end = `${label.slice(name.length)} ${factor}`.trimEnd() + better
@@ -515,19 +600,83 @@ const Charts = (() => {
       written(g, title(y, ty.factor, h), 0, 0, "center")
     }
 
+    // Points as squares of a density.
+    function points(g, rows, groups) {
+      const at = placed()
+      const half = Math.round((rows.length > 5000 ? 1 : 1.5) * devicePixelRatio)
+      const splat = (counts, width, some, step) => {
+        for (let k = 0; k < some.length; k++) {
+          const [u, v] = at(some[k])
+          if (u !== u || v !== v) continue
+          const first = Math.round(v * devicePixelRatio - half) * width + Math.round(u * devicePixelRatio - half)
+          for (let line = 0; line <= 2 * half; line++) {
+            for (let i = first + line * width; i <= first + line * width + 2 * half; i++) counts[i] += step
+          }
+        }
+      }
+      for (const [colour, some] of groups) cloud(g, some, model.total, colour, [0.5, 0.15], splat, null)
+    }
+
     function drawLeft() {
       const g = clean(1)
       const at = placed()
-      for (const row of model.left) {
+      const {left, marks} = model
+      const few = left.length <= MOST_SHAPES
+      if (!few) points(g, left, byColour(model, left))
+      for (const row of left) {
+        const look = model.look(row)
+        if (!few && (model.hues || look === "unranked" || look === "dominated")) continue
         const spot = at(row)
-        const look = LOOKS[model.look(row)]
-        if (inside(spot)) shape(g, {...look, colour: model.hues?.(row) ?? look.colour}, ...spot)
+        const size = look === "unranked" && left.length > 100 ? {size: 2} : {}
+        if (isKnown(spot)) shape(g, model.hues?.(row) ?? {...LOOKS[look], ...size}, ...spot)
       }
       drawLimits(g)
-      for (const {row, look} of model.marks) {
-        const spot = at(row)
-        if (inside(spot)) shape(g, LOOKS[look], ...spot)
+      for (const {row, look} of marks) if (isKnown(at(row))) shape(g, LOOKS[look], ...at(row))
+      drawEdges(g)
+      boxes = names(g, at)
+    }
+
+    // What lies beyond an axis is at its end: how many there are, and how many have no value.
+    function drawEdges(g) {
+      const [w, h] = frame()
+      const [across, up] = [x, y].map((column, k) => beyond(model.values(column), model.left, scales()[k]))
+      const text = (count, word) => `${count} ${word}`
+      const ends = [[across[0], "◂ beyond", LEFT + 4, TOP + h / 2, "left"], [across[1], "beyond ▸", LEFT + w - 4, TOP + h / 2, "right"],
+        [up[1], "beyond ▴", LEFT + w / 2, TOP + 9, "center"], [up[0], "beyond ▾", LEFT + w / 2, TOP + h - 9, "center"]]
+      for (const [count, word, u, v, align] of ends) if (count) written(g, text(count, word), u, v, align, "middle", INK.accent)
+      const [xs, ys] = [model.values(x), model.values(y)]
+      let missing = 0
+      if (across[2] + up[2]) for (const row of model.left) if (xs[row] !== xs[row] || ys[row] !== ys[row]) missing++
+      if (missing) written(g, text(missing, "without a value"), LEFT + w - 4, TOP + h - 9, "right")
+      drawn = {points: model.left.length - missing, missing, beyond: [...across.slice(0, 2), ...up.slice(0, 2)]}
+    }
+
+    // Names beside their points, where they cover neither one another nor a point that has a name. A
+    // line leads to one that is farther off; one without room is left out.
+    function names(g, at) {
+      const rows = namedRows(model)
+      const spots = new Map(rows.map((row) => [row, at(row)]).filter(([, spot]) => isKnown(spot)))
+      const [w, h] = frame()
+      const taken = [...spots.values()].map(([u, v]) => ({x: u - 5, y: v - 5, width: 10, height: 10}))
+      const hits = (a) => taken.some((b) => a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height)
+      const found = []
+      for (const [row, [u, v]] of spots) {
+        const text = fitted(g, model.named(row), 120)
+        const width = g.measureText(text).width
+        const isMark = model.marks.some((mark) => mark.row === row)
+        const places = [10, 18, 30, 46].flatMap((r) => [[r, -6], [-r - width, -6], [-width / 2, -r - 8], [-width / 2, r - 4],
+          [0.7 * r, -0.7 * r - 8], [0.7 * r, 0.7 * r - 4], [-0.7 * r - width, -0.7 * r - 8], [-0.7 * r - width, 0.7 * r - 4]].map((way) => [r, ...way]))
+        for (const [r, dx, dy] of places) {
+          const box = {row, x: u + dx, y: v + dy, width, height: 12}
+          if (box.x < LEFT + 2 || box.x + width > LEFT + w - 2 || box.y < TOP + 1 || box.y + 12 > TOP + h - 1 || hits(box)) continue
+          if (r > 18) ruled(g, INK.field, u, v, dx > 0 ? box.x - 2 : dx < -width ? box.x + width + 2 : u, dx > 0 || dx < -width ? box.y + 6 : dy > 0 ? box.y : box.y + 12)
+          written(g, text, box.x, box.y + 6, "left", "middle", isMark ? INK.text : INK.muted)
+          taken.push(box)
+          found.push(box)
+          break
+        }
       }
+      return found
     }
 
     // Lines at the limits in force.
@@ -546,7 +695,7 @@ const Charts = (() => {
     function mark(row) {
       const g = clean(2)
       const spot = row >= 0 ? placed()(row) : null
-      if (spot && inside(spot)) shape(g, {shape: "ring", size: 10, colour: INK.accent}, ...spot)
+      if (spot && isKnown(spot)) shape(g, {shape: "ring", size: 10, colour: INK.accent}, ...spot)
     }
 
     function draw(all) {
@@ -557,7 +706,8 @@ const Charts = (() => {
 
     function rowAt(u, v) {
       const at = placed()
-      return nearestRow(model, 9, (row) => {
+      const name = boxes.find((box) => u >= box.x && u <= box.x + box.width && v >= box.y && v <= box.y + box.height)
+      return name ? name.row : nearestRow(model, 9, (row) => {
         const [a, b] = at(row)
         return Math.hypot(a - u, b - v)
       })
@@ -583,8 +733,10 @@ const Charts = (() => {
       draw: (next, all) => { model = next; draw(all) },
       mark,
       spot: (row) => placed()(row),
+      get names() { return boxes },
+      get drawn() { return drawn },
     }
   }
 
-  return {LOOKS, dye, hue, broken, icon, raised, parallel, scatter, place, valueAt, tickTexts}
+  return {LOOKS, HUES, dye, hue, broken, icon, raised, parallel, scatter, place, valueAt, tickTexts}
 })()

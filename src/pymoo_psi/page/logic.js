@@ -13,6 +13,7 @@ const TIE = 1e-9
 const STEP = 0.01
 const MOST_PINS = 5
 const LONGEST_STATE = 1 << 24 // characters of a file
+let mark = "." // of decimals, as in the source
 
 // ---------------------------------------------------------------------------------------- the data
 
@@ -50,11 +51,17 @@ function decode(payload) {
     last: null, // the front before
     whole: null,
     fixed: null, // the points U and N of fixed ranges
+    lengths: null, // what per cent are of
+    ranged: "", // the same in words
   }
+  mark = payload.decimal ?? "."
   // A user's column goes before a geometric one of the same name.
   for (const column of [...columns].reverse()) data.by.set(column.name, column)
   data.whole = ranked(data, new Uint8Array(data.total).fill(1))
   data.fixed = fixedFrame(data)
+  const isGiven = isFixed(data.opens_with.ranges)
+  data.lengths = isGiven ? new Frame(data.F, data.whole.front, false, data.fixed).lengths : data.whole.frame.lengths
+  data.ranged = isGiven ? "the fixed range of each objective" : "the range of all Pareto-optimal designs, whatever the limits"
   return data
 }
 
@@ -415,7 +422,7 @@ function left(data, state) {
 }
 
 const limitText = ({name, unit}, end, value) =>
-  `${name} ${end ? "at most" : "at least"} ${apart(String(value))}${unit ? ` ${unit}` : ""}`
+  `${name} ${end ? "at most" : "at least"} ${apart(local(String(value)))}${unit ? ` ${unit}` : ""}`
 
 // A value with six digits, upwards (1) or downwards (0), so that a limit there lets it pass.
 function outward(value, end) {
@@ -438,7 +445,7 @@ function relaxations(data, state, ranking, {mask, rejected, times}) {
     const next = ranked(data, wider, ranking.fixed)
     const best = first >= 0 && next.place[first] === 1 ? first : next.best[0]
     const outcome = first < 0 ? sentence(data, "first proposed", {design: data.names[best]})
-      : against(data, next, best === first ? "same proposed" : "new proposed", best, first)
+      : against(data, best === first ? "same proposed" : "new proposed", best, first)
     return {back: rows.length, best, text: sentence(data, key, {limit, back: counted(rows.length, "design"), outcome})}
   }
   const ends = Object.entries(state.limits).flatMap(([name, pair]) =>
@@ -601,10 +608,11 @@ function short(value, digits = 4) {
   const text = rounded(value, digits)
   const [mantissa, power] = text.split("e").map(Number)
   if (power >= -4 && power < digits) {
-    return apart(Number(text).toFixed(Math.max(0, digits - 1 - power)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, ""))
+    return apart(local(Number(text).toFixed(Math.max(0, digits - 1 - power)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")))
   }
-  return `${mantissa}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`
+  return `${local(String(mantissa))}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`
 }
+const local = (text) => text.replace(".", mark)
 const apart = (text) => text.replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, "\u00a0"))
 
 // A share with two digits, above 10 % with none behind the point.
@@ -629,18 +637,23 @@ function written(column, value) {
   if (!Number.isFinite(value)) return value > 0 ? "∞" : "-∞"
   const [kind, digits] = column.notation
   // Values beyond the range of the column, penalties perhaps, have no place in its notation.
-  if (kind === "fixed" && Math.abs(value) < 1e7) return apart(value.toFixed(digits))
-  return value.toExponential(kind === "fixed" ? 3 : digits)
+  if (kind === "fixed" && Math.abs(value) < 1e7) return apart(local(value.toFixed(digits)))
+  return local(value.toExponential(kind === "fixed" ? 3 : digits))
 }
 
 // ------------------------------------------------------------------------------------- explanations
 
-// A change of one objective in words; without a share where it is NaN, the range being 0.
-function changed(data, j, amount, share, first) {
-  const {name, unit} = data.objectives[j]
-  const key = Number.isNaN(share) ? "bare change" : first ? "first change" : "change"
-  return sentence(data, key, {objective: name, share: percent(share),
-    amount: short(amount) + (unit ? ` ${unit}` : "")})
+// A share that is given in per cent: where the range is 0, or ends before, only units tell.
+const isWithin = (share) => Math.abs(share) <= 1 + TIE
+
+// A difference of values in their unit; of per cent it is points.
+const amount = ({unit}, value) => short(value) + (unit === "%" ? " points" : unit ? ` ${unit}` : "")
+
+// A change of one objective in words.
+function changed(data, j, value, share, first) {
+  const column = data.objectives[j]
+  const key = !isWithin(share) ? "bare change" : first ? "first change" : "change"
+  return sentence(data, key, {objective: column.name, share: percent(share), amount: amount(column, value)})
 }
 
 // Where a design is better than another and where worse, in words.
@@ -660,16 +673,16 @@ function difference(data, gains, shares) {
 }
 
 // Gains of rows against the first of them and shares of the ranges, a list each.
-function gainsOf(data, {frame}, rows) {
+function gainsOf(data, rows) {
   const gains = rows.map((row) => data.F.map((column) => column[rows[0]] - column[row] + 0))
-  return {gains, shares: gains.map((list) => list.map((gain, j) => shareOf(gain, frame.lengths[j])))}
+  return {gains, shares: gains.map((list) => list.map((gain, j) => shareOf(gain, data.lengths[j])))}
 }
 
 const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
-function against(data, ranking, key, row, other) {
-  const {gains, shares} = gainsOf(data, ranking, [other, row])
+function against(data, key, row, other) {
+  const {gains, shares} = gainsOf(data, [other, row])
   const name = data.names[row]
   const design = data.sentences[key].startsWith("{design}") ? capital(name) : name
   return sentence(data, key, {design, other: data.names[other],
@@ -677,28 +690,43 @@ function against(data, ranking, key, row, other) {
 }
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
-// best, the chosen one and what is pinned; if that is one design alone, the next nearest to the
-// ideal. Each: `{row, roles}`.
-function compared(data, ranking, state) {
+// best, the chosen one, the one looked at and what is pinned, and the designs nearest to the one
+// looked at, so that there are five. Each: `{row, roles}`.
+function compared(data, ranking, state, shown = -1) {
   if (ranking.count === 0) return []
   const row = (name) => data.rowOf.get(name) ?? -1
   const best = ranking.best[0]
   const chosen = row(state.chosen)
   const base = data.total > data.n ? data.n : best
-  const rows = new Set([base, best, chosen, ...state.pins.map(row)].filter((i) => i >= 0))
-  const next = rows.size === 1 ? ranking.byPlace.find((i) => i !== base) ?? -1 : -1
-  if (next >= 0) rows.add(next)
+  const looked = shown >= 0 ? shown : chosen >= 0 ? chosen : best
+  const rows = new Set([base, best, chosen, looked, ...state.pins.map(row)].filter((i) => i >= 0))
+  const near = nearest(data, ranking.front, looked, rows, 5 - rows.size)
   const whole = data.whole.best[0]
-  const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], [next, "next nearest to the ideal"],
-    [ranking.place[whole] === 1 ? -1 : whole, "proposed without limits"]]
-  return [...rows].map((i) => ({
+  const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], [ranking.place[whole] === 1 ? -1 : whole, "proposed without limits"],
+    ...near.map((i) => [i, "near"])]
+  return [...rows, ...near].map((i) => ({
     row: i, roles: roles.filter(([one]) => one === i).map(([, role]) => role),
   }))
 }
 
+// Some rows of the front that are nearest to a row, in units of the ranges, but for those taken.
+function nearest(data, front, row, taken, count) {
+  const away = Float64Array.from(front, (i) => taken.has(i) ? Infinity : 0)
+  data.F.forEach((column, j) => {
+    for (let k = 0; k < away.length; k++) away[k] += ((column[front[k]] - column[row]) / data.lengths[j]) ** 2
+  })
+  const found = []
+  for (let least = leastOf(away); found.length < count && least < Infinity; least = leastOf(away)) {
+    const at = away.indexOf(least)
+    found.push(front[at])
+    away[at] = Infinity
+  }
+  return found
+}
+
 // What rows gain against one of them in each objective, and this in shares of its range.
-function compare(data, ranking, rows, base) {
-  const {gains, shares} = gainsOf(data, ranking, [base, ...rows])
+function compare(data, rows, base) {
+  const {gains, shares} = gainsOf(data, [base, ...rows])
   return data.objectives.map((column, j) => ({column, gains: rows.map((_, k) => gains[k + 1][j]),
     shares: rows.map((_, k) => shares[k + 1][j])}))
 }
@@ -706,8 +734,8 @@ function compare(data, ranking, rows, base) {
 // Why a design: its distances from the best, and towards each objective the design that gives up
 // least (pareto's explain). Any row, also dominated or a prototype.
 function explain(data, ranking, row) {
-  const {front, frame: {lengths, low}, pareto} = ranking
-  const {objectives, names, F} = data
+  const {front, frame: {low}, pareto} = ranking
+  const {objectives, names, F, lengths} = data
   const own = F.map((column) => column[row])
   const behind = own.map((value, j) => value - low[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
@@ -751,7 +779,7 @@ function explain(data, ranking, row) {
     if (same) same.names.push(objectives[j].name)
     else steps.push({names: [objectives[j].name], row: neighbours[j]})
   }
-  const {gains, shares: gained} = gainsOf(data, ranking, [row, ...steps.map((step) => step.row)])
+  const {gains, shares: gained} = gainsOf(data, [row, ...steps.map((step) => step.row)])
   steps.forEach((step, k) => { step.text = difference(data, gains[k + 1], gained[k + 1]) })
   return {
     row,
@@ -762,7 +790,7 @@ function explain(data, ranking, row) {
     steps,
     sentences: [
       standing(data, ranking, row, dominatedBy),
-      distances(data, ranking, ordered, behind, shares, weakest),
+      distances(data, ordered, behind, shares, weakest),
       ...steps.map((step) => sentence(data, "step",
         {objectives: listed(step.names), design: names[step.row], difference: step.text})),
     ],
@@ -776,7 +804,7 @@ function standing(data, ranking, row, dominatedBy) {
   if (row >= data.n) return `${parts.design} is not among the designs that are ranked.`
   if (!mask[row]) return `${parts.design} is beyond the limits.`
   if (dominatedBy >= 0) {
-    const {gains, shares} = gainsOf(data, ranking, [row, dominatedBy])
+    const {gains, shares} = gainsOf(data, [row, dominatedBy])
     const better = difference(data, gains[1], shares[1])
     return sentence(data, "dominated", {...parts, other: data.names[dominatedBy], difference: better})
   }
@@ -784,12 +812,12 @@ function standing(data, ranking, row, dominatedBy) {
   return sentence(data, key, parts)
 }
 
-function distances(data, {frame}, ordered, behind, shares, weakest) {
+function distances(data, ordered, behind, shares, weakest) {
   const names = (there) => listed(data.objectives.filter((_, j) => there(j)).map(({name}) => name))
   const away = ordered.filter((j) => behind[j] > 0)
   if (!away.length) return sentence(data, "all best", {})
   const changes = away.map((j, k) => changed(data, j, behind[j], shares[j], k === 0)).join(", ")
-  const best = names((j) => behind[j] === 0 && frame.lengths[j] !== Infinity)
+  const best = names((j) => behind[j] === 0 && data.lengths[j] !== Infinity)
   return `${[
     sentence(data, "behind", {changes}),
     away.length > 1 && weakest.length ? sentence(data, "weakest", {objectives: listed(weakest)}) : "",
@@ -802,7 +830,7 @@ function distances(data, {frame}, ordered, behind, shares, weakest) {
 //   proposed   the row of the best compromise, or -1
 //   instead    chosen against proposed, as a sentence; "" where they are one
 //   remarks    what a reader must know of it
-function verdict(data, ranking, chosen) {
+function verdict(data, ranking, chosen, key = "instead") {
   const proposed = ranking.best[0] ?? -1
   const row = chosen >= 0 ? chosen : proposed
   if (row < 0 || !ranking.count) return null
@@ -810,18 +838,17 @@ function verdict(data, ranking, chosen) {
   const worst = Math.max(...found.objectives.map(({share}) => share))
   const first = data.whole.best[0]
   const remarks = []
-  if (worst > 0.5 && ranking.front.length > 1) {
+  if (worst > 0.5 && isWithin(worst) && ranking.front.length > 1) {
     remarks.push(sentence(data, "far", {objectives: listed(found.weakest), share: percent(worst)}))
   }
   if (ranking.place[first] !== 1) {
-    remarks.push(against(data, data.whole, ranking.mask[first] ? "moved" : "without limits", first, proposed))
+    remarks.push(against(data, ranking.mask[first] ? "moved" : "without limits", first, proposed))
   }
   const isProposed = ranking.place[row] === 1
-  return {...found, proposed, remarks, instead: isProposed ? "" : against(data, ranking, "instead", row, proposed)}
+  return {...found, proposed, remarks, instead: isProposed ? "" : against(data, key, row, proposed)}
 }
 
-// What a change of the limits has done, as a sentence; `before` is the ranking of then. Shares are of the
-// ranges that both designs lie in, as far as there are such.
+// What a change of the limits has done, as a sentence; `before` is the ranking of then.
 function since(data, ranking, before) {
   const more = ranking.count - before.count
   const best = ranking.best[0] ?? -1
@@ -830,7 +857,7 @@ function since(data, ranking, before) {
   if (best >= 0 && former >= 0) {
     const fits = ranking.mask[former]
     const key = best === former ? "same proposed" : fits && before.mask[best] ? "new by ends" : "new"
-    parts.push(against(data, fits ? ranking : before, key, best, former))
+    parts.push(against(data, key, best, former))
   }
   return parts.filter(Boolean).join(" ") || "Still no design is left."
 }
@@ -838,13 +865,16 @@ function since(data, ranking, before) {
 // ------------------------------------------------------------------------------------ typed numbers
 
 // A number as a reader typed it: {value}, which is null for nothing, or {wrong}, what to type instead.
-// A point is decimal, and so is a comma but where it may separate thousands; spaces do.
+// Points and commas are decimal marks, but where one that is not the page's may separate thousands, as
+// spaces do.
 function typed(text) {
+  const other = mark === "." ? "," : "."
   const plain = text.trim().replace(/[−–]/g, "-").replace(/(?<=^[+-]?\d[\d\s]*)\s(?=\d{3}(?!\d))/g, "")
+    .replace(/^[+-]?[1-9]\d{0,2}(([.,])\d{3})+(?!\2)[.,]\d*$/, (number, _, gap) => number.replaceAll(gap, ""))
   if (plain === "") return {value: null}
   if (!/^[+-]?(\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?$/i.test(plain)) return {wrong: "Enter a number such as 1.5 or 2e3."}
-  if (/^[+-]?[1-9]\d{0,2},\d{3}$/.test(plain)) {
-    return {wrong: `${plain.replace(",", ".")} or ${plain.replace(",", "")}? Enter one of them.`}
+  if (new RegExp(`^[+-]?[1-9]\\d{0,2}\\${other}\\d{3}$`).test(plain)) {
+    return {wrong: `${plain.replace(other, mark)} or ${plain.replace(other, "")}? Enter one of them.`}
   }
   const value = Number(plain.replace(",", "."))
   return Number.isFinite(value) ? {value} : {wrong: "Enter a number below 1e308."}
@@ -1043,7 +1073,7 @@ function decided(data, {limits, chosen, reason, ranges, page: {values, state: vi
 
 return {
   decode, initial, checked, parsed, values, left, ranked, order, preference, verdict, explain,
-  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, placeText, short, apart, percent, sum, endOf,
+  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
   csv, metadata, decision, opened, MOST_PINS,
 }
 })()

@@ -7,26 +7,27 @@
 const page = (() => {
   const asWritten = document.documentElement.cloneNode(true) // before anything is shown: what is saved
   const data = Logic.decode(JSON.parse(document.getElementById("payload").textContent))
-  const MOST_DRAWN = 250 // designs in a chart; more lines are a blur, and take longer than a frame
   const GROUPS = [["objective", "objectives"], ["variable", "variables"], ["output", "further outputs"]]
   const $ = (id) => document.getElementById(id)
-  const countText = (count) => Logic.apart(String(count))
+  const countText = (count) => Logic.apart(Logic.local(String(count)))
   // A name may be "constructor": only what a state says itself counts.
   const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
   const without = ({...object}, name) => { delete object[name]; return object }
   const show = (id, on) => { $(id).hidden = !on }
   const limitable = data.columns.filter((column) => column.role !== "geometric")
+  const mus = data.columns.filter((column) => column.role === "geometric")
 
   // Numbers as people read them: 70 040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
-  const readable = (text) => text.replace(/(?<=^|[\s(])(-?\d(?:\.\d+)?)e([+-]\d+)/g, (number, mantissa, power) => {
-    const size = Math.abs(Number(number))
-    if (size === 0 || (size >= 1e-5 && size < 1e6)) return countText(Number(number))
+  const readable = (text) => text.replace(/(?<=^|[\s(])(-?\d(?:[.,]\d+)?)e([+-]\d+)/g, (number, mantissa, power) => {
+    const value = Number(number.replace(",", "."))
+    const size = Math.abs(value)
+    if (size === 0 || (size >= 1e-5 && size < 1e6)) return countText(value)
     return `${mantissa}×10${Charts.raised(Number(power))}`
   })
   // On a scale over decades the digits follow the size of the number, not the range of the column.
   const written = (column, value) => readable(column.log && Number.isFinite(value)
     ? Logic.short(value) : Logic.written(column, value))
-  const difference = (value) => readable(Logic.short(Math.abs(value))) // as in the sentences
+  const difference = ({unit}, value) => readable(Logic.amount({unit: unit === "%" ? unit : ""}, Math.abs(value))) // as in the sentences
 
   // An element of "tag.class" with properties, attributes (those with a dash, and role) and children.
   function make(tag, properties, ...children) {
@@ -77,6 +78,7 @@ const page = (() => {
   let before = null // the ranking when the limits rested last
   let filtered = "" // the part of the state that left and ranking were made from
   let hovered = -1
+  let inspected = -1 // what is looked at, which chooses nothing
 
   // Take a new state; `done` is false while a hand drags: undo goes back to before the drag.
   let dragging = false
@@ -120,7 +122,7 @@ const page = (() => {
       ranking = Logic.ranked(data, left.mask, state.fixed ? data.fixed : null)
       relaxLater()
     }
-    verdict = Logic.verdict(data, ranking, chosenRow())
+    verdict = Logic.verdict(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
     if (!dragging) { // what the last change of the limits has done; announced, too
       if (before && ranking !== before) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before)}`))
       before = ranking
@@ -196,8 +198,16 @@ const page = (() => {
   const placeText = (row) => Logic.placeText(data, ranking, row)
   const cellText = (column, row) => written(column, Logic.values(data, ranking, column)[row])
 
+  // A click inspects, a button or C chooses. A reason belongs to its choice.
+  function inspect(row) {
+    inspected = row
+    soon()
+  }
   function choose(row) {
-    if (row >= 0) change({chosen: state.chosen === called(row) ? null : called(row)})
+    if (row < 0) return
+    inspected = -1
+    change({chosen: state.chosen === called(row) ? null : called(row), reason: ""})
+    if (state.chosen !== null) update(), $("reason").focus({preventScroll: true})
   }
 
   function pin(row) {
@@ -207,47 +217,60 @@ const page = (() => {
     change({pins})
   }
 
-  const pinButton = (row) => button("Pin to compare", () => pin(row),
-    {"aria-pressed": isPinned(row), "aria-label": `Pin to compare: ${called(row)}`})
+  const pinButton = (row) => button("Compare", () => pin(row),
+    {"aria-pressed": isPinned(row), "aria-label": `Compare: ${called(row)}`})
   const chooseButton = (row) => button("Choose", () => choose(row),
-    {"aria-pressed": state.chosen === called(row), "aria-label": `Choose: ${called(row)}`})
+    {title: "C", "aria-pressed": state.chosen === called(row), "aria-label": `Choose: ${called(row)}`})
+  const inspectButton = (row) => make("button.link", {onclick: () => inspect(row)}, called(row))
 
   // The verdict.
 
-  const percent = (share) => (Number.isFinite(share) ? Logic.percent(Math.abs(share)) : "–")
+  const percent = (share) => (Logic.isWithin(share) ? Logic.percent(Math.abs(share)) : "beyond")
 
-  // The chosen design, or else the best compromise, which is proposed only.
+  // The design that is inspected, or else the chosen one, or else the best compromise, which is proposed only.
   function showVerdict() {
     const chosen = chosenRow()
-    renew($("verdict-title"), chosen >= 0 ? "Chosen" : verdict ? "Proposed: best compromise within the limits" : "Nothing is proposed")
+    const isInspected = inspected >= 0 && inspected !== chosen
+    renew($("verdict-title"), isInspected ? "Inspected" : chosen >= 0 ? "Chosen" : verdict ? "Proposed: best compromise within the limits" : "Nothing is proposed")
     show("verdict-table", verdict)
-    const clear = chosen < 0 ? null : button("Clear choice", () => change({chosen: null}))
+    const clear = chosen < 0 || isInspected ? null : button("Clear choice", () => choose(chosen))
+    const clashes = contradictions().map((text) => make("p.warning", {}, readable(text)))
     if (!verdict) {
       renew($("verdict-words"), make("p.warning", {}, "No design is left. What each limit costs is shown below."),
         ...(clear ? [make("p", {}, `${called(chosen)} is chosen. `, clear)] : []))
       for (const id of ["verdict-more", "verdict-rows", "verdict-variables"]) renew($(id))
     } else {
       const {row, proposed, instead, remarks, sentences} = verdict
-      const isBest = instead === ""
       renew($("verdict-words"),
         make("p.best", {}, left.mask[row] ? Charts.icon(look(row)) : null, make("strong", {}, called(row)),
-          make(left.mask[row] ? "span.hint" : "span.warning", {}, isBest ? "place 1, the nearest to the ideal point" : placeText(row)),
-          clear ?? chooseButton(row), pinButton(row)),
-        ...(isBest ? [] : [make("p.instead", {}, readable(instead), " ", pinButton(proposed))]),
-        ...(chosen < 0 ? [make("p.hint.screen", {}, "Nothing is chosen yet. Choose here, in the table, or click in a chart.")] : []))
+          make("span.hint", {}, placeText(row)), clear ?? chooseButton(row), pinButton(row),
+          isInspected ? button("Back", () => inspect(-1), {title: "Esc"}) : null),
+        make("p.lead", {}, readable(instead || sentences[0])),
+        ...(instead ? [make("p.screen", {}, pinButton(proposed))] : []),
+        ...clashes)
       renew($("verdict-rows"), ...verdictRows())
-      // Of many objectives the table says the same and is read faster.
-      const words = sentences.slice(0, data.objectives.length > 6 ? 1 : 2)
-      renew($("verdict-more"), ...words.map((text) => make("p", {}, readable(text))),
-        ...remarks.map((text) => make("p.caution", {}, readable(text))))
+      renew($("verdict-more"), ...remarks.map((text) => make("p.caution", {}, readable(text))))
       const parts = data.columns.filter((column) => column.role === "variable")
         .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
       renew($("verdict-variables"), parts.length ? `${parts.join(", ")}.` : "")
     }
     show("cautions", verdict && data.cautions.length)
-    renew($("cautions").firstElementChild, left.count < data.n ? "For all designs, without limits:" : "")
+    renew($("cautions").querySelector("p"), left.count < data.n ? "For all designs, without limits:" : "")
+    show("reasoning", chosen >= 0 && !isInspected)
+    renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
     if ($("reason").value !== state.reason) $("reason").value = state.reason
     renew($("reason-printed"), state.reason || "–")
+  }
+
+  // What is chosen against the limits and the weights in force.
+  function contradictions() {
+    const row = chosenRow()
+    if (row < 0) return []
+    const limits = limitable.flatMap((column) => limitTexts(column, row))
+    const {weights, aspiration} = state.preference
+    const [first] = [weights, aspiration].some((one) => Object.keys(one).length) ? Logic.preference(data, ranking, state.preference).best : []
+    return [limits.length ? `${state.chosen} is chosen, but beyond ${limits.join(", ")}.` : "",
+      first >= 0 && first !== row ? `By the weights and aspirations ${called(first)} comes first, not ${state.chosen}, which is chosen.` : ""].filter(Boolean)
   }
 
   function verdictRows() {
@@ -258,7 +281,7 @@ const page = (() => {
       bar.style.width = `${Math.min(100, Math.max(0, 100 * share))}%`
       return make(weak ? "tr.weak" : "tr", {},
         make("th", {scope: "row"}, Charts.broken(column.label), weak && verdict.objectives.length > 1 ? make("em", {}, " weakest") : null),
-        make("td.number", {}, written(column, value)), make("td.number", {}, written(column, best)), make("td.number", {}, difference(away)),
+        make("td.number", {}, written(column, value)), make("td.number", {}, written(column, best)), make("td.number", {}, difference(column, away)),
         make("td.share", {}, make("span.bar-of-share", {"aria-hidden": "true"}, bar), make("span", {}, percent(share))))
     })
   }
@@ -283,18 +306,18 @@ const page = (() => {
   // Comparison: what it holds and against what is Logic.compared's.
 
   function showCompare() {
-    const parts = Logic.compared(data, ranking, state)
+    const parts = Logic.compared(data, ranking, state, inspected)
     const rows = parts.map(({row}) => row)
     show("compare", rows.length)
     show("compare-table", rows.length > 1)
-    renew($("compare-hint"), ...(rows.length < 2 ? ["Only one design is left; there is none to compare it with."]
-      : [`Gains and losses against ${called(rows[0])} in units`, make("span.shares", {}, " and in per cent of the range"), "."]))
+    renew($("compare-hint"), rows.length < 2 ? "Only one design is left; there is none to compare it with."
+      : `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
     if (rows.length < 2) return renew($("compare-table"))
-    const objectives = Logic.compare(data, ranking, rows, rows[0])
+    const objectives = Logic.compare(data, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
       const name = called(row)
       const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => `${objectives.filter(({gains}) => sign * gains[k] > 0).length} ${word}`)
-      return make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("span.label", {}, name),
+      return make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("button.link.label", {onclick: () => inspect(row)}, name),
         make("div.roles", {}, [...roles, placeText(row)].join(", ")),
         k > 0 ? make("div.roles", {}, sums.join(", ")) : null,
         make("div.tools", {},
@@ -311,8 +334,8 @@ const page = (() => {
       if (k === 0) return make("td.number", {}, text)
       if (gains[k] === 0) return make("td.number", {}, text, make("div.hint", {}, "the same"))
       return make("td.number", {}, text,
-        make(gains[k] > 0 ? "div.gain" : "div.loss", {}, `${difference(gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
-        Number.isFinite(shares[k]) ? make("div.hint.shares", {}, percent(shares[k])) : null)
+        make(gains[k] > 0 ? "div.gain" : "div.loss", {}, `${difference(column, gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
+        Logic.isWithin(shares[k]) ? make("div.hint.shares", {}, percent(shares[k])) : null)
     }))
   }
 
@@ -323,7 +346,7 @@ const page = (() => {
     renew($("steps-title"), `Better than ${called(row)} in an objective`)
     renew($("steps-table"), make("tbody", {}, steps.map((next) => make("tr", {},
       make("th", {scope: "row"}, Charts.broken(next.names.join(", "))),
-      make("td", {}, make("strong", {}, called(next.row)), `: ${readable(next.text)}`), make("td", {}, pinButton(next.row))))))
+      make("td", {}, inspectButton(next.row), `: ${readable(next.text)}`), make("td", {}, pinButton(next.row))))))
   }
 
   // Limits: number fields, a slider with two ends.
@@ -492,7 +515,10 @@ const page = (() => {
     $("ranks").append(make("p.key", {}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned",
       data.total > data.n ? [Charts.icon("prototype"), "prototype"] : null))
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", {}, text)))
+    renew($("cautions").querySelector("b"), String(data.cautions.length))
     $("cautions").append(make("p.hint", {}), ...data.cautions.map((text) => make("p.caution", {}, readable(text))))
+    for (const place of document.querySelectorAll(".scale")) place.textContent = data.ranged
+    for (const place of document.querySelectorAll(".ranged")) place.title = data.ranged
     $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
   }
 
@@ -529,17 +555,6 @@ const page = (() => {
 
   // Charts.
 
-  // The rows in a fixed order, each far from those before, so that the sample drawn is the same at every step.
-  const shuffle = Uint32Array.from({length: data.n}, (_, row) => row)
-    .sort((a, b) => (Math.imul(a, 0x9E3779B1) >>> 0) - (Math.imul(b, 0x9E3779B1) >>> 0))
-
-  // Up to MOST_DRAWN rows, stable from step to step.
-  function sample(wanted) {
-    const rows = []
-    for (let k = 0; k < shuffle.length && rows.length < MOST_DRAWN; k++) if (wanted(shuffle[k])) rows.push(shuffle[k])
-    return rows
-  }
-
   let context = []
   let contextOf = null
   let scales = new Map()
@@ -547,52 +562,50 @@ const page = (() => {
   const plots = []
   let hues = null // colours by row; null for those of the ranks
 
-  // The ends of an axis: the range of the Pareto set.
+  // The ends of an axis: the range of the Pareto set, and of what is marked.
   function scaleOf(column) {
     if (scales.has(column)) return scales.get(column)
     let [low, high] = column.texts ? [0, column.texts.length - 1] : column.range
     if (column.role === "geometric") [low, high] = [1, -1].map((sign) =>
       Logic.endOf(Logic.values(data, data.whole, column), sign, state.dominated ? data.whole.rows : data.whole.front))
     if (!(low <= high)) [low, high] = [0, 1]
+    for (const row of marked) {
+      const value = Logic.values(data, ranking, column)[row]
+      if (Number.isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)]
+    }
     if (high - low <= 1e-12 * Math.max(Math.abs(low), Math.abs(high))) high = low // rounding is no distance
     scales.set(column, {low, high, log: column.log && low > 0})
     return scales.get(column)
   }
 
+  let marked = [] // rows that no axis leaves out
   function modelOfCharts() {
     const marks = []
     for (let row = data.n; row < data.total; row++) marks.push({row, look: "prototype"})
     for (const name of state.pins) marks.push({row: rowOf(name), look: "pinned"})
     if (ranking.count) marks.push({row: proposedRow(), look: "6"})
     if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
-    return {context, left: drawn, marks, look, hues, scale: scaleOf, limit: limitOf,
-      values: (column) => Logic.values(data, ranking, column)}
+    if (inspected >= 0) marks.push({row: inspected, look: "inspected"})
+    marked = marks.map(({row}) => row)
+    return {context, left: drawn, marks, look, hues, scale: scaleOf, limit: limitOf, written, named: called,
+      total: data.total, values: (column) => Logic.values(data, ranking, column)}
   }
 
   function showCharts(everything) {
     const {dominated} = state
-    const fresh = contextOf !== dominated
-    if (fresh) {
-      context = sample((row) => dominated || data.whole.pareto[row])
-      contextOf = dominated
-    }
-    const all = fresh || everything
-    if (all) scales = new Map()
-    const shown = (row) => left.mask[row] && (dominated || ranking.pareto[row])
-    // Ranked designs are few and are all drawn, on top.
-    drawn = [...new Set([...sample(shown), ...ranking.front.filter((row) => ranking.rank[row] > 0)])]
-    const number = order.length - (data.total - data.n)
-    const level = (row) => (ranking.pareto[row] ? ranking.rank[row] : -1)
-    drawn.sort((a, b) => level(a) - level(b))
-    const total = dominated ? data.n : data.whole.front.length
-    const lines = [["6", "proposed", ranking.count], ["chosen", "chosen", chosenRow() >= 0],
-      ["pinned", "pinned", state.pins.length], ["prototype", "prototype", data.total > data.n]]
+    const model = modelOfCharts()
+    const ends = () => limitable.map((column) => Object.values(scaleOf(column)).join()).join()
+    const former = ends()
+    scales = new Map()
+    const all = everything || contextOf !== dominated || former !== ends()
+    if (contextOf !== dominated) context = dominated ? data.designs : data.whole.front
+    contextOf = dominated
+    drawn = model.left = dominated ? ranking.rows : ranking.front
+    model.context = context
+    const lines = [["6", "proposed", ranking.count], ["chosen", "chosen", chosenRow() >= 0], ["inspected", "inspected", inspected >= 0],
+      ["pinned", "compared", state.pins.length], ["prototype", "prototype", data.total > data.n]]
     renew($("lines"), ...lines.filter(([, , has]) => has).map(([look, text]) => make("span", {}, make(`i.line-${look}`, {}), text)))
-    renew($("drawn"), [
-      total > context.length ? `grey: ${countText(context.length)} of ${countText(total)} designs, a fixed sample` : "",
-      number > drawn.length ? `coloured: ${countText(drawn.length)} of ${countText(number)} within the limits, including all of ranks of efficiency 3 to 6` : "",
-    ].filter(Boolean).join("; "))
-    for (const chart of [parallel, ...plots]) chart.draw(modelOfCharts(), all)
+    for (const chart of [parallel, ...plots]) chart.draw(model, all)
   }
 
   // A design under the pointer is marked in all charts and in the table.
@@ -620,17 +633,17 @@ const page = (() => {
   // The objectives and the first others.
   const axes = [...data.objectives, ...limitable.filter((column) => column.role !== "objective" && !column.texts && hasValues(column))]
     .slice(0, Math.max(data.objectives.length, 8))
-  const parallel = Charts.parallel($("parallel-chart"), axes, {limit: dragged, pick: choose, hover})
+  const parallel = Charts.parallel($("parallel-chart"), axes, {limit: dragged, pick: inspect, hover})
 
   function buildColours() {
-    const columns = data.columns.filter(({texts}) => texts && texts.length <= 8) // so many hues
+    const columns = data.columns.filter(({texts}) => texts && texts.length <= Charts.HUES.length) // so many hues
     $("colour").append(make("option", {}, "rank of efficiency"), ...columns.map(({label}) => make("option", {}, label)))
     $("colour").addEventListener("change", () => {
       const column = columns[$("colour").selectedIndex - 1]
       hues = column ? (row) => Charts.hue(column.values[row]) : null
       show("colours", column)
       $("colours").replaceChildren(...(column?.texts ?? []).map((text, k) =>
-        make("span.key", {}, make("i", {style: `background: ${Charts.hue(k)}`}), text || "(missing)")))
+        make("span.key", {}, Charts.icon(Charts.hue(k)), text || "(missing)")))
       soon()
     })
   }
@@ -649,7 +662,7 @@ const page = (() => {
       return make("label", {}, axis, element)
     }
     section.append(make("div.bar", {}, choice("y"), choice("x")), area)
-    const plot = Charts.scatter(area, {limit: dragged, pick: choose, hover})
+    const plot = Charts.scatter(area, {limit: dragged, pick: inspect, hover})
     const setAxes = () => {
       area.setAttribute("aria-label", `${columns.y.label} against ${columns.x.label}; the table holds the same designs`)
       plot.setAxes(columns.x, columns.y)
@@ -679,10 +692,10 @@ const page = (() => {
     const columns = [
       {text: data.label, width: longest(data.names), order: {by: "label"}, cell: ended, kind: ".label"},
       {text: "place", width: 10, order: {by: "distance"}, cell: (row) => placeText(row).replace("place ", ""), kind: ""},
-      ...data.columns.map((column) => ({
-        text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column),
-        order: {by: "column", name: column.name}, cell: (row) => cellText(column, row), kind: column.texts ? "" : ".number"})),
-      {text: "rank of efficiency", width: 6, order: {by: "rank"}, cell: (row) => (ranking.pareto[row] ? String(ranking.rank[row]) : "–"), kind: ".number"},
+      ...[...limitable, ...mus].map((column) => ({
+        text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column), order: {by: "column", name: column.name},
+        cell: (row) => cellText(column, row), kind: column.texts ? "" : column.role === "geometric" ? ".number.hint" : ".number"})),
+      {text: "rank of efficiency", width: 6, order: {by: "rank"}, cell: (row) => (ranking.pareto[row] ? String(ranking.rank[row]) : "–"), kind: ".number.hint"},
     ]
     const pixels = columns.map(({width, text}) => Math.ceil(Math.max(7.4 * width + 22, Math.min(7.2 * text.length + 34, 150), 62)))
     const widths = pixels.map((width, j) => (j ? `${width}px` : `min(${width}px, 55vw)`))
@@ -707,7 +720,7 @@ const page = (() => {
     const newLine = () => make("div.row", {role: "row"}, columns.map(({kind}) => make(`div.cell${kind}`, {role: "gridcell"})))
     function fill(line, k) {
       const row = order[k]
-      const marks = {row: true, hovered: row === hovered, chosen: row === chosenRow(), cursor: k === cursor, pinned: isPinned(row)}
+      const marks = {row: true, hovered: row === hovered, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
       const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
         "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}
       for (const [name, value] of Object.entries(attributes)) line.setAttribute(name, value)
@@ -768,10 +781,10 @@ const page = (() => {
     const keys = {
       ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + 15),
       PageUp: () => go(cursor - 15), Home: () => go(0), End: () => go(order.length - 1),
-      Enter: () => choose(order[cursor]), p: () => pin(order[cursor]), P: () => pin(order[cursor]),
+      Enter: () => inspect(order[cursor]), c: () => choose(order[cursor]), p: () => pin(order[cursor]), Escape: () => inspect(-1),
     }
     box.addEventListener("keydown", (event) => {
-      const action = event.ctrlKey || event.altKey || event.metaKey ? null : keys[event.key]
+      const action = event.ctrlKey || event.altKey || event.metaKey ? null : keys[event.key] ?? keys[event.key.toLowerCase()]
       if (!action || !order.length) return
       event.preventDefault()
       action()
@@ -780,7 +793,7 @@ const page = (() => {
       const element = event.target.closest(".row")
       if (!element) return
       go(Number(element.dataset.k))
-      choose(order[cursor])
+      inspect(order[cursor])
     })
     body.addEventListener("pointermove", (event) => {
       const line = event.target.closest(".row")
@@ -915,7 +928,6 @@ const page = (() => {
   buildLimits()
   buildColours()
   buildPreferences()
-  const mus = data.columns.filter((column) => column.role === "geometric")
   const [first, second] = [data.objectives, limitable.filter((column) => column.role === "variable" && !column.texts)]
   buildScatter($("scatter-a"), "First plot", first[0], first[1] ?? mus[0])
   buildScatter($("scatter-b"), "Second plot", ...(second.length ? [second[0], second[1] ?? first[0]] : first.length > 2 ? first.slice(-2) : [mus[2], mus[1]]))
@@ -931,8 +943,8 @@ const page = (() => {
     state: () => state,
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
-    get order() { return order }, get drawn() { return drawn }, get context() { return context },
-    get resting() { return !waiting && thinking === 0 }, plots, scale: scaleOf,
+    get order() { return order }, get drawn() { return drawn }, get inspected() { return inspected },
+    get resting() { return !waiting && thinking === 0 }, plots, parallel, scale: scaleOf,
   }
 })()
 window.decisionPage = page

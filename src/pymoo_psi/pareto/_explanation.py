@@ -1,7 +1,8 @@
 """Why a design: how far it is from the best, and what others would gain and lose.
 
-Everything is measured against the Pareto set: the best and the worst value of an objective are
-those of the Pareto-optimal designs, and their difference is its range. The step from a design that
+Everything is measured against the Pareto set: the best value of an objective is that of the
+Pareto-optimal designs, and its range is that of all Pareto-optimal designs, whatever the limits.
+Shares are of this range; a difference beyond it is given in units only. The step from a design that
 improves an objective goes to the Pareto-optimal design that gives up least: of those that are
 better in it by 1 % of its range or more (or, if there is none, better at all) the one whose
 greatest loss in another objective, in units of the ranges, is the least.
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._validation import Array, Rows, collection, counted, integer, invalid
-from pymoo_psi.pareto._dominance import unit_lengths, without_rounding
+from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, ranking_from
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
 
@@ -107,9 +108,12 @@ class DesignComparison:
         texts: list[str] = []
         for j in columns:
             name = self.ranking.objectives.names[j]
-            amount = f"{number(sizes[j])} {self.units.get(name, '')}".strip()
+            unit = self.units.get(name, "")
+            if unit == "%":  # "9 %" of a share would be another amount
+                unit = "points"
+            amount = f"{number(sizes[j])} {unit}".strip()
             template = "change" if texts else "first change"
-            if np.isnan(shares[j]):
+            if not shares[j] <= 1 + _TIE:  # nor NaN
                 template = "bare change"
             share = percent(shares[j])
             texts.append(sentence(template, objective=name, amount=amount, share=share))
@@ -125,9 +129,9 @@ class Explanation:
         row: The row of the design in the ranking.
         behind: ``(m,)`` how far it is from the best value of each objective among the
             Pareto-optimal designs, in the unit of the objective, >= 0.
-        shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 the worst of the Pareto
-            set, more only for a dominated design. 0 in an objective that is equal for all, NaN if
-            a dominated design differs in it.
+        shares: ``(m,)`` the same as shares of the ranges: 0 the best, 1 as far as the worst of the
+            Pareto set, more only for a dominated design. 0 in an objective that is equal for all,
+            NaN if a dominated design differs in it.
         neighbours: ``(m,)`` for each objective the row of the Pareto-optimal design that gives up
             least: of the designs that are better in it by 1 % of its range or, if there is none,
             better at all, the one whose greatest loss in another objective, in units of the ranges,
@@ -230,9 +234,7 @@ class Explanation:
         parts = [sentence("behind", changes=", ".join(changes))]
         if len(changes) > 1 and self.weakest:
             parts.append(sentence("weakest", objectives=listed(self.weakest)))
-        frame = self.ranking.frame
-        varying = np.isfinite(unit_lengths(frame.ideal, frame.nadir))
-        best = np.flatnonzero(varying & (self.behind == 0))
+        best = np.flatnonzero(np.isfinite(self.ranking.lengths) & (self.behind == 0))
         if len(best):
             names = [self.ranking.objectives.names[j] for j in best]
             parts.append(sentence("best", objectives=listed(names)))
@@ -442,8 +444,7 @@ def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Ar
     objectives = ranking.objectives
     every = np.concatenate([front, np.array(rows, dtype=np.intp)])
     values = without_rounding(objectives.values[every] * objectives.sign)
-    lengths = unit_lengths(ranking.frame.ideal, ranking.frame.nadir)
-    return front, values[: len(front)], values[len(front) :], lengths
+    return front, values[: len(front)], values[len(front) :], ranking.lengths
 
 
 def _losses(own: Array, values: Array, lengths: Array) -> tuple[Array, Array]:

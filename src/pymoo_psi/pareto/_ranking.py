@@ -213,6 +213,8 @@ class EfficiencyRanking(Shown):
             is empty and all of them are listed here.
         rows: ``(n,)`` the rows of the table or array that are ranked; 0, 1, … for an array, of
             which all rows are.
+        whole: The points U and N of all Pareto-optimal designs, where the ranking is under limits;
+            None where it is not, or where the ranges are fixed.
 
     Example:
         The last row is dominated; of the others, the second is nearest to U = (0, 0).
@@ -230,6 +232,20 @@ class EfficiencyRanking(Shown):
     salukvadze: Rows
     objectives: Objectives
     rows: Rows
+    whole: UtopianFrame | None = None
+
+    @property
+    def lengths(self) -> Array:
+        """``(m,)`` ranges of which shares are given; infinite for an objective that is constant.
+
+        They are the ranges of all Pareto-optimal designs, whatever the limits, or the fixed ones.
+
+        Example:
+            >>> rank_of_efficiency([[0, 4], [1, 1], [4, 0]]).lengths
+            array([4., 4.])
+        """
+        frame = self.whole or self.frame
+        return unit_lengths(frame.ideal, frame.nadir)
 
     def __repr__(self) -> str:
         """Return the numbers of designs and objectives, and the best design."""

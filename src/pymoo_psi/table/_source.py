@@ -139,6 +139,7 @@ def read_table(
             designs = _designs(content, decimal, thousands, is_file=path is not None)
             designs.remarks.extend(remarks)
             table = _table(designs, asked, variables, drop_incomplete)
+            table = replace(table, decimal=decimal or _decimal_mark(designs.columns))
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     if formulation is None:
@@ -430,6 +431,18 @@ def _is_ranking(cells: Cells) -> bool:
 def _holds_words(cells: Iterable[Any]) -> bool:
     """Say whether a cell is a text with a letter in it."""
     return any(isinstance(cell, str) and re.search(r"[^\W\d_]", cell) for cell in cells)
+
+
+def _decimal_mark(columns: Mapping[str, Column]) -> str:
+    """Return the decimal mark of texts that were read as numbers; a point where none has one."""
+    for column in columns.values():
+        if column.numbers is None:
+            continue
+        for cell, value in zip(column.cells, column.numbers.tolist(), strict=True):
+            text = str(cell)
+            if text.rfind(",") > text.rfind(".") and value % 1:
+                return ","
+    return "."
 
 
 def _is_label(name: str) -> bool:

@@ -36,6 +36,7 @@ from pymoo_psi.pareto import (
     EfficiencyRanking,
     Explanation,
     Objectives,
+    UtopianFrame,
     competes,
     explain,
     nondominated,
@@ -294,7 +295,13 @@ class TestTable(Tests, Shown):
         rows = np.flatnonzero(self.eligible())
         rows = rows[~self._repeated(rows)]
         names = self.names
-        return self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
+        ranking = self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
+        if not self.limits or self.formulation.ranges:
+            return ranking
+        free = self.under(limits={})
+        front = free.F[free.pareto()]
+        whole = UtopianFrame(front.min(axis=0), front.max(axis=0), self.formulation.normalize)
+        return replace(ranking, whole=whole)
 
     def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
         """Return the ranking of some rows; ``pareto`` marks the Pareto-optimal ones of them."""

@@ -78,6 +78,7 @@ class Tests:
         remarks: What a reader must know about the rows, in sentences; they are not written.
         formulation: What is asked of the tests: limits, ranges, normalisation, a chosen design;
             and how :meth:`under` has made objectives and computed columns of others.
+        decimal: The decimal mark of the source, with which the page shows numbers.
 
     Example:
         >>> table = TestTable.of(
@@ -104,6 +105,7 @@ class Tests:
     extra: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     formulation: Formulation = field(default_factory=Formulation)
+    decimal: str = "."
     # The tests as they were before `under`; None if they are that themselves.
     _tested: Tests | None = field(default=None, init=False)
 
