@@ -4,7 +4,7 @@
 // or size change, what is left, the marks and limits at every step of a slider, the design under the
 // pointer at every move. Charts know rows, columns and scales; what is chosen or limited they get from
 // page.js as a model:
-//   context, left   rows to draw; look(row) -> key of LOOKS, named(row) -> what it is called
+//   context, left   rows to draw, ranked ones of left; look(row) -> key of LOOKS, named(row) -> what it is called
 //   values(column)  the numbers of a column as they are now
 //   scale(column)   {low, high, log}, the ends of its axis
 //   limit(column)   [low, high] in force, null for none
@@ -223,8 +223,13 @@ const Charts = (() => {
   }
 
   // How many of some rows lie below an axis, above it, and nowhere, as their value is missing.
-  function beyond(values, rows, {low, high}) {
+  function beyond(column, values, rows, {low, high}) {
     const counts = [0, 0, 0]
+    if (column.values) { // most columns have none, which is known once
+      column.ends ??= [1, -1].map((sign) => Logic.endOf(values, sign))
+      column.isWhole ??= values.every((value) => value === value)
+      if (column.isWhole && column.ends[0] >= low && column.ends[1] <= high) return counts
+    }
     for (let k = 0; k < rows.length; k++) {
       const value = values[rows[k]]
       if (value < low) counts[0]++
@@ -251,29 +256,51 @@ const Charts = (() => {
 
   // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
   // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
-  // long. A former density on the same axes is mended by the rows that come and go.
-  function cloud(g, rows, total, colour, [least, alpha], count, former) {
+  // long. Former densities on the same axes, by colour, are mended by the rows that come and go.
+  //   count(cover, rows, step) calls cover(pixel, step) for every pixel of some rows
+  const DARKEST = 1000 // marks at a pixel
+  function clouds(g, groups, total, [least, alpha], count, former) {
     const {width, height} = g.canvas
-    if (!width || !height) return null
-    const drawn = new Uint8Array(total)
-    for (let k = 0; k < rows.length; k++) drawn[rows[k]] = 1
-    const come = former ? Logic.picked(rows, (row) => !former.drawn[row]) : rows
-    const go = former ? Logic.picked(former.rows, (row) => !drawn[row]) : []
-    const next = former && come.length + go.length < rows.length ? former
-      : {canvas: new OffscreenCanvas(width, height), image: new ImageData(width, height), counts: new Uint32Array(width * height)}
-    count(next.counts, width, next === former ? come : rows, 1)
-    if (next === former) count(next.counts, width, go, -1)
-    const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
-    const shades = Uint32Array.from({length: rows.length + 1}, (_, k) => k &&
-      (Math.round(255 * (1 - (1 - least) * (1 - alpha) ** (k - 1))) << 24) | (blue << 16) | (green << 8) | red)
-    const pixels = new Uint32Array(next.image.data.buffer)
-    for (let k = 0; k < pixels.length; k++) pixels[k] = shades[next.counts[k]]
-    next.canvas.getContext("2d").putImageData(next.image, 0, 0)
-    g.save()
-    g.resetTransform()
-    g.drawImage(next.canvas, 0, 0)
-    g.restore()
-    return {...next, rows, drawn}
+    if (!width || !height) return former
+    const next = new Map()
+    const many = 2 ** Math.ceil(Math.log2(Logic.sum(groups.map(([, rows]) => rows.length)) || 1))
+    for (const [colour, rows] of groups) {
+      const drawn = new Uint8Array(total)
+      for (let k = 0; k < rows.length; k++) drawn[rows[k]] = 1
+      let cloud = former.get(colour)
+      const come = cloud ? Logic.picked(rows, (row) => !cloud.drawn[row]) : rows
+      const go = cloud ? Logic.picked(cloud.rows, (row) => !drawn[row]) : []
+      const isNew = !cloud || come.length + go.length >= rows.length
+      if (isNew) cloud = {image: new ImageData(width, height), counts: new Uint32Array(width * height)}
+      const {image, counts} = cloud
+      const pixels = new Uint32Array(image.data.buffer)
+      const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
+      if (cloud.many !== many) {
+        cloud.shades = new Uint32Array(DARKEST + 1)
+        for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - Math.min(0.5, alpha / many)) {
+          cloud.shades[k] = (Math.round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
+        }
+      }
+      const {shades} = cloud
+      const cover = (k, step) => {
+        const n = counts[k] += step
+        pixels[k] = shades[n < DARKEST ? n : DARKEST]
+      }
+      count(cover, isNew ? rows : come, 1)
+      if (!isNew) count(cover, go, -1)
+      if (cloud.many !== many) for (let k = 0; k < pixels.length; k++) pixels[k] = shades[Math.min(counts[k], DARKEST)]
+      next.set(colour, {...cloud, many, rows, drawn})
+      if (groups.length === 1) g.putImageData(image, 0, 0)
+      else { // above one another
+        const canvas = new OffscreenCanvas(width, height)
+        canvas.getContext("2d").putImageData(image, 0, 0)
+        g.save()
+        g.resetTransform()
+        g.drawImage(canvas, 0, 0)
+        g.restore()
+      }
+    }
+    return next
   }
 
   // A drag on an element: down(x, y) returns {move(x, y), up(x, y, moved)}. Places are those of
@@ -321,7 +348,7 @@ const Charts = (() => {
     plot.className = "plot"
     parent.append(heads, plot)
     let [model, marked] = [null, -1]
-    let clouds = new Map() // of what is left by colour, see cloud
+    let former = new Map() // densities of what is left
     let boxes = [] // of the names
     const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
@@ -371,21 +398,20 @@ const Charts = (() => {
     }
 
     // Plain lines: a few as the browser draws them best, many as a density.
-    function plain(g, groups, [least, alpha], former) {
-      const next = new Map()
+    function plain(g, groups, least, before) {
       const many = Logic.sum(groups.map(([, rows]) => rows.length))
-      for (const [colour, rows] of groups) {
-        if (many <= MOST_LINES) lines(g, rows, {strokeStyle: colour, globalAlpha: many > 40 ? 0.5 : 0.75, lineWidth: 1})
-        else next.set(colour, cloud(g, rows, model.total, colour, [least, Math.min(alpha, 120 / many)], countLines, former.get(colour)))
-      }
-      return next
+      if (many > MOST_LINES) return clouds(g, groups, model.total, [least, 120], countLines, before)
+      for (const [colour, rows] of groups) lines(g, rows, {strokeStyle: colour, globalAlpha: many > 40 ? 0.5 : 0.75, lineWidth: 1})
+      return new Map()
     }
 
-    function countLines(counts, width, rows, step) {
+    function countLines(cover, rows, step) {
+      const {width} = top
       for (let j = 0; j + 1 < axes.length; j++) {
         const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => Math.round(x * devicePixelRatio))
         const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
-        for (const row of rows) {
+        for (let i = 0; i < rows.length; i++) {
+          const row = rows[i]
           if (left[row] !== left[row] || right[row] !== right[row]) continue
           // Half a pixel up, so that cutting the fraction off rounds.
           let y = from(left[row]) * devicePixelRatio + 0.5
@@ -395,7 +421,7 @@ const Charts = (() => {
             y += slope
             const next = y | 0
             const end = (at < next ? next : at) * width + x
-            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k] += step
+            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) cover(k, step)
             at = next
           }
         }
@@ -404,7 +430,7 @@ const Charts = (() => {
 
     function drawLeft() {
       const g = clean(1)
-      clouds = plain(g, byColour(model, model.left), [0.2, 0.5], clouds)
+      former = plain(g, byColour(model, model.left), 0.2, former)
       drawMarks(g)
     }
 
@@ -435,7 +461,7 @@ const Charts = (() => {
       const last = axes.at(-1)
       axes.forEach((column, j) => {
         const [at, scale] = [placed(column), model.scale(column)]
-        const counts = beyond(model.values(column), model.left, scale)
+        const counts = beyond(column, model.values(column), model.left, scale)
         ;[scale.low, scale.high].forEach((value, k) => {
           const up = at(value) < size.height / 2
           if (counts[k]) written(g, `${up ? "▲" : "▼"}${counts[k]}`, xOf(j) + 6, at(value) + (up ? 5 : -5), "left", "middle", INK.accent)
@@ -487,8 +513,8 @@ const Charts = (() => {
     function draw(all) {
       if (!size.width) return
       if (all) {
-        clouds = new Map()
-        plain(clean(0), [[INK.context, model.context]], [0.5, 0.5], clouds)
+        former = new Map()
+        plain(clean(0), [[INK.context, model.context]], 0.5, former)
         drawAxes()
       }
       drawLeft()
@@ -546,6 +572,7 @@ const Charts = (() => {
     let LEFT = 68
     let [x, y, model] = [null, null, null]
     let [boxes, drawn] = [[], {}]
+    let former = new Map() // densities of what is left
     const {size, clean, top} = layers(parent, 3, () => model && draw(true))
     const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
 
@@ -561,7 +588,10 @@ const Charts = (() => {
       const [w, h] = frame()
       const [across, up] = scales().map((scale) => place(scale, 0))
       const [xs, ys] = [model.values(x), model.values(y)]
-      return (row) => [LEFT + across(xs[row]) * w, TOP + (1 - up(ys[row])) * h]
+      const at = (row) => [at.u(row), at.v(row)]
+      at.u = (row) => LEFT + across(xs[row]) * w
+      at.v = (row) => TOP + (1 - up(ys[row])) * h
+      return at
     }
     const isKnown = ([u, v]) => u === u && v === v
 
@@ -571,6 +601,8 @@ const Charts = (() => {
       const ty = tickTexts(up, Math.max(2, frame()[1] / (y.texts ? 15 : 45)), y.texts)
       LEFT = Math.ceil(Math.max(52, ...ty.texts.map((text) => g.measureText(text).width + 10))) + 16
       const [w, h] = frame()
+      former = new Map()
+      points(g, [[INK.context, model.context]], former) // below all else
       const tx = tickTexts(across, Math.max(2, w / (x.texts ? 120 : 80)), x.texts)
       const [px, py] = [place(across), place(up)]
       tx.values.forEach((value, k) => {
@@ -586,7 +618,6 @@ const Charts = (() => {
       g.strokeStyle = INK.field
       g.lineWidth = 1
       g.strokeRect(LEFT, TOP, w, h)
-      points(g, model.context, [[INK.context, model.context]])
       const title = ({name, label, role, maximize}, factor, length) => {
         const better = role !== "objective" ? "" : maximize ? " better →" : " ← better"
         const end = `${label.slice(name.length)} ${factor}`.trimEnd() + better
@@ -601,20 +632,21 @@ const Charts = (() => {
     }
 
     // Points as squares of a density.
-    function points(g, rows, groups) {
-      const at = placed()
-      const half = Math.round((rows.length > 5000 ? 1 : 1.5) * devicePixelRatio)
-      const splat = (counts, width, some, step) => {
-        for (let k = 0; k < some.length; k++) {
-          const [u, v] = at(some[k])
+    function points(g, groups, before) {
+      const {u: across, v: up} = placed()
+      const half = Math.round((model.total > 5000 ? 1 : 1.5) * devicePixelRatio)
+      const {width} = g.canvas
+      const squares = (cover, rows, step) => {
+        for (let k = 0; k < rows.length; k++) {
+          const [u, v] = [across(rows[k]), up(rows[k])]
           if (u !== u || v !== v) continue
           const first = Math.round(v * devicePixelRatio - half) * width + Math.round(u * devicePixelRatio - half)
           for (let line = 0; line <= 2 * half; line++) {
-            for (let i = first + line * width; i <= first + line * width + 2 * half; i++) counts[i] += step
+            for (let i = first + line * width; i <= first + line * width + 2 * half; i++) cover(i, step)
           }
         }
       }
-      for (const [colour, some] of groups) cloud(g, some, model.total, colour, [0.5, 0.15], splat, null)
+      return clouds(g, groups, model.total, [0.5, 2000], squares, before)
     }
 
     function drawLeft() {
@@ -622,10 +654,9 @@ const Charts = (() => {
       const at = placed()
       const {left, marks} = model
       const few = left.length <= MOST_SHAPES
-      if (!few) points(g, left, byColour(model, left))
-      for (const row of left) {
+      if (!few) former = points(g, byColour(model, left), former)
+      for (const row of few ? left : model.hues ? [] : model.ranked) {
         const look = model.look(row)
-        if (!few && (model.hues || look === "unranked" || look === "dominated")) continue
         const spot = at(row)
         const size = look === "unranked" && left.length > 100 ? {size: 2} : {}
         if (isKnown(spot)) shape(g, model.hues?.(row) ?? {...LOOKS[look], ...size}, ...spot)
@@ -639,7 +670,7 @@ const Charts = (() => {
     // What lies beyond an axis is at its end: how many there are, and how many have no value.
     function drawEdges(g) {
       const [w, h] = frame()
-      const [across, up] = [x, y].map((column, k) => beyond(model.values(column), model.left, scales()[k]))
+      const [across, up] = [x, y].map((column, k) => beyond(column, model.values(column), model.left, scales()[k]))
       const text = (count, word) => `${count} ${word}`
       const ends = [[across[0], "◂ beyond", LEFT + 4, TOP + h / 2, "left"], [across[1], "beyond ▸", LEFT + w - 4, TOP + h / 2, "right"],
         [up[1], "beyond ▴", LEFT + w / 2, TOP + 9, "center"], [up[0], "beyond ▾", LEFT + w / 2, TOP + h - 9, "center"]]

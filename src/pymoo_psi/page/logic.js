@@ -691,7 +691,7 @@ function against(data, key, row, other) {
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
 // best, the chosen one, the one looked at and what is pinned, and the designs nearest to the one
-// looked at, so that there are five. Each: `{row, roles}`.
+// looked at, so that there are four. Each: `{row, roles}`.
 function compared(data, ranking, state, shown = -1) {
   if (ranking.count === 0) return []
   const row = (name) => data.rowOf.get(name) ?? -1
@@ -700,7 +700,7 @@ function compared(data, ranking, state, shown = -1) {
   const base = data.total > data.n ? data.n : best
   const looked = shown >= 0 ? shown : chosen >= 0 ? chosen : best
   const rows = new Set([base, best, chosen, looked, ...state.pins.map(row)].filter((i) => i >= 0))
-  const near = nearest(data, ranking.front, looked, rows, 5 - rows.size)
+  const near = nearest(data, ranking.front, looked, rows, 4 - rows.size)
   const whole = data.whole.best[0]
   const roles = [[base, "base"], [best, "proposed"], [chosen, "chosen"], [ranking.place[whole] === 1 ? -1 : whole, "proposed without limits"],
     ...near.map((i) => [i, "near"])]
@@ -711,10 +711,12 @@ function compared(data, ranking, state, shown = -1) {
 
 // Some rows of the front that are nearest to a row, in units of the ranges, but for those taken.
 function nearest(data, front, row, taken, count) {
-  const away = Float64Array.from(front, (i) => taken.has(i) ? Infinity : 0)
+  const away = new Float64Array(front.length)
   data.F.forEach((column, j) => {
-    for (let k = 0; k < away.length; k++) away[k] += ((column[front[k]] - column[row]) / data.lengths[j]) ** 2
+    const [own, length] = [column[row], data.lengths[j]]
+    for (let k = 0; k < away.length; k++) away[k] += ((column[front[k]] - own) / length) ** 2
   })
+  for (let k = 0; k < away.length; k++) if (taken.has(front[k])) away[k] = Infinity
   const found = []
   for (let least = leastOf(away); found.length < count && least < Infinity; least = leastOf(away)) {
     const at = away.indexOf(least)

@@ -281,8 +281,8 @@ const page = (() => {
       bar.style.width = `${Math.min(100, Math.max(0, 100 * share))}%`
       return make(weak ? "tr.weak" : "tr", {},
         make("th", {scope: "row"}, Charts.broken(column.label), weak && verdict.objectives.length > 1 ? make("em", {}, " weakest") : null),
-        make("td.number", {}, written(column, value)), make("td.number", {}, written(column, best)), make("td.number", {}, difference(column, away)),
-        make("td.share", {}, make("span.bar-of-share", {"aria-hidden": "true"}, bar), make("span", {}, percent(share))))
+        make("td.number", {}, written(column, value)), make("td.number", {}, written(column, best)), make("td.number", {}, `${difference(column, away)}${away < 0 ? " better" : ""}`),
+        make("td.share", {}, make("span.bar-of-share", {"aria-hidden": "true"}, bar), make("span", {}, share < 0 ? "–" : percent(share))))
     })
   }
 
@@ -587,21 +587,22 @@ const page = (() => {
     if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
     if (inspected >= 0) marks.push({row: inspected, look: "inspected"})
     marked = marks.map(({row}) => row)
-    return {context, left: drawn, marks, look, hues, scale: scaleOf, limit: limitOf, written, named: called,
+    const ranked = Logic.picked(ranking.front, (row) => ranking.rank[row] > 0)
+    return {context, left: drawn, ranked, marks, look, hues, scale: scaleOf, limit: limitOf, written, named: called,
       total: data.total, values: (column) => Logic.values(data, ranking, column)}
   }
 
   function showCharts(everything) {
     const {dominated} = state
+    const isOther = contextOf !== dominated
+    if (isOther) context = dominated ? data.designs : data.whole.front
+    contextOf = dominated
+    drawn = dominated ? ranking.rows : ranking.front
     const model = modelOfCharts()
     const ends = () => limitable.map((column) => Object.values(scaleOf(column)).join()).join()
     const former = ends()
     scales = new Map()
-    const all = everything || contextOf !== dominated || former !== ends()
-    if (contextOf !== dominated) context = dominated ? data.designs : data.whole.front
-    contextOf = dominated
-    drawn = model.left = dominated ? ranking.rows : ranking.front
-    model.context = context
+    const all = everything || isOther || former !== ends()
     const lines = [["6", "proposed", ranking.count], ["chosen", "chosen", chosenRow() >= 0], ["inspected", "inspected", inspected >= 0],
       ["pinned", "compared", state.pins.length], ["prototype", "prototype", data.total > data.n]]
     renew($("lines"), ...lines.filter(([, , has]) => has).map(([look, text]) => make("span", {}, make(`i.line-${look}`, {}), text)))
