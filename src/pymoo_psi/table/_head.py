@@ -251,6 +251,7 @@ def table_of(
             extra={name: choice_values(columns[name]) for name in extra},
             formulation=formulation_of_head(head),
             remarks=remarks,
+            decimal=".",
         )
 
 
