@@ -34,6 +34,7 @@ from ._formats import metadata_path as metadata_path
 from ._formats import source_suffixes as source_suffixes
 from ._formats import suffixes_for as suffixes_for
 from ._head import columns_of as columns_of
+from ._head import designs_head as designs_head
 from ._head import head_of as head_of
 from ._head import kinds_of_columns as kinds_of_columns
 from ._head import table_of as table_of
@@ -49,6 +50,5 @@ from ._limits import excess as excess
 from ._limits import limit_text as limit_text
 from ._limits import limits_of as limits_of
 from ._limits import sides_of_text as sides_of_text
-from ._source import designs_head as designs_head
 from ._source import numbers_of_file as numbers_of_file
 from ._tests import STATUSES as STATUSES

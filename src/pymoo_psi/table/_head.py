@@ -9,7 +9,7 @@ columns are arrays of float64, int64, bool, or texts.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from types import MappingProxyType
@@ -24,6 +24,7 @@ from pymoo_psi._validation import (
     invalid,
 )
 from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table._cells import UnfitError, in_a_line
 from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import ORIGIN, Layout, names_of
@@ -192,6 +193,51 @@ def _option(text: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError):
         return text
+
+
+# The head of a file of designs, whose columns are not all known
+
+
+def designs_head(designs: Any, columns: Collection[str]) -> Head:
+    """Return the head of a file of designs, with which :func:`read_table` reads what was written.
+
+    Args:
+        designs: The designs of the file, as a table.
+        columns: Names of all columns of the file.
+    """
+    layout = designs.layout
+    head = formulation_head(designs.formulation)
+    for name in ("limits", "normalize"):  # the designs keep the limits
+        head.pop(name, None)
+    return {
+        DESIGNS_MARK: 1,
+        "objectives": layout.objectives,
+        "maximized": layout.maximize,
+        "variables": layout.variables,
+        "units": units_of(columns, layout.units),
+        **head,
+    }
+
+
+def checked_designs_head(head: Head) -> Head:
+    """Return the head of designs in full, empty where a source says nothing of its columns."""
+    checked: dict[str, Any] = {}
+    try:
+        for key in ("objectives", "maximized", "variables", "chosen"):
+            checked[key] = tuple(map(in_a_line, head.get(key, ())))
+        for key in ("units", "ranges"):
+            entries = head.get(key, {})
+            checked[key] = {in_a_line(name): value for name, value in entries.items()}
+    except (TypeError, AttributeError):
+        raise UnfitError(
+            "what it says of its columns is damaged or of a later version", HEAD_REMEDY
+        ) from None
+    return checked
+
+
+def units_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
+    """Return the units of some columns."""
+    return {name: unit for name, unit in units.items() if name in names}
 
 
 # From a head and columns to a table

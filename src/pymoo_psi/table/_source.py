@@ -26,7 +26,6 @@ from pymoo_psi.table._cells import (
     Column,
     UnfitError,
     cells_of_frame,
-    in_a_line,
     is_blank,
     read_columns,
     require_designs,
@@ -34,15 +33,13 @@ from pymoo_psi.table._cells import (
 from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._head import (
-    DESIGNS_MARK,
-    HEAD_REMEDY,
-    Head,
     StoredTests,
-    formulation_head,
+    checked_designs_head,
     formulation_of_head,
     is_of_tests,
     table_of,
     tests_of_rows,
+    units_of,
 )
 from pymoo_psi.table._layout import RESERVED, Layout, names_of
 from pymoo_psi.table._limits import limits_of
@@ -200,27 +197,6 @@ def _remarks_on_directions(cells: Cells, formulation: Formulation) -> list[str]:
     return []
 
 
-def designs_head(designs: TestTable, columns: Collection[str]) -> Head:
-    """Return the head of a file of designs, with which :func:`read_table` reads what was written.
-
-    Args:
-        designs: The designs of the file, as a table.
-        columns: Names of all columns of the file.
-    """
-    layout = designs.layout
-    head = formulation_head(designs.formulation)
-    for name in ("limits", "normalize"):  # the designs keep the limits
-        head.pop(name, None)
-    return {
-        DESIGNS_MARK: 1,
-        "objectives": layout.objectives,
-        "maximized": layout.maximize,
-        "variables": layout.variables,
-        "units": _of(columns, layout.units),
-        **head,
-    }
-
-
 # From sources to cells
 
 
@@ -253,26 +229,10 @@ def _content(
 
 def _with_names(cells: Cells) -> Cells:
     """Return cells with a complete head, and their columns under names without units."""
-    head = _checked_head(cells.head)
+    head = checked_designs_head(cells.head)
     names = names_of([*cells.columns], head["units"])
     columns = dict(zip(names, cells.columns.values(), strict=True))
     return replace(cells, columns=columns, head=head)
-
-
-def _checked_head(head: Head) -> Head:
-    """Return what a source says of its columns, empty where it says nothing."""
-    checked: dict[str, Any] = {}
-    try:
-        for key in ("objectives", "maximized", "variables", "chosen"):
-            checked[key] = tuple(map(in_a_line, head.get(key, ())))
-        for key in ("units", "ranges"):
-            entries = head.get(key, {})
-            checked[key] = {in_a_line(name): value for name, value in entries.items()}
-    except (TypeError, AttributeError):
-        raise UnfitError(
-            "what it says of its columns is damaged or of a later version", HEAD_REMEDY
-        ) from None
-    return checked
 
 
 def _cells_of(source: Any) -> Cells:
@@ -515,7 +475,7 @@ def _table(
         objectives,
         outputs=[*outputs],
         maximize=[name for name in head["maximized"] if name in dependent],
-        units=_of(used, head["units"]),
+        units=units_of(used, head["units"]),
     )
     layout = replace(layout, label=label)
     X: Any = np.empty((len(F), 0))
@@ -585,11 +545,6 @@ def _other_columns(
         else:
             extra[name] = _extra_cells(column)
     return outputs, extra
-
-
-def _of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
-    """Return the units of some columns."""
-    return {name: unit for name, unit in units.items() if name in names}
 
 
 def _are_row_numbers(values: Array) -> bool:
