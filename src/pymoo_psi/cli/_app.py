@@ -198,6 +198,9 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _flag("try", text="Run the program of a FILE.toml once and show every step."),
     *_FORMULATION,
     _JOBS,
+    _option(
+        "cluster", "WHERE", "Evaluate on a Dask cluster: tcp://…, FILE.json, module:attribute."
+    ),
 )
 def solve(options: Options) -> int:
     """Find the Pareto set of a problem, the best compromise first.

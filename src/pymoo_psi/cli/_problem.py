@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ast
+import asyncio
 import difflib
 import importlib
 import inspect
+import logging
 import re
 import shlex
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.resources import files
@@ -23,10 +26,11 @@ from pymoo.core.problem import Problem
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Received, invalid, job_count, positive_number
+from pymoo_psi.cli._app import print_error
 from pymoo_psi.cli._output import print_frame, say
 from pymoo_psi.cli._source import pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
-from pymoo_psi.parallel import JoblibRunner
+from pymoo_psi.parallel import ExecutorRunner, JoblibRunner, Runner, one_line
 from pymoo_psi.problems import (
     ProgramProblem,
     Required,
@@ -41,18 +45,19 @@ from pymoo_psi.table import NUMBER, entries_of
 
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 _N_LINES = 10  # of a file that a program has left
+_CONNECTING = 10  # seconds for a scheduler to answer
+_PAUSE = 0.3  # seconds between two looks whether workers have joined
 _TRIALS = 1000  # designs that are tried against the requirements
 
 
 def load_problem(
     name: str,
-    jobs: int = 1,
     timeout: float | None = None,
     *,
     box: Sequence[str] = (),
     log: Sequence[str] = (),
 ) -> Problem:
-    """Return the problem of a name, ready to be evaluated by ``jobs`` processes.
+    """Return the problem of a name.
 
     Options that the running command does not have are arguments of the problem.
 
@@ -60,28 +65,23 @@ def load_problem(
         name: ``chute``, a name known to ``pymoo.problems.get_problem``, the file of a program, or
             ``module:attribute`` where the attribute is a problem, or a class or function that
             returns one. The working directory is searched for the module first.
-        jobs: Processes for a problem that evaluates one design at a time; others use one.
-        timeout: Seconds allowed for a design of such a problem, if limited.
+        timeout: Seconds allowed for a design, if limited; a program keeps this limit itself.
         box: Entries of ``--box``, which narrow the bounds.
         log: Variables on a logarithmic scale; by default those that the problem names.
 
     Raises:
-        PsiError: There is no such problem, it cannot be constructed, or it cannot have a time
-            limit.
+        PsiError: There is no such problem, or it cannot be constructed.
     """
-    jobs = job_count("--jobs", jobs)
     if timeout is not None:
         positive_number("--timeout", timeout)
     source = _source(name)
     if timeout is not None and name.endswith(".toml"):
         # The program's own limit, so that its folder is kept and named in the reason.
         source.program = replace(source.program, timeout=timeout)
-        timeout = None
     problem = _construct(name, source)
     if log:
         problem.log = entries_of(log)
     _require_columns(name, problem)
-    _set_runner(problem, jobs, timeout)
     if not box:
         return problem
     return Restricted(problem, _box_in(box, problem))
@@ -94,7 +94,7 @@ def _source(name: str) -> Any:
     if name.endswith(".toml"):
         return ProgramProblem.from_toml(Path(name).expanduser())
     if ":" in name:
-        return _attribute(name)
+        return _attribute(name, "PROBLEM", "a module:attribute that gives a problem")
     return _test_problem(name)
 
 
@@ -121,8 +121,14 @@ def _test_problem(name: str) -> type[Problem]:
         raise invalid("PROBLEM", forms, name, remedy) from error
 
 
-def _attribute(name: str) -> Any:
-    """Return the value of ``module:attribute``."""
+def _attribute(name: str, argument: str, rule: str) -> Any:
+    """Return the value of ``module:attribute``.
+
+    Args:
+        name: The text.
+        argument: What was given by it, for the message.
+        rule: What it has to be, for the message.
+    """
     module, _, attribute = name.partition(":")
     if "" not in sys.path:  # an installed command has its own folder there, not the user's
         sys.path.insert(0, "")
@@ -139,8 +145,7 @@ def _attribute(name: str) -> Any:
         if "/" in module or module.endswith(".py"):  # a file, which is no module's name
             path = Path(module)
             remedy = f"write {path.stem}:{attribute} in the folder {path.parent}"
-        rule = "a module:attribute that gives a problem"
-        raise invalid("PROBLEM", rule, name, remedy) from error
+        raise invalid(argument, rule, name, remedy) from error
 
 
 def _construct(name: str, source: Any) -> Problem:
@@ -236,15 +241,90 @@ def _require_columns(name: str, problem: Problem) -> None:
         raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
 
 
-def _set_runner(problem: Problem, jobs: int, timeout: float | None) -> None:
-    """Make a problem evaluate its designs in ``jobs`` processes, within the time limit."""
+def set_runner(
+    problem: Problem, jobs: int, timeout: float | None, cluster: str | None
+) -> Runner | None:
+    """Let other processes evaluate a problem, as the options say.
+
+    Args:
+        problem: The problem; one that evaluates one design at a time gets a runner.
+        jobs: The number of processes on this machine.
+        timeout: Seconds allowed for a design, if limited.
+        cluster: Where a cluster is; see :func:`_cluster_runner`.
+
+    Returns:
+        The runner for a problem that takes many designs at once.
+
+    Raises:
+        PsiError: The options contradict each other, or there is no such cluster.
+    """
+    jobs = job_count("--jobs", jobs)
     if not problem.elementwise and timeout is not None:
         received = Received(f"{problem_name(problem)}, which takes many at once")
         rule = "a problem that evaluates one design at a time if --timeout is given"
         raise invalid("PROBLEM", rule, received)
-    if problem.elementwise and (jobs != 1 or timeout is not None):
+    if isinstance(layers(problem)[-1], ProgramProblem):
+        timeout = None  # the program's own
+    runner: Runner
+    if cluster is not None:
+        if jobs != 1:
+            raise invalid("--jobs", "left out with --cluster", jobs)
+        runner = _cluster_runner(cluster, timeout)
+    elif jobs != 1 or timeout is not None:
         # In other processes, as a model may end its own.
-        problem.elementwise_runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
+        runner = JoblibRunner(n_jobs=jobs, timeout=timeout, in_process=False)
+    else:
+        return None
+    if not problem.elementwise:
+        return runner
+    problem.elementwise_runner = runner
+    return None
+
+
+def _cluster_runner(place: str, timeout: float | None) -> Runner:
+    """Return a runner on a cluster that has a worker; until it has one, a line says so.
+
+    Args:
+        place: The address of a scheduler of Dask, the name of its file, or ``module:attribute``
+            where the attribute is an executor, a cluster of Dask, a runner, or a function that
+            returns one of these.
+        timeout: Seconds allowed for a design, if limited.
+    """
+    cluster: Any = place
+    if ":" in place and re.search(r"//|:\d+$", place) is None:
+        rule = "a module:attribute that gives an executor, a cluster of Dask or a runner"
+        cluster = _attribute(place, "--cluster", rule)
+        if callable(cluster) and not hasattr(cluster, "submit"):
+            cluster = cluster()
+        if isinstance(cluster, Runner):
+            return cluster
+    if not hasattr(cluster, "submit"):
+        cluster = _dask_client(place, cluster)
+    runner = ExecutorRunner(cluster, timeout=timeout)
+    if runner.n_workers == 0:
+        print_error(f"pymoo-psi: {place} has no workers yet; waiting for the first one")
+        while runner.n_workers == 0:
+            time.sleep(_PAUSE)
+    return runner
+
+
+def _dask_client(place: str, cluster: Any) -> Any:
+    """Return a client of Dask for a cluster, an address, or a file that an option names."""
+    try:
+        distributed = importlib.import_module("distributed")
+    except ImportError as error:
+        remedy = "pip install 'pymoo-psi[cluster]'"
+        raise PsiError(f"--cluster needs dask.distributed, which is not here: {remedy}") from error
+    # What it reports of a lost scheduler comes as an error of the run, in one line.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
+    options = {"timeout": _CONNECTING}
+    try:
+        if cluster is place and "//" not in place and Path(place).is_file():
+            return distributed.Client(scheduler_file=place, **options)
+        return distributed.Client(cluster, **options)
+    except (OSError, TypeError, ValueError, asyncio.TimeoutError) as error:
+        rule = "the address or the file of a running scheduler of Dask, or a module:attribute"
+        raise invalid("--cluster", rule, place, one_line(error)) from error
 
 
 def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:

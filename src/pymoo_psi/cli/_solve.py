@@ -26,10 +26,10 @@ from pymoo_psi.algorithms import (
 )
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import require_output, say, write_frame
-from pymoo_psi.cli._problem import load_problem, try_program, write_example
+from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
 from pymoo_psi.cli._rank import designs_frame, most_violated, say_best
 from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
-from pymoo_psi.parallel import JoblibRunner, progress_bar
+from pymoo_psi.parallel import Runner, progress_bar
 from pymoo_psi.problems import (
     FailureTolerant,
     design_space,
@@ -94,7 +94,6 @@ def run_solve(options: Options) -> int:
     run = _run_options(options)  # before a user's model is imported
     problem = load_problem(
         options.problem,
-        options.jobs,
         options.timeout,
         box=options.box,
         log=options.log,
@@ -106,9 +105,13 @@ def run_solve(options: Options) -> int:
     space = design_space(problem)
     require_free_names((*problem_layout(problem, space).columns, *formulation.computed))
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
+    runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
+    if runner is not None and options.cluster is not None and algorithm != "psi":
+        rule = "used with --algorithm psi if a problem takes many designs at once"
+        raise invalid("--cluster", rule, algorithm)
     try:
         with stored_at_termination(), progress_bar(True) as show:
-            search = find(problem, points, options.jobs, run, formulation, show)
+            search = find(problem, points, runner, run, formulation, show)
     except KeyboardInterrupt:
         place = f"see {run.study};"
         if run.study is None:
@@ -226,17 +229,14 @@ def _under(tests: TestTable, formulation: Formulation) -> TestTable:
 def _by_psi(
     problem: Problem,
     points: int,
-    jobs: int,
+    runner: Runner | None,
     run: RunOptions,
     formulation: Formulation,
     show: Show,
 ) -> Search:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
-    # enough for the bar to move. A problem of one design at a time has a runner with the jobs.
+    # enough for the bar to move.
     block_size = min(65_536, max(64, -(-points // 32)))
-    runner = None
-    if jobs != 1 and not problem.elementwise:
-        runner = JoblibRunner(jobs)
     options = replace(run, block_size=block_size)
     investigation = run_of_sequence(problem, points, options, runner=runner)
     count = _counting(show, investigation.n_left, formulation)
@@ -253,7 +253,7 @@ def _by_psi(
 def _by_surrogate(
     problem: Problem,
     points: int,
-    _: int,
+    _: Runner | None,
     run: RunOptions,
     formulation: Formulation,
     show: Show,
@@ -313,7 +313,7 @@ def _search(
 def _by_nsga3(
     problem: Problem,
     points: int,
-    _: int,
+    _: Runner | None,
     run: RunOptions,
     __: Formulation,
     show: Show,

@@ -120,6 +120,8 @@ class ExecutorRunner(Runner):
         if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
             rule = "an executor, which has a method submit, such as Dask's client.get_executor()"
             raise wrong_type("executor", rule, executor)
+        if hasattr(executor, "get_executor"):  # a client of Dask, whose own futures are others
+            executor = executor.get_executor()
         if workers is None:
             workers = _worker_count(executor)
         elif not callable(workers):

@@ -1,0 +1,112 @@
+"""A cluster of Dask, two workers in processes of their own: what is lost costs nothing."""
+
+import os
+import subprocess
+import sys
+
+import joblib
+import numpy as np
+import pytest
+from distributed import Client
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+
+from pymoo_psi import PSI, ExecutorRunner, JoblibRunner, VectorizedSphereChute, investigate
+from pymoo_psi.cli import main
+from pymoo_psi.errors import ArgumentValueError, WorkerError
+from pymoo_psi.table import read_table
+from tests.processes import posix, until
+
+pytestmark = posix
+PYTHON = [sys.executable, "-W", "ignore", "-m"]
+
+
+class Sum(ElementwiseProblem):
+    """Two objectives; the output ``elsewhere`` is 1 in a worker of the cluster."""
+
+    def __init__(self, ballast=b"", **kwargs):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1, **kwargs)
+        self.ballast = ballast
+
+    def fingerprint(self):
+        return {}
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] * x[1]]
+        out["elsewhere"] = float(os.environ.get("CLUSTER", 0))
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A scheduler and two workers: their processes, and a client."""
+    file = tmp_path / "scheduler.json"
+    options = ["--scheduler-file", str(file), "--no-dashboard"]
+    worker = [*PYTHON, "distributed.cli.dask_worker", *options, "--no-nanny", "--nthreads", "1"]
+    commands = [[*PYTHON, "distributed.cli.dask_scheduler", *options, "--port", "0"]]
+    commands += [[*worker, "--local-directory", str(tmp_path)]] * 2
+    processes = []
+    for command in commands:
+        environment = os.environ | {"CLUSTER": "1"}
+        processes.append(subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL))
+        assert until(file.exists)
+    with Client(scheduler_file=str(file), timeout=2, set_as_default=False) as client:
+        client.wait_for_workers(2)
+        yield processes, client
+    for process in processes:
+        process.kill()
+        process.wait()
+
+
+def test_workers_that_are_killed_and_a_scheduler_that_is_gone(cluster, tmp_path):
+    (scheduler, worker, _), client = cluster
+    path, plain = tmp_path / "s.db", investigate(Sum(), 96)
+    runner = ExecutorRunner(client)
+    problem = Sum(os.urandom(500_000), elementwise_runner=runner)
+
+    def kill(algorithm):
+        if algorithm.n_tested == 64:
+            worker.kill()
+
+    run = minimize(problem, PSI(96, study=path, block_size=32), callback=kill).algorithm
+    assert (run.table.column("elsewhere") == 1).all()
+    np.testing.assert_array_equal(run.table.F, plain.F)
+    assert until(lambda: runner.n_workers == 1)
+    scheduler.kill()
+    with pytest.raises(WorkerError, match="takes no more work"):
+        investigate(problem, 192, study=path)
+    stored = read_table(path)
+    assert len(stored) >= 96
+    assert not stored.reasons
+    table = investigate(Sum(), 192, study=path)
+    np.testing.assert_array_equal(table.F, investigate(Sum(), 192).F)
+
+
+def test_the_configuration_of_joblib_and_the_command(cluster, tmp_path, capsys, monkeypatch):
+    _, client = cluster
+    with joblib.parallel_config("dask", client=client):
+        table = investigate(Sum(elementwise_runner=JoblibRunner()), 40)
+        pareto = investigate(VectorizedSphereChute(0.4), 2000, keep="pareto", n_jobs=-1)
+    assert (table.column("elsewhere") == 1).all()
+    assert pareto.equals(investigate(VectorizedSphereChute(0.4), 2000, keep="pareto"))
+    monkeypatch.chdir(tmp_path)
+    name = f"{__name__}:Sum"
+    arguments = ["solve", name, "--points", "40", "--study", "s.db"]
+    assert main([*arguments, "--cluster", client.scheduler.address]) == 0
+    assert read_table("s.db").equals(table)
+    assert main([*arguments, "--cluster", "tcp://127.0.0.1:1", "--jobs", "2"]) == 2
+    assert "--jobs must be left out with --cluster" in capsys.readouterr().err
+
+
+def test_a_backend_of_joblib_that_cannot_be_used_is_refused():
+    class OddBackend(joblib.parallel.ParallelBackendBase):
+        supports_sharedmem = True
+
+        def effective_n_jobs(self, n_jobs):
+            return 2
+
+    runner = JoblibRunner()
+    with (
+        joblib.parallel_config(OddBackend()),
+        pytest.raises(ArgumentValueError, match="joblib's own, dask or ray, got OddBackend"),
+    ):
+        runner(lambda x: {"F": x}, [1.0])
