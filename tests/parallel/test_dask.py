@@ -104,6 +104,9 @@ def test_a_backend_of_joblib_that_cannot_be_used_is_refused():
         def effective_n_jobs(self, n_jobs):
             return 2
 
+        def apply_async(self, *_):
+            raise NotImplementedError
+
     runner = JoblibRunner()
     with (
         joblib.parallel_config(OddBackend()),
