@@ -147,6 +147,68 @@ def test_how_a_file_is_written(run, tmp_path):
         assert run(command, "set.csv", *options, "--out", f"{command}.html")[0] == 0
 
 
+def test_designs_of_a_file_are_incomplete_and_tests_fail(run, tmp_path):
+    (tmp_path / "set.csv").write_text("town,cost,mass\nA,1,4\nB,,3\nC,3,2\nD,4,\nE,5,1\n")
+    shown = ""
+    for command in ("rank", "report", "page", "export"):
+        out = f"{command}.{'csv' if command in ('rank', 'export') else 'html'}"
+        shown += run(command, "set.csv", "--drop-incomplete", "--out", out)[1]
+    assert "2 incomplete designs left out: row 2 (line 3), row 4 (line 5)." in shown
+    assert "3 of 5 designs are feasible, 2 incomplete" in shown
+    assert "5 designs (3 ok, 0 infeasible, 2 incomplete) written" in shown
+    report = re.sub(
+        "<style.*?</style>", "", Path("report.html").read_text("utf-8"), flags=re.DOTALL
+    )
+    assert "5 designs: 2 incomplete (40" in report
+    assert "cost is missing" in report
+    page = Path("page.html").read_text("utf-8")
+    remarks = json.loads(re.search('id="payload">(.*?)</script>', page)[1])["remarks"]
+    for text in (shown, report, *remarks):
+        assert not re.search(r"\btest(s|ed)?\b|\bfail", text)
+    for source in ("export.csv", "set.csv"):
+        assert "5 designs: 3 ok" in repr(read_table(source, drop_incomplete=True))
+    assert run("solve", "models:Beam", "--points", 48, "--study", "s.db")[0] == 0
+    assert "48 tests: " in repr(read_table("s.db"))
+    assert run("report", "s.db", "--out", "tests.html")[0] == 0
+    assert "What was tested" in Path("tests.html").read_text("utf-8")
+
+
+def test_a_town_is_no_place_of_a_ranking(run, tmp_path):
+    (tmp_path / "set.csv").write_text("place,cost,mass\nBonn,1,4\nUlm,1.5,2\nBern,3,1\n")
+    assert "Salukvadze optimum: Ulm\n" in run("rank", "set.csv", "--out", "o.csv")[1]
+    ranked = pd.read_csv("o.csv", comment="#")
+    assert [*ranked][:3] == ["place", "row", "place (text)"]
+    assert ranked["place (text)"].tolist() == ["Ulm", "Bonn", "Bern"]
+    assert "Salukvadze optimum: Ulm\n" in run("rank", "o.csv")[1]
+
+
+OLD = {  # as 0.3 wrote them: rank --out, solve --out, an export of the page
+    "rank": "row,name,cost,gain,mu1,mu2,mu3,rank,pareto\n2,B,2,3,0.6,0.1,0.5,6,True\n"
+    "1,A,1,1,1,0.7,0.7,5,True\n3,C,4,3,1.2,0.1,1.2,0,False\n",
+    "solve": "test_point,x1,cost,gain,mu1,mu2,mu3,rank\n2,0.5,2,3,0.6,0.1,0.5,6\n"
+    "1,0.1,1,1,1,0.7,0.7,5\n3,0.2,4,3,1.2,0.1,1.2,0\n",
+    "page": "name,cost,gain,mu1,mu2,mu3,rank,mark\nold,9,9,1,1,1,,prototype\nB,2,3,0.6,0.1,0.5,6,"
+    "rank 6\nA,1,1,1,0.7,0.7,5,rank 5\nC,4,3,1.2,0.1,1.2,0,dominated\n",
+}
+
+
+@pytest.mark.parametrize("writer", OLD)
+def test_rankings_that_the_last_version_wrote_are_read_and_replaced(run, tmp_path, writer):
+    head = {"pymoo_psi_designs": 1, "objectives": ["cost", "gain"], "maximized": ["gain"],
+            "variables": [], "units": {"cost": "k€"}}  # fmt: skip
+    (tmp_path / "old.csv").write_text(f"{OLD[writer]}\n# {json.dumps(head)}\n", "utf-8")
+    table = read_table("old.csv")
+    assert (table.layout.objectives, table.layout.maximize) == (("cost", "gain"), ("gain",))
+    assert table.column("gain").tolist() == [3, 1, 3]
+    assert not {"rank", "mark", "pareto", "mu1"} & {*table.columns}
+    assert run("rank", "old.csv", "--out", "new.csv")[0] == 0
+    ranked = pd.read_csv("new.csv", comment="#")
+    assert ranked["place"].fillna(0).tolist() == [1, 1, 0]
+    assert [*ranked][-5:] == ["mu1", "mu2", "mu3", "efficiency_rank", "pareto"]
+    (tmp_path / "new.csv").write_bytes((tmp_path / "old.csv").read_bytes())
+    assert run("rank", "old.csv", "--out", "new.csv")[0] == 0  # an older result
+
+
 def joined(printed):
     return " ".join(printed.split())
 

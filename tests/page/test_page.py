@@ -71,7 +71,7 @@ def test_what_a_table_of_tests_knows_is_on_its_page():
     assert column_of(sent, "gain").tolist() == [1, 4]
     assert column_of(sent, "heat").tolist() == [5, 6]
     assert sent["remarks"] == [
-        "Not on the page: 1 design that failed.",
+        "Not on the page: 1 failed design.",
         "Not on the page: 1 design with violated constraints.",
     ]
 

@@ -30,7 +30,7 @@ def page(ranking):
 def test_the_legend_counts_the_front_rank_by_rank(ranking, page):
     frame = ranking.to_frame()
     counts = frame[frame["pareto"]]["efficiency_rank"].value_counts()
-    named = {f"rank of efficiency {rank} ({counts[rank]})" for rank in (3, 4, 5) if rank in counts}
+    named = {f"rank {rank} ({counts[rank]})" for rank in (3, 4, 5) if rank in counts}
     assert named <= {*texts(page)}
     assert page.caption.startswith(f"Cranes. {counts.sum()} Pareto-optimal designs of 60")
 

@@ -10,7 +10,6 @@ from functools import reduce
 from importlib.metadata import version
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from pymoo_psi._validation import Received, counted, invalid
@@ -19,7 +18,6 @@ from pymoo_psi.cli._output import print_frame, require_output, results_folder, s
 from pymoo_psi.cli._source import decision_remarks, formulation_of, opened, say_source, with_choice
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.table import (
-    STATUSES,
     STUDY,
     Formulation,
     Layout,
@@ -236,8 +234,8 @@ def run_export(options: Options) -> int:
             say(remark)
     if file_format is STUDY and "problem" not in (table.problem or {}):
         say("The problem of the tests is unknown: no run can continue the study.")
-    counts = [f"{np.sum(table.status == status)} {status}" for status in STATUSES]
-    say(f"{counted(len(table), 'test')} ({', '.join(counts)}) written to {out}")
+    size = counted(len(table), table.layout.words.row)
+    say(f"{size} ({table.status_counts()}) written to {out}")
     return 0
 
 

@@ -45,18 +45,18 @@ def _print(text: str) -> None:
         raise OSError(error.errno, error.strerror, "standard output") from None
 
 
-def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
+def print_frame(frame: pd.DataFrame, title: str) -> None:
     """Print a frame with numbers in 6 digits and blanks for missing values.
 
-    The columns of a table that is wider than the terminal continue below, with the first
-    ``n_keys`` columns repeated.
+    The columns of a table that is wider than the terminal continue below, with the first column
+    repeated.
     """
     if frame.empty:
         say(f"{title.rstrip(':')}: none")
         return
     say(title)
-    heading, *keys = _side_by_side(frame.iloc[:, :n_keys])
-    indexed = frame.iloc[:, n_keys:].set_axis(keys).rename_axis(columns=heading)
+    first = frame.columns[0]
+    indexed = frame.set_index(first).rename_axis(index=None, columns=first)
     with pd.option_context("display.unicode.east_asian_width", True):
         text = indexed.to_string(
             float_format=lambda value: number(value, 6),
@@ -64,18 +64,6 @@ def print_frame(frame: pd.DataFrame, title: str, n_keys: int = 1) -> None:
             line_width=width(),
         )
     _print(text)
-
-
-def _side_by_side(frame: pd.DataFrame) -> list[str]:
-    """Return the heading and the rows of a frame as texts in which its columns are aligned."""
-    lines = [""] * (len(frame) + 1)
-    for name in frame.columns:
-        column = frame[name].astype(object)
-        texts = [str(name), *column.where(column.notna(), "").astype(str)]
-        width = max(map(len, texts))
-        for k, text in enumerate(texts):
-            lines[k] += text.ljust(width + 2)
-    return list(map(str.rstrip, lines))
 
 
 def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | None) -> Path | None:

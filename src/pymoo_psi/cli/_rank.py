@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -18,7 +19,7 @@ from pymoo_psi.pareto import (
     explain,
     measured_in,
     number,
-    ranking_columns,
+    ranking_frame,
 )
 from pymoo_psi.table import TestTable, constraint_costs, suffixes_for
 
@@ -34,15 +35,14 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
     """
     layout = designs.layout
     number_column = "test_point" if layout.label is None else "row"
-    beside = ranking_columns(ranking)
-    columns = {"place": beside.pop("place"), number_column: designs.numbers}
+    columns: dict[str, Any] = {number_column: designs.numbers}
     for name, cells in designs.extra.items():
         if name == "place":  # of words
             name = "place (text)"
         columns[name] = cells
     for name in (*layout.variables, *layout.objectives, *layout.outputs):
         columns[name] = designs.column(name)
-    return pd.DataFrame(columns | beside).iloc[ranking.by_place]
+    return ranking_frame(ranking, columns)
 
 
 def most_violated(table: TestTable) -> str:
@@ -50,11 +50,11 @@ def most_violated(table: TestTable) -> str:
     n_computed = (table.status != "failed").sum()
     costs = constraint_costs(table)
     if not costs["rejects"].any():
-        return f"{n_computed} of {counted(len(table), 'design')} could be computed"
+        return f"{n_computed} of {counted(len(table), 'design')} have values"
     worst = costs.sort_values("rejects", ascending=False, kind="stable").iloc[0]
     n_infeasible = n_computed - table.feasible().sum()
     return (
-        f"Infeasible: {n_infeasible} of {n_computed} that were computed; "
+        f"Infeasible: {n_infeasible} of {n_computed} with values; "
         f"{worst.name} rejects most: {worst['rejects']:.0f}, {worst['alone']:.0f} of them alone"
     )
 
@@ -121,9 +121,12 @@ def say_best(
     """
     for caution in cautions(ranking):
         say(f"Attention: {caution}")
-    best = frame.head(_N_PRINTED).round({"mu1": 4})
-    short = best.drop(columns=["mu2", "mu3", "pareto"])
-    print_frame(short.rename(columns={"efficiency_rank": "eff_rank"}), title, n_keys=2)
+    best = frame.head(_N_PRINTED).round({"mu1": 4}).rename(columns={"efficiency_rank": "eff_rank"})
+    # Place and number lead each part of a wide table, as dominated designs have no place.
+    place = best.pop("place").astype("string").fillna("").str.ljust(len("place  "))
+    name = best.columns[0]
+    best.insert(0, f"place  {name}", place + best.pop(name).astype("string"))
+    print_frame(best.drop(columns=["mu2", "mu3", "pareto"]), title)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     elif len(frame) > _N_PRINTED:

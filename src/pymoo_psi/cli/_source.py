@@ -135,8 +135,11 @@ def say_source(
     if not formulation.objectives:
         say(f"Objectives: {', '.join(map(layout.label_of, layout.objectives))}")
     n_feasible = (table.status == "ok").sum()
+    n_failed = (table.status == "failed").sum()
     if n_feasible < len(table):
         sentence = f"{n_feasible} of {counted(len(table), 'design')} are feasible"
+        if n_failed:
+            sentence += f", {n_failed} {layout.words.failed}"
         if ranked:
             sentence += "; the others are left out"
         say(f"{sentence}.")

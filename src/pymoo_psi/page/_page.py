@@ -220,7 +220,8 @@ def _left_out(table: TestTable) -> list[str]:
     remarks = []
     # A remark of the source already says how many designs of a file are incomplete.
     if n_failed and not any("incomplete design" in remark for remark in table.remarks):
-        remarks.append(f"Not on the page: {counted(n_failed, 'design')} that failed.")
+        text = counted(n_failed, f"{table.layout.words.failed} design")
+        remarks.append(f"Not on the page: {text}.")
     if n_infeasible:
         text = f"{counted(n_infeasible, 'design')} with violated constraints"
         remarks.append(f"Not on the page: {text}.")

@@ -36,7 +36,7 @@ from ._ranking import Objectives as Objectives
 from ._ranking import UtopianFrame as UtopianFrame
 from ._ranking import front_of as front_of
 from ._ranking import measured_in as measured_in
-from ._ranking import ranking_columns as ranking_columns
+from ._ranking import ranking_frame as ranking_frame
 from ._ranking import ranking_from as ranking_from
 from ._ranking import ranking_of as ranking_of
 from ._sentences import SENTENCES as SENTENCES

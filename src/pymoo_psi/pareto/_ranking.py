@@ -364,8 +364,6 @@ class EfficiencyRanking(Shown):
             0      2   1.0   5.0  1.00  0.71                0    True
             2      2   5.0   1.0  1.00  0.71                0    True
         """
-        import pandas as pd
-
         objectives = self.objectives
         m = len(objectives.names)
         columns = list(objectives.names if names is None else names)
@@ -373,10 +371,8 @@ class EfficiencyRanking(Shown):
         if len(columns) != m or len(distinct) < m + len(RANKING_COLUMNS):
             rule = f"{m} different names other than {', '.join(RANKING_COLUMNS)}"
             raise invalid("names", rule, columns, "give others by names=[...]")
-        frame = pd.DataFrame(objectives.values, columns=columns, index=pd.Index(objectives.labels))
-        beside = ranking_columns(self)
-        frame.insert(0, "place", beside.pop("place"))
-        return frame.assign(**beside).iloc[self.by_place]
+        values = dict(zip(columns, objectives.values.T, strict=True))
+        return ranking_frame(self, values, objectives.labels)
 
     @property
     def by_place(self) -> Rows:
@@ -494,7 +490,7 @@ def ranking_of(
     measured, units = frame.measured(F)
     mu1, mu2, mu3 = map(levels, measured[front].T, frame.noise(optimal, units))
     place = np.zeros(len(F), dtype=np.int64)
-    place[front] = _places(mu1)
+    place[front] = 1 + np.searchsorted(np.sort(mu1), mu1)
     rank = np.zeros(len(F), dtype=np.int64)
     rank[front] = _ranks(mu1, mu2, mu3)
     with np.errstate(over="ignore"):  # a dominated design may be infinitely far
@@ -526,13 +522,6 @@ def _ends(
     return U, N
 
 
-def _places(mu1: Levels) -> NDArray[np.int64]:
-    """Return the places of k Pareto-optimal points from the levels of their distances from U."""
-    counts = np.bincount(mu1)
-    nearer = np.cumsum(counts) - counts
-    return np.asarray(1 + nearer[mu1])
-
-
 def _ranks(mu1: Levels, mu2: Levels, mu3: Levels) -> NDArray[np.int64]:
     """Return the ranks of efficiency of k Pareto-optimal points from the levels of their criteria.
 
@@ -549,14 +538,23 @@ def _ranks(mu1: Levels, mu2: Levels, mu3: Levels) -> NDArray[np.int64]:
     return rank
 
 
-def ranking_columns(ranking: EfficiencyRanking) -> dict[str, Any]:
-    """Return the columns of :data:`RANKING_COLUMNS`; a dominated design lacks a place."""
+def ranking_frame(
+    ranking: EfficiencyRanking, columns: Mapping[Any, Any], index: Any = None
+) -> pd.DataFrame:
+    """Return a frame of columns between those of a ranking, by place.
+
+    Args:
+        ranking: The ranking of n designs.
+        columns: Further ``(n,)`` columns by name.
+        index: ``(n,)`` labels of the designs; 0, 1, … unless given.
+    """
     import pandas as pd
 
-    place = pd.array(ranking.place, dtype="Int64")
-    place[~ranking.pareto] = pd.NA
-    columns = (place, *ranking.criteria.T, ranking.rank, ranking.pareto)
-    return dict(zip(RANKING_COLUMNS, columns, strict=True))
+    place = pd.arrays.IntegerArray(ranking.place.copy(), ~ranking.pareto)
+    measures = (*ranking.criteria.T, ranking.rank, ranking.pareto)
+    behind = dict(zip(RANKING_COLUMNS[1:], measures, strict=True))
+    frame = pd.DataFrame({"place": place, **columns, **behind}, index=index)
+    return frame.iloc[ranking.by_place]
 
 
 def ranking_from(F: Any, normalize: bool, maximize: Collection[Any]) -> EfficiencyRanking:

@@ -202,6 +202,8 @@ def _draw_histogram(axes: Axes, bars: Histogram, layout: Layout, totals: Mapping
             continue
         n = totals[group]
         name = group.replace("pareto", PARETO)
+        if group == "tested" and layout.label is not None:
+            name = "all designs"
         axes.bar(
             edges[:-1] + left * widths,
             100.0 * getattr(bars, group) / max(n, 1),
@@ -319,9 +321,7 @@ def plot_ranking(
         legend = []
         for name, group in ranked_groups(ranking).items():
             ax.add_collection(_lines(shares, group))
-            label = name.replace("unranked", "rank 0").replace("rank", "rank of efficiency")
-            if group.marker is OPTIMUM:
-                label = "place 1, the Salukvadze optimum"
+            label = name.replace("(rank 6)", "(place 1)").replace("unranked", "rank 0")
             legend.append(Line2D([], [], **group.style(label)))
         if row is not None and row not in ranking.salukvadze:
             style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
@@ -333,7 +333,7 @@ def plot_ranking(
         optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
         figure.describe(
             title,
-            f"{optimal} of {len(ranking.rank)}, by rank of efficiency.",
+            f"{optimal} of {len(ranking.rank)}, coloured by rank of efficiency.",
             "Each is a line from the best values in the Pareto set, at the bottom, to the worst.",
         )
     return figure

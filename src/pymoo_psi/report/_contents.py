@@ -188,10 +188,11 @@ class Choice:
         """Return a few designs that represent the Pareto set, and a caption."""
         few = representatives(self.ranking, _REPRESENTATIVES)
         labels = [self.layout.label_of(name) for name in self.layout.objectives]
-        columns = {"": ["stands for", *labels]}
+        columns = {"": ["place", "rank of efficiency", "stands for", *labels]}
         for row, share in zip(few.rows.tolist(), few.shares, strict=True):
             values = map(cell, self.ranking.objectives.values[row])
-            columns[self.ranking.name_of(row)] = [percent(share), *values]
+            ranks = (str(self.ranking.place[row]), str(self.ranking.rank[row]))
+            columns[self.ranking.name_of(row)] = [*ranks, percent(share), *values]
         n = counted(self.ranking.pareto.sum(), "Pareto-optimal design")
         caption = (
             f"{len(few.rows)} representatives of {n}, the optimum first. "
@@ -202,7 +203,7 @@ class Choice:
         return columns, f"{caption}."
 
 
-# The tests: how many there are, what limits cost, and why tests failed
+# The tests: how many there are, what limits cost, and why tests failed or designs are incomplete
 
 
 def problem_facts(table: TestTable) -> dict[str, Any]:
@@ -218,11 +219,11 @@ def problem_facts(table: TestTable) -> dict[str, Any]:
 
 
 def test_counts(table: TestTable) -> str:
-    """Return a sentence on how many tests failed, are feasible and are Pareto optimal."""
+    """Return a sentence on how many rows failed, are feasible and are Pareto optimal."""
     failed = table.status == "failed"
     feasible = table.feasible()
     masks = {
-        "failed": failed,
+        table.layout.words.failed: failed,
         "beyond a constraint or a limit": ~failed & ~feasible,
         "feasible": feasible,
         "Pareto optimal": table.pareto(),
@@ -237,9 +238,12 @@ def test_counts(table: TestTable) -> str:
 
 
 def failures(table: TestTable) -> Columns:
-    """Return the reasons of failures, the most frequent first."""
+    """Return the reasons why rows have no values, the most frequent first."""
     names = dict(zip(table.numbers.tolist(), table.names, strict=True))
-    reasons = alike(table.reasons.values())
+    reasons = list(table.reasons.values())
+    if table.layout.words.row == "design":
+        reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
+    reasons = alike(reasons)
     first: dict[str, str] = {}
     for test, reason in zip(table.reasons, reasons, strict=True):
         first.setdefault(reason, names[test])

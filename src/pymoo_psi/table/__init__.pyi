@@ -51,4 +51,3 @@ from ._limits import limit_text as limit_text
 from ._limits import limits_of as limits_of
 from ._limits import sides_of_text as sides_of_text
 from ._source import numbers_of_file as numbers_of_file
-from ._tests import STATUSES as STATUSES

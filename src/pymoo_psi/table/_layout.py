@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,6 +33,17 @@ Key: TypeAlias = str | int
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
+
+
+class Words(NamedTuple):
+    """What sentences call the rows of a table, and those without values."""
+
+    row: str
+    failed: str
+
+
+_OF_TESTS = Words("test", "failed")
+_OF_DESIGNS = Words("design", "incomplete")
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +110,20 @@ class Layout:
                     f"distinct, and none of {', '.join(RESERVED)}",
                     name,
                 )
+
+    @property
+    def words(self) -> Words:
+        """What sentences call rows: tests of a model, which may fail, or designs of a file.
+
+        Designs of a file are complete or not. A column names them, and no variable has bounds.
+
+        Example:
+            >>> Layout.of(["width"], ["mass"], lower=[1], upper=[2]).words.failed
+            'failed'
+        """
+        if self.label is None or np.isfinite(self.lower).any():
+            return _OF_TESTS
+        return _OF_DESIGNS
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)

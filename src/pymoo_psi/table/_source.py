@@ -51,6 +51,7 @@ from pymoo_psi.table._tests import STATUSES
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
 _DERIVED = (*RANKING_NAMES, "status", "violated", "reason")  # follow from other columns
+_DISTANCES = ("mu1", "mu2", "mu3")  # of a ranking, in all versions
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _N_LISTED = 6  # rows that a remark names
@@ -189,7 +190,8 @@ def _remarks_on_directions(cells: Cells, formulation: Formulation) -> list[str]:
             Received("a part of one"),
             "give the table itself, or Formulation(objectives=..., maximize=...)",
         )
-    if cells.metadata and _has_ranking(cells) and not formulation.maximize:
+    is_ranking = cells.columns.keys() >= {*_DISTANCES}
+    if cells.metadata and is_ranking and not formulation.maximize:
         return [
             f"{cells.metadata}, which says the directions, is not there: all objectives are "
             "minimized unless --maximize says otherwise."
@@ -307,7 +309,7 @@ def _designs(
     columns_of_results = {*_DERIVED}
     if _is_export(cells):
         columns_of_results.add("mark")
-    if not _has_ranking(cells) and _holds_words(cells.columns.get("place", ())):
+    if _holds_words(cells.columns.get("place", ())):
         columns_of_results.discard("place")  # a town, and not the place of a ranking
     cells_by_name = {}
     for name, column in cells.columns.items():
@@ -369,21 +371,14 @@ def _first_of_equal(columns: Iterable[Column], labels: Collection[str]) -> list[
     return np.flatnonzero(~pd.DataFrame(contents).duplicated()).tolist()
 
 
-def _has_ranking(cells: Cells) -> bool:
-    """Say whether columns are those of a ranking, as this version or 0.3 names them."""
-    names = cells.columns.keys()
-    has_rank = "efficiency_rank" in names or "rank" in names
-    return has_rank and names >= {"mu1", "mu2", "mu3"}
-
-
 def _is_export(cells: Cells) -> bool:
     """Say whether the page exported the cells."""
-    return _has_ranking(cells) and "mark" in cells.columns
+    return cells.columns.keys() >= {"mark", *_DISTANCES}
 
 
 def _is_ranking(cells: Cells) -> bool:
     """Say whether all rows are those of a ranking; a summary has no place in the Pareto set."""
-    if not _has_ranking(cells) or "pareto" not in cells.columns:
+    if not cells.columns.keys() >= {"pareto", *_DISTANCES}:
         return False
     return {str(cell).lower() for cell in cells.columns["pareto"]} <= {"true", "false"}
 

@@ -327,7 +327,9 @@ class TestTable(Tests, Shown):
 
     def _none_feasible(self) -> ArgumentValueError:
         n_failed = np.sum(self.status == "failed")
-        received = Received(f"none of {counted(len(self), 'test')}, of which {n_failed} failed")
+        words = self.layout.words
+        size = counted(len(self), words.row)
+        received = Received(f"none of {size}, of which {n_failed} {words.failed}")
         remedy = "loosen the limits, or test more points"
         if n_failed:
             remedy = "see its reasons"

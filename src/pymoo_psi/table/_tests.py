@@ -286,11 +286,10 @@ class Tests:
     def __repr__(self) -> str:
         """Return the size of the table."""
         layout = self.layout
-        tests = counted(len(self), "test")
+        tests = counted(len(self), layout.words.row)
         n_repeated = int(np.count_nonzero(self.repeats))
         if n_repeated:
             tests += f" of {counted(len(self) - n_repeated, 'design')}"
-        counts = [f"{np.sum(self.status == status)} {status}" for status in STATUSES]
         sizes = [
             counted(len(layout.variables), "variable"),
             counted(len(layout.objectives), "objective"),
@@ -298,7 +297,17 @@ class Tests:
         ]
         if layout.outputs:
             sizes.append(counted(len(layout.outputs), "output"))
-        return f"TestTable({tests}: {', '.join(counts)}; {', '.join(sizes)})"
+        return f"TestTable({tests}: {self.status_counts()}; {', '.join(sizes)})"
+
+    def status_counts(self) -> str:
+        """Return how many rows have each status, in words.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).status_counts()
+            '1 ok, 0 infeasible, 1 failed'
+        """
+        counts = [f"{np.sum(self.status == status)} {status}" for status in STATUSES]
+        return ", ".join(counts).replace("failed", self.layout.words.failed)
 
     def __len__(self) -> int:
         """Return the number of tested points."""
