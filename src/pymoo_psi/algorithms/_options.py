@@ -132,9 +132,10 @@ class RunOptions:
             problem's attribute ``units``.
         log: Variables with a logarithmic scale: points are spread evenly, and surrogates measure
             distances, in the logarithm. By default those of the problem's attribute ``log``.
-        requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or functions; see
-            :class:`Required`. The model never runs for a design that violates one: it counts as
-            infeasible. By default those of the problem's attribute ``requirements``.
+        requirements: Rules on variables, ``{"slender": "height <= 4*width"}`` or ``{"mix": "a + b +
+            c = 1"}``, or functions; see :class:`Required`. The model never runs for a design that
+            violates one: it counts as infeasible. By default those of the problem's attribute
+            ``requirements``.
         fill: Continue the sequence until ``n_points`` designs meet the requirements; the others are
             numbered, too.
         block_size: Points per iteration of ``PSI``, after each of which display, callback and

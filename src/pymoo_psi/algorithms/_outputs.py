@@ -29,7 +29,7 @@ class LearnedOutputs:
 
     Attributes:
         names: The columns of the formulation: objectives, constraints without requirements, and
-            outputs that have limits.
+            outputs that have limits, or variables where their ranges depend on each other.
         operands: The names of columns as tested from which others are computed, beside ``names``.
     """
 
@@ -40,7 +40,10 @@ class LearnedOutputs:
         tested = table.tested.layout
         requirements = tested.inequalities[model.inner.n_ieq_constr :]
         self.inequalities = [name for name in layout.inequalities if name not in requirements]
-        limited = [name for name in table.limits if name in layout.outputs]
+        outputs = [*layout.outputs]
+        if model.space.equalities:  # limits on variables are then no sides of the unit cube
+            outputs += layout.variables
+        limited = [name for name in table.limits if name in outputs]
         self.names = [*layout.objectives, *self.inequalities, *layout.equalities, *limited]
         self._n_constraints = len(self.inequalities) + len(layout.equalities)
         self._computed = _needed(computed, self.names)

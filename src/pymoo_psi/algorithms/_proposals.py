@@ -198,7 +198,7 @@ def encoded(space: DesignSpace, points: Array) -> Array:
     has a column for every option, as options have no order.
     """
     columns = []
-    for variable, u in zip(space.searched, points.T, strict=True):
+    for variable, u in zip(space.searched, space.places(points).T, strict=True):
         if variable.kind.real:
             columns.append(u)
             continue

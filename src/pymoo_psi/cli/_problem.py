@@ -427,11 +427,12 @@ def _end_of(path: Path) -> str:
 
 def _trial_design(problem: Any, labels: Mapping[str, str]) -> dict[str, Any]:
     """Return the middle of the bounds, or a random design that meets the requirements; print it."""
-    space = design_space(problem)
+    required = Required(problem)
+    space = design_space(required)
     units = np.random.default_rng(0).random((_TRIALS, len(space.searched)))
     units[0] = 0.5
     designs = space.matrix(units)
-    allowed = (Required(problem).amounts(designs) <= 0).all(axis=1)
+    allowed = (required.amounts(designs) <= 0).all(axis=1)
     if not allowed.any():
         trials = f"none of {_TRIALS} designs meets them"
         raise PsiError(f"[requirements]: {trials}; widen bounds or relax rules")

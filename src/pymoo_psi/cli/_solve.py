@@ -102,7 +102,7 @@ def run_solve(options: Options) -> int:
         return try_program(options.problem, problem, points)
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
     formulation = formulation_of(options)
-    space = design_space(problem)
+    space = design_space(with_requirements(problem))
     require_free_names((*problem_layout(problem, space).columns, *formulation.computed))
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
     runner = set_runner(problem, options.jobs, options.timeout, options.cluster)

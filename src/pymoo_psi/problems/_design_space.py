@@ -25,6 +25,7 @@ from pymoo_psi._validation import (
     mapping,
     wrong_type,
 )
+from pymoo_psi.problems._equalities import Polytope, polytope
 from pymoo_psi.problems._pymoo import problem_name
 from pymoo_psi.problems._wrapped import WrappedProblem, checks_requirements, layers
 
@@ -126,10 +127,13 @@ class DesignSpace:
         variables: The variables in their order.
         named: Whether a design is a mapping from names to values, as in pymoo's mixed-variable
             problems, or else a vector.
+        equalities: Linear equalities that the designs of points meet: the coefficients of the
+            variables, and the constant that they add up to. A variable of each is not searched.
     """
 
     variables: tuple[Variable, ...]
     named: bool
+    equalities: tuple[tuple[float, ...], ...] = ()
 
     @property
     def variable_names(self) -> tuple[str, ...]:
@@ -154,7 +158,8 @@ class DesignSpace:
     @property
     def free(self) -> DesignSpace:
         """The space of the free variables alone, those of designs as the problem takes them."""
-        return replace(self, variables=tuple(compress(self.variables, self._are_free())))
+        free = tuple(compress(self.variables, self._are_free()))
+        return replace(self, variables=free, equalities=())
 
     @property
     def searched(self) -> tuple[Variable, ...]:
@@ -172,13 +177,9 @@ class DesignSpace:
 
         Its dtype is that of the variables if they have one in common, else object.
         """
-        coordinates = iter(points.T)
-        zeros = np.zeros(len(points))
         columns = []
-        for variable, searched in zip(self.variables, self._are_searched(), strict=True):
-            # 0 is the lower bound or the first option: the only value of all other variables
-            coordinate = next(coordinates) if searched else zeros
-            columns.append(variable.values(coordinate))
+        for variable, places in zip(self.variables, self._places(points).T, strict=True):
+            columns.append(variable.values(places))
         dtypes = {column.dtype for column in columns}
         # astype(object) gives Python's own int, float and bool, as one would write such a design
         dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
@@ -189,10 +190,29 @@ class DesignSpace:
 
         A discrete value gives the middle of its part of [0, 1), a bound of a real one an end.
         """
-        columns = [np.zeros((len(matrix), 0))]
-        for variable, values in zip(self.searched, matrix.T[self._are_searched()], strict=True):
+        columns = []
+        for variable, values in zip(self.variables, matrix.T, strict=True):
             columns.append(variable.points(values))
-        return np.column_stack(columns)
+        points = np.column_stack(columns)
+        if self.equalities:
+            points = self._polytope.points(points)
+        return points[:, self._are_searched()]
+
+    def places(self, points: Array) -> Array:
+        """Return ``(n, n_searched)`` places of designs between the bounds of their variables.
+
+        They differ from the points where the range of a variable depends on others.
+        """
+        return self._places(points)[:, self._are_searched()]
+
+    def _places(self, points: Array) -> Array:
+        """Return ``(n, n_var)`` places of designs between the bounds of all variables."""
+        # 0 is the lower bound or the first option: the only value of variables without coordinate
+        places = np.zeros((len(points), len(self.variables)))
+        places[:, self._are_searched()] = points
+        if self.equalities:
+            places = self._polytope.positions(places)
+        return places
 
     def designs(self, matrix: AnyArray) -> AnyArray:
         """Return the rows of a matrix as the problem takes them: vectors, or dictionaries."""
@@ -232,7 +252,13 @@ class DesignSpace:
         """Return which variables are searched: all free ones if none has two values."""
         free = self._are_free()
         varied = free & (self.lower < self.upper)
+        if self.equalities:
+            varied[self._polytope.dependent] = False
         return varied if varied.any() else free
+
+    @property
+    def _polytope(self) -> Polytope:
+        return polytope(self.equalities, tuple(self.lower.tolist()), tuple(self.upper.tolist()))
 
     def _are_free(self) -> Mask:
         return np.array([not variable.fixed for variable in self.variables], dtype=bool)
@@ -272,6 +298,11 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
             kind = Kind.LOG
         variables.append(replace(variable, title=title, kind=kind))
     space = replace(space, variables=tuple(variables))
+    for row in space.equalities:
+        for variable in compress(variables, row):
+            if variable.kind is not Kind.REAL:
+                rule = "real and on a linear scale, as it is in an equality of requirements"
+                raise invalid(variable.title, rule, Received(variable.kind.value), "change either")
     for name in log:
         known_name("log", name, {*space.variable_names, *space.titles})
     return space

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
-from pymoo_psi._validation import wrong_type
+from pymoo_psi._validation import invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
 # Keywords of pymoo's Problem that follow from a model, and would contradict it if given.
@@ -142,6 +142,16 @@ def _with_seeded_ties(
     return winners
 
 
+def require_inequalities(algorithm: Any) -> None:
+    """Refuse an algorithm that searches between bounds for designs that meet equalities."""
+    space = getattr(algorithm.problem, "space", None)
+    if getattr(space, "equalities", ()):
+        where = f"the problem of {type(algorithm).__name__}"
+        rule = "one whose requirements have no equality, which its designs would not meet"
+        received = problem_name(algorithm.problem)
+        raise invalid(where, rule, received, "search it by PSI or SurrogatePSI")
+
+
 def leave_failed_out(algorithm: Any) -> None:
     """Keep designs that failed or never ran out of an algorithm's optimum.
 
@@ -152,6 +162,7 @@ def leave_failed_out(algorithm: Any) -> None:
     """
     if not isinstance(algorithm, Algorithm):
         return
+    require_inequalities(algorithm)
     seed_ties(algorithm)
     if "_set_optimum" not in vars(algorithm):
         # a partial, unlike a closure, is copied and pickled with its algorithm

@@ -7,7 +7,7 @@ import re
 import sysconfig
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any, TypeAlias
@@ -34,7 +34,11 @@ from pymoo_psi.problems._wrapped import (
 Columns: TypeAlias = Mapping[str, AnyArray]
 Rule: TypeAlias = str | Callable[[Columns], Any]
 
-_SIGN = re.compile(r"(<=|>=)")
+_SIGN = re.compile(r"(<=|>=|=)")
+_FACTORS = {"<=": -1.0, "=": 0.0, ">=": 1.0}
+_LARGE = 2.0**60  # beside it, a constant does not count
+_LINEAR = 1e-9  # largest relative difference between an equality and a linear one
+_ACCURACY = 1e-6  # of the terms of an equality, as designs of others may be rounded
 # Where installed packages are, and Python itself.
 _PACKAGES = tuple(map(sysconfig.get_path, ("stdlib", "purelib", "platlib")))
 
@@ -45,7 +49,7 @@ class Requirement:
 
     Attributes:
         name: Its name, in tables and messages.
-        rule: An inequality of expressions, or a function of the columns.
+        rule: An inequality or a linear equality of expressions, or a function of the columns.
     """
 
     name: str
@@ -82,6 +86,8 @@ class Requirement:
         Raises:
             ArgumentValueError: A function returns no truth value for each design.
         """
+        if self.is_equality:
+            return self._deviation(columns)
         if not callable(self.rule):
             terms, sign = self._terms
             values = [term.values(columns) for term in terms]
@@ -99,21 +105,68 @@ class Requirement:
             )
         return np.where(met, 0.0, 1.0)
 
+    @property
+    def is_equality(self) -> bool:
+        """Whether it is an equality."""
+        return not callable(self.rule) and self._terms[1] == 0
+
+    def equality(self, variables: Sequence[str]) -> list[float]:
+        """Return the coefficients of all variables in an equality, and what they add up to.
+
+        Raises:
+            ArgumentValueError: It is not linear, or has less than two variables.
+        """
+        n = len(variables)
+        random = np.random.default_rng(0).uniform(-1, 1, (8, n))
+        points = np.vstack([_LARGE * np.eye(n), np.zeros((1, n)), random, _LARGE * random])
+        columns = dict(zip(variables, points.T, strict=True))
+        with np.errstate(all="ignore"):
+            left, right = (term.values(columns) for term in self._terms[0])
+            values = left - right
+            coefficients = (values[:n] - values[n]) / _LARGE
+            linear = points @ coefficients + values[n]
+        is_linear = np.allclose(values, linear, rtol=_LINEAR, atol=0)
+        if not is_linear or np.count_nonzero(coefficients) < 2:
+            raise invalid(
+                f"the requirement {self.name!r}",
+                "an inequality, or an equality that is linear in two variables or more, such as "
+                "'a + b + c = 1'",
+                self.rule,
+                "two inequalities allow a tolerance; equal bounds fix a variable",
+            )
+        return [*coefficients.tolist(), -values[n].item()]
+
+    def _deviation(self, columns: Columns) -> Array:
+        """Return ``(n,)`` amounts by which designs miss an equality, 0 but for rounding."""
+        *coefficients, total = self.equality([*columns])
+        amounts: Any = -total
+        sizes: Any = abs(total)
+        for coefficient, values in zip(coefficients, columns.values(), strict=True):
+            if coefficient != 0:
+                amounts = amounts + coefficient * values
+                sizes = sizes + np.abs(coefficient * values)
+        amounts = np.nan_to_num(np.abs(amounts), nan=np.inf)
+        return np.where(amounts > _ACCURACY * sizes, amounts, 0.0)
+
     @cached_property
     def _terms(self) -> tuple[list[Any], float]:
-        """The expressions between the signs, and the factor of b - a for neighbours a, b."""
+        """The expressions between the signs, and the factor of b - a for neighbours a, b.
+
+        The factor is 0 for an equality.
+        """
         from pymoo_psi.table import Expression  # imports pandas, which most problems do not need
 
         parts = _SIGN.split(str(self.rule))
         signs = parts[1::2]
-        if len(set(signs)) != 1:
+        if len(set(signs)) != 1 or signs[1:].count("="):
             raise invalid(
                 f"the requirement {self.name!r}",
-                "an inequality such as 'height <= 4*width' or '1 <= height/width <= 4'",
+                "an inequality such as 'height <= 4*width' or '1 <= height/width <= 4', or an "
+                "equality such as 'a + b + c = 1'",
                 self.rule,
             )
         terms = [Expression.of(part) for part in parts[::2]]
-        return terms, -1.0 if signs[0] == "<=" else 1.0
+        return terms, _FACTORS[signs[0]]
 
 
 def _content(value: Any, functions: list[Any]) -> str:
@@ -204,6 +257,8 @@ def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, 
             raise wrong_type(where, "an inequality as text, or a function", requirement.rule)
         for column in requirement.columns:
             known_name(f"a name in {where}", column, variables)
+        if requirement.is_equality:
+            requirement.equality(variables)  # one that is not linear is refused here
     return tuple(requirements)
 
 
@@ -229,19 +284,24 @@ class Required(WrappedProblem):
     run for it. PSI, ``SurrogatePSI`` and ``investigate`` wrap a problem in this themselves if it
     has an attribute ``requirements`` or if they are given some.
 
+    A linear equality of real variables makes one of them dependent on the others. The designs of
+    PSI, ``SurrogatePSI``, ``investigate`` and samplings then meet it and fill what is left of the
+    bounds evenly. Other algorithms of pymoo are refused, as their designs would not meet it.
+
     Args:
         problem: A pymoo problem.
         requirements: Rules by name, or a list of rules: inequalities of expressions of the
-            variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``, or functions that
-            take ``(n,)`` columns by name and return ``(n,)`` truth values. The problem's attribute
-            unless given.
+            variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``; linear equalities,
+            ``"a + b + c = 1"``; or functions that take ``(n,)`` columns by name and return ``(n,)``
+            truth values. The problem's attribute unless given.
 
     Attributes:
         required: The requirements.
         n_not_run: How many designs were not evaluated because they violate one.
 
     Raises:
-        ArgumentValueError: A rule cannot be read, or uses an unknown variable.
+        ArgumentValueError: A rule cannot be read, or uses an unknown variable; an equality is not
+            linear, or of variables that are not real; designs within the bounds do not meet it.
         ArgumentTypeError: A rule is neither a text nor a function, or ``problem`` is no problem.
 
     Example:
@@ -250,6 +310,13 @@ class Required(WrappedProblem):
         >>> problem = Required(get_problem("zdt1", n_var=2), ["x1 + x2 >= 0.5"])
         >>> problem.evaluate(np.array([[0.1, 0.1], [0.5, 0.0]]), return_values_of=["F", "G"])
         (array([[ inf,  inf], [0.5 , 0.29...]]), array([[0.3], [0. ]]))
+
+        Designs of a mixture:
+
+        >>> from pymoo_psi import investigate
+        >>> mixture = Required(get_problem("zdt1", n_var=3), ["x1 + x2 + x3 = 1"])
+        >>> investigate(mixture, 3).X.sum(axis=1).round(12)
+        array([1., 1., 1.])
     """
 
     same_columns = True
@@ -269,6 +336,13 @@ class Required(WrappedProblem):
         self.names = column_titles(problem, self._space)
         for k, requirement in enumerate(self.required, n + 1):
             self.names[f"g{k}"] = requirement.text
+        equalities = [*self._space.equalities]
+        for requirement in self.required:
+            if requirement.is_equality:
+                equalities.append(tuple(requirement.equality(self._space.titles)))
+        if equalities:
+            self.space = replace(self._space, equalities=tuple(equalities))
+            self._space = design_space(self)
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs like pymoo's ``evaluate``; those that do not run are no optimum."""

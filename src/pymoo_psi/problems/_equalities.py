@@ -1,0 +1,174 @@
+"""Designs that meet linear equalities, such as those of a mixture, filled evenly by points.
+
+The map from the unit cube is the inverse of Rosenblatt's transformation (Ann. Math. Stat. 23, 1952,
+470): each variable in turn has its distribution given those before it. This depends on the
+distribution of the sum of the remaining variables, uniform and independent of each other.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from pymoo_psi._validation import AnyArray, Array, Mask, Received, invalid
+
+Rows = tuple[tuple[float, ...], ...]
+
+_INTERVALS = 1 << 14  # of a distribution function, linear in each: errors are about 1e-8
+_ROUNDING = 1e-12  # of the ranges of variables
+_TINY = 1e-300
+_TRIED = 200  # points to find one that meets all equalities
+_LEAST = 0.1  # of all points that meet them, so that these are enough
+
+
+class _Equality:
+    """Variables from 0 to 1 and an equality that they meet.
+
+    Args:
+        columns: The variables; the last one follows from the others and has the widest range.
+        coefficients: ``(k,)`` their coefficients.
+        total: What they add up to.
+    """
+
+    def __init__(self, columns: AnyArray, coefficients: Array, total: float) -> None:
+        self._columns = columns
+        self._widths = np.abs(coefficients)
+        self._is_reversed = coefficients < 0  # whether a variable counts from its upper bound
+        total += self._widths[self._is_reversed].sum()
+        if 2 * total > self._widths.sum():  # the distances from the other bounds are smaller
+            self._is_reversed = ~self._is_reversed
+            total = self._widths.sum() - total
+        self._total = total
+        # Distribution functions of the sums of the last variables, in units of their last values.
+        self._x = np.linspace(0, total, _INTERVALS + 1)
+        shares = np.minimum(self._x / self._widths[-1], 1)
+        self._shares = [shares]
+        for width in self._widths[-2:0:-1]:
+            areas = np.cumsum(shares) - shares / 2
+            shares = areas - np.interp(self._x - width, self._x, areas)
+            shares /= shares[-1]
+            self._shares.append(shares)
+
+    def convert(self, positions: Array, *, fill: bool) -> None:
+        """Replace points of the unit cube by positions that meet the equality, or the reverse.
+
+        Args:
+            positions: ``(n, n_var)``; the columns of the equality change but for the last one.
+            fill: Whether they are points.
+        """
+        rest = np.full(len(positions), self._total)
+        for k, column in enumerate(self._columns[:-1]):
+            width = self._widths[k]
+            shares = self._shares[-1 - k]
+            low = np.maximum(rest - self._widths[k + 1 :].sum(), 0)
+            high = np.maximum(np.minimum(width, rest), low)
+            most = np.interp(rest - low, self._x, shares)
+            least = np.interp(rest - high, self._x, shares)
+            if fill:
+                share = most - positions[:, column] * (most - least)
+                values = np.clip(rest - np.interp(share, shares, self._x), low, high)
+                positions[:, column] = np.abs(self._is_reversed[k] - values / width)
+            else:
+                values = np.abs(self._is_reversed[k] - positions[:, column]) * width
+                share = most - np.interp(rest - values, self._x, shares)
+                positions[:, column] = share / np.maximum(most - least, _TINY)
+            rest = rest - values
+
+
+class Polytope:
+    """The designs within bounds that meet linear equalities, and the map from the unit cube.
+
+    Each equality makes one variable dependent on the others. Of equalities that share variables,
+    one is filled exactly; a point whose design misses the bounds of another dependent variable is
+    replaced by a random one, for which the point is the seed. So designs are evenly distributed,
+    and that of a point does not depend on other points.
+
+    Args:
+        rows: For each equality the coefficients of all variables, and the constant that they add up
+            to.
+        lower: ``(n_var,)`` lower bounds.
+        upper: ``(n_var,)`` upper bounds.
+
+    Attributes:
+        dependent: The dependent variables.
+
+    Raises:
+        ArgumentValueError: Few designs within the bounds meet the equalities, or none.
+    """
+
+    def __init__(self, rows: Rows, lower: tuple[float, ...], upper: tuple[float, ...]) -> None:
+        coefficients = np.array(rows)[:, :-1]
+        totals = np.array(rows)[:, -1:] - coefficients @ np.array(lower)[:, None]
+        matrix = coefficients * np.subtract(upper, lower)
+        self.dependent: list[int] = []
+        for row in np.abs(matrix):
+            row[self.dependent] = -1
+            self.dependent.append(int(row.argmax()))
+        share = 0.0
+        solved = matrix[:, self.dependent]
+        if np.linalg.matrix_rank(solved) == len(rows):
+            self._rows = np.linalg.solve(solved, np.hstack([matrix, totals]))
+            self._fill()
+            points = np.random.default_rng(0).random((_TRIED, len(lower)))
+            share = self._are_met(self._positions(points)).mean()
+        if share < _LEAST:
+            raise invalid(
+                "requirements",
+                f"equalities that {_LEAST:.0%} of points or more meet within the bounds",
+                Received(f"{share:.1%}"),
+                "correct them, widen the bounds, or replace an equality by two inequalities",
+            )
+
+    def _fill(self) -> None:
+        """Choose what is filled exactly: of equalities that share variables the strictest."""
+        self._filled: list[_Equality] = []
+        sizes = np.abs(self._rows[:, :-1])
+        is_taken = np.full(sizes.shape[1], False)
+        for k in np.argsort(-sizes.sum(axis=1), kind="stable"):
+            columns = np.flatnonzero(sizes[k] > _ROUNDING)
+            columns = columns[columns != self.dependent[k]]
+            if not is_taken[columns].any():
+                is_taken[columns] = True
+                columns = np.append(columns, self.dependent[k])
+                row = self._rows[k]
+                self._filled.append(_Equality(columns, row[columns], row[-1]))
+
+    def positions(self, points: Array) -> Array:
+        """Return ``(n, n_var)`` places of designs between the bounds, from 0 to 1.
+
+        Args:
+            points: ``(n, n_var)`` points of the unit cube, of any value for dependent variables.
+        """
+        positions = self._positions(points)
+        for i in np.flatnonzero(~self._are_met(positions)):
+            random = np.random.default_rng(points[i].view(np.uint64))
+            tried = self._positions(random.random((_TRIED, points.shape[1])))
+            positions[i] = tried[self._are_met(tried).argmax()]
+        return positions
+
+    def points(self, positions: Array) -> Array:
+        """Return ``(n, n_var)`` points of places between the bounds, their inverse."""
+        points = positions.copy()
+        for equality in self._filled:
+            equality.convert(points, fill=False)
+        return np.clip(points, 0, 1)
+
+    def _positions(self, points: Array) -> Array:
+        """Return positions, of which those of dependent variables may be outside of [0, 1]."""
+        positions = points.copy()
+        positions[:, self.dependent] = 0
+        for equality in self._filled:
+            equality.convert(positions, fill=True)
+        # not a matrix product, whose last digits depend on how many points there are
+        sums = (positions[:, None] * self._rows[:, :-1]).sum(axis=2)
+        positions[:, self.dependent] = self._rows[:, -1] - sums
+        return positions
+
+    def _are_met(self, positions: Array) -> Mask:
+        """Return ``(n,)`` whether all dependent variables lie within their bounds."""
+        distances = np.abs(positions[:, self.dependent] - 0.5)
+        return np.asarray((distances <= 0.5 + _ROUNDING).all(axis=1))
+
+
+polytope = lru_cache(maxsize=64)(Polytope)

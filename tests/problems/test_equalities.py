@@ -1,0 +1,222 @@
+"""Linear equalities in requirements: designs meet them and fill what is left of the bounds evenly."""
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem, Problem
+from pymoo.core.variable import Choice, Integer, Real
+from pymoo.optimize import minimize
+from scipy.stats import ks_2samp
+
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    LPTauSampling,
+    PsiError,
+    Recorded,
+    Required,
+    Restricted,
+    SurrogatePSI,
+    UniformSampling,
+    investigate,
+    nsga3,
+)
+
+
+class Mixture(Problem):
+    """Shares of components a, b, c, ..., whose sum the model checks."""
+
+    def __init__(self, lower, upper, requirements):
+        self.names = [*"abcdefgh"[: len(lower)]]
+        self.requirements = requirements
+        super().__init__(n_var=len(lower), n_obj=2, xl=np.array(lower), xu=np.array(upper))
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        out["F"] = np.column_stack([X[:, 0] ** 2 + X[:, 2], (X[:, 1] - 0.3) ** 2])
+
+
+class Random(UniformSampling):
+    def unit_points(self, n_points, n_dim, *, first=1, random_state=None):
+        return np.random.default_rng(5).random((n_points, n_dim))
+
+
+# lower and upper bounds, requirements, coefficients and constants of the last variables, each of
+# which follows from the variables before
+THREE = ([0, 0, 0.0], [0.6, 0.7, 0.5], ["a + b + c = 1"], [([-1, -1], 1)])
+FOUR = ([0, 0.1, 0, 0.05], [0.5, 0.6, 0.4, 0.3], ["a + b + c + d = 1"], [([-1, -1, -1], 1)])
+FIVE = (
+    [0, 0.1, 0, 0.05, 0],
+    [0.5, 0.4, 0.4, 0.3, 0.1],
+    ["1 - a - b = c + d + e"],
+    [([-1, -1, -1, -1], 1)],
+)
+EIGHT = (
+    [0, 0.02, 0, 0.01, 0, 0.1, 0, 0],
+    [0.5, 0.4, 0.3, 0.3, 0.1, 0.25, 0.02, 0.2],
+    ["a + b + c + d + e + f + g + h = 1"],
+    [([-1] * 7, 1)],
+)
+WEIGHTED = ([10, 0, -3.0], [20, 4, 50.0], ["c = (2*a - 3*b) / 2 + 1"], [([1, -1.5], 1)])
+COUPLED = (
+    [0, 0, 0, 0.8],
+    [1, 1, 1, 1.2],
+    {"mix": "a + b + c = 1", "total": "d = 2*a + b"},
+    [([-1, -1], 1), ([2, 1, 0], 0)],
+)
+CASES = {"3": THREE, "4": FOUR, "5": FIVE, "8": EIGHT, "weighted": WEIGHTED, "coupled": COUPLED}
+cases = pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+
+
+def followed(X, rules):
+    """Return designs with the variables that follow from others."""
+    for coefficients, constant in rules:
+        X = np.column_stack([X, X[:, : len(coefficients)] @ coefficients + constant])
+    return X
+
+
+def rejection(lower, upper, rules, count):
+    """Return random designs, uniform within the bounds, by rejection."""
+    random = np.random.default_rng(11)
+    n_free = len(lower) - len(rules)
+    designs = np.zeros((0, len(lower)))
+    while len(designs) < count:
+        X = followed(random.uniform(lower[:n_free], upper[:n_free], (100_000, n_free)), rules)
+        designs = np.vstack([designs, X[((lower <= X) & (upper >= X)).all(axis=1)]])
+    return designs[:count]
+
+
+@cases
+def test_every_design_meets_the_equalities_within_the_bounds(case):
+    lower, upper, requirements, rules = case
+    for problem in (Mixture(*case[:3]), Required(Mixture(*case[:3]))):
+        table = investigate(problem, 16)
+        assert (table.status == "ok").all()
+        X = table.X
+        assert ((lower <= X) & (upper >= X)).all()
+        expected = followed(X[:, : len(lower) - len(rules)], rules)
+        np.testing.assert_allclose(X, expected, rtol=0, atol=1e-12 * np.max(np.abs(upper)))
+
+
+@cases
+def test_designs_are_even_like_those_of_rejection(case):
+    lower, upper, _, rules = case
+    reference = rejection(lower, upper, rules, 20_000)
+    spread = reference.std(axis=0)
+    X = investigate(Mixture(*case[:3]), 4096).X
+    assert np.abs((X.mean(axis=0) - reference.mean(axis=0)) / spread).max() < 0.02
+    covariance = (np.cov(X.T) - np.cov(reference.T)) / np.outer(spread, spread)
+    assert np.abs(covariance).max() < 0.03
+    # two samples of independent designs: each variable, and sums and differences of any two
+    Y = investigate(Mixture(*case[:3]), 4096, sampling=Random()).X
+    directions = np.random.default_rng(2).normal(size=(len(lower), 12))
+    directions = np.hstack([np.eye(len(lower)), directions]) / spread[:, None]
+    for direction in directions.T:
+        assert ks_2samp(Y @ direction, reference @ direction).pvalue > 1e-3
+
+
+def test_a_point_has_its_design_whatever_others_there_are():
+    for case in (FIVE, COUPLED):
+        problem = Mixture(*case[:3])
+        X = investigate(problem, 64).X
+        np.testing.assert_array_equal(investigate(problem, 9).X, X[:9])
+        np.testing.assert_array_equal(investigate(problem, 20, first=31, block_size=7).X, X[30:50])
+        np.testing.assert_array_equal(LPTauSampling().do(problem, 64).get("X"), X)
+        assert len(np.unique(X.round(9), axis=0)) == 64
+
+
+def test_a_fixed_share_leaves_less_for_the_others():
+    problem = Mixture(*THREE[:3])
+    expected = investigate(Restricted(problem, {"a": 0.2}), 32)
+    assert (expected.status == "ok").all()
+    np.testing.assert_allclose(expected.X[:, 0], 0.2)
+    np.testing.assert_allclose(expected.X[:, 1] + expected.X[:, 2], 0.8, atol=1e-12)
+    X = investigate(Restricted(Required(problem), {"a": 0.2}), 32).X
+    np.testing.assert_array_equal(X, expected.X)
+
+
+def test_proposals_meet_equalities_and_inequalities(tmp_path):
+    problem = Mixture(*FIVE[:3])
+    requirements = {"mix": "a + b + c + d + e = 1", "order": "a <= b"}
+
+    def run(n):
+        algorithm = SurrogatePSI(n, n_points=12, requirements=requirements, study=tmp_path / "s.db")
+        return minimize(problem, algorithm, seed=1).algorithm.table
+
+    run(24)
+    table = run(36)  # which learns from tests of the study
+    np.testing.assert_allclose(table.X.sum(axis=1), 1, rtol=0, atol=1e-12)
+    assert (table.X[12:, 0] <= table.X[12:, 1]).all()
+    sequence = investigate(problem, 36, requirements=requirements)
+    front = table.F[table.pareto()]
+    assert not any((sequence.F[sequence.pareto()] < design).all(axis=1).any() for design in front)
+
+
+def test_proposals_keep_limits_on_the_shares():
+    limits = {"a": (0.1, 0.3), "b": (None, 0.5), "c": (0.25, None)}
+    algorithm = SurrogatePSI(32, n_points=16, limits=limits)
+    table = minimize(Mixture(*THREE[:3]), algorithm, seed=1).algorithm.table
+    assert table.eligible()[16:].all()
+
+
+def test_a_design_of_others_may_be_rounded_but_not_wrong():
+    problem = Required(Mixture(*THREE[:3]))
+    X = np.array([[0.333333, 0.333333, 0.333334], [0.3333333333, 0.3333333333, 0.3333333333]])
+    assert (problem.evaluate(X, return_values_of=["G"]) == 0).all()
+    wrong = problem.evaluate(np.array([[0.3, 0.3, 0.3]]), return_values_of=["F", "G"])
+    assert np.isinf(wrong[0]).all()
+    np.testing.assert_allclose(wrong[1], 0.1)
+    assert problem.n_not_run == 1
+
+
+@pytest.mark.parametrize(
+    "requirements",
+    [
+        ["a*b = 0.1"],
+        ["a/b = 2"],
+        ["abs(a) + b = 1"],
+        ["sqrt(a) + b = 1"],
+        ["a = 0.5"],
+        ["1 = 1"],
+        ["a + b == 1"],
+        ["a = b = c"],
+        ["a <= b = c"],
+        ["a + b + c = 5"],
+        ["a + b + c = 1", "2*a + 2*b + 2*c = 2"],
+        ["a + b + c = 1", "a + b + c = 0.9"],
+        ["a + b + c = 1", "a + b = 0.2"],
+    ],
+)
+def test_other_equalities_are_refused(requirements):
+    with pytest.raises(PsiError, match="equalit"):
+        investigate(Mixture(*THREE[:2], requirements), 4)
+
+
+class Mixed(ElementwiseProblem):
+    def __init__(self):
+        kinds = {"n": Integer(bounds=(1, 5)), "s": Choice(options=["a", "b"])}
+        super().__init__(
+            vars={"x": Real(bounds=(1, 9)), "y": Real(bounds=(1, 9)), **kinds}, n_obj=1
+        )
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = x["x"] * x["n"]
+
+
+def test_variables_of_equalities_are_real_and_not_logarithmic():
+    table = investigate(Mixed(), 16, requirements=["x + y = 10"], log=[])
+    np.testing.assert_allclose(np.sum(table.X[:, :2], axis=1).astype(float), 10)
+    assert {*table.X[:, 3]} == {"a", "b"}
+    for requirements, log in ((["x + n = 5"], []), (["x + s = 5"], []), (["x + y = 10"], ["x"])):
+        with pytest.raises(PsiError, match="real and on a linear scale"):
+            investigate(Mixed(), 4, requirements=requirements, log=log)
+
+
+def test_algorithms_that_search_between_bounds_are_refused(tmp_path):
+    problem = Mixture(*THREE[:3])
+    recorded = Recorded(problem, study=tmp_path / "s.db")
+    for searched in (Required(problem), FailureTolerant(problem), recorded):
+        with pytest.raises(PsiError, match="search it by PSI"):
+            minimize(searched, NSGA2(pop_size=10), ("n_gen", 2), seed=1)
+    with pytest.raises(PsiError, match="search it by PSI"):
+        nsga3(problem, 20, seed=1)
+    assert len(minimize(problem, PSI(20)).algorithm.table) == 20
