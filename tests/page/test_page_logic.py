@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import compare_designs, explain, rank_of_efficiency
-from pymoo_psi.page import decision_page
+from pymoo_psi.page import decision_page, kept_designs
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.selection import ReferencePoint
 from pymoo_psi.table import Formulation, read_table
@@ -459,6 +459,19 @@ def test_states_come_back_from_files(cases, answers):
             for key in ("limits", "categories", "pins", "chosen", "preference", "reason"):
                 expected = json.loads(json.dumps(given[key]))
                 assert found["state"][key] == expected
+
+
+def test_python_keeps_the_designs_that_a_saved_decision_keeps(cases, answers):
+    """Limits on numbers and on texts, also a file of a former page, which had these elsewhere."""
+    for case, answer in zip(cases, answers, strict=True):
+        for state, found in zip(case.states, answer["states"], strict=True):
+            decision = {**json.loads(found["written"]), "ranges": None}
+            table = read_table(case.frame, Formulation(**decision), variables=["x"])
+            assert table.eligible().tolist() == case.mask(state).tolist()
+            former = {**decision, "limits": {name: limit for name, limit in decision["limits"].items() if name != "kind"}}  # fmt: skip
+            former["page"] = {"state": {"categories": state["categories"]}}
+            before = read_table(case.frame, Formulation(**former), variables=["x"])
+            assert (before.eligible() & kept_designs(before, before.formulation)).tolist() == case.mask(state).tolist()  # fmt: skip
 
 
 def test_a_decision_about_something_else_is_not_opened(answers):

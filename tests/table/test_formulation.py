@@ -2,16 +2,19 @@
 
 import json
 import random
+import re
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pymoo.core.problem import Problem
 
 from pymoo_psi import Formulation, PsiError, TestTable, investigate, lp_tau
-from pymoo_psi.table import Layout, read_table
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table import Layout, constraint_costs, read_table
 from tests.mutations import mutated
 
 COUNT = 40
@@ -388,3 +391,58 @@ def test_a_fixed_range_has_two_ends_and_says_where_it_holds_no_design():
     assert table.under(ranges={"f1": [0.0, 2.0], "f2": [3.0, 4.0]}).remarks == ()
     elsewhere = table.under(ranges={"f1": [-9.0, 0.5], "f2": [3.0, 4.0]})
     assert elsewhere.remarks == ("No design lies in the fixed range of f1, -9 to 0.5.",)
+
+
+OFFERS = pd.DataFrame(
+    {
+        "price": [3.0, 2.0, 1.0, 4.0],
+        "days": [1.0, 2.0, 3.0, 4.0],
+        "rail": ["yes", "no", "yes", None],
+        "material": ["alu", "steel", "tin", "alu"],
+    }
+)
+
+
+@pytest.mark.parametrize(
+    ("limits", "kept"),
+    [
+        ({"rail": "yes"}, [0, 2]),
+        ("rail=yes", [0, 2]),
+        ({"material": ["steel", "alu"]}, [0, 1, 3]),
+        ("material in steel, alu, price<=3", [0, 1]),
+        (["price<=3", "material in steel, alu"], [0, 1]),
+        ({"rail": ["yes", ""], "price": (2, None)}, [0, 3]),
+        ({"rail": []}, []),
+    ],
+)
+def test_limits_on_texts(limits, kept, tmp_path):
+    """In every form the same, also of a formulation in JSON."""
+    asked = Formulation(["price", "days"], limits=limits)
+    asked.to_json(tmp_path / "d.json")
+    assert Formulation.read_json(tmp_path / "d.json") == asked
+    for table in (
+        read_table(OFFERS, asked),
+        read_table(OFFERS, Formulation(["price", "days"])).under(limits=limits),
+    ):
+        assert np.flatnonzero(table.eligible()).tolist() == kept
+        mask, names = table.violations()
+        assert (~mask.any(axis=1)).tolist() == table.eligible().tolist()
+        costs = constraint_costs(table)
+        assert costs["rejects"].tolist() == mask.sum(axis=0).tolist()
+        assert list(costs.index) == list(names)
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ({"rail": "yez"}, "one of its texts (, no, yes)"),
+        ({"price": "yes"}, "numbers"),
+        ("price=3", "numbers"),
+        ("colour=red", "colour"),
+        ("rail=yes, rail=no", "once"),
+        ("rail=yes, rail<=3", "on numbers or on texts"),
+    ],
+)
+def test_limits_on_texts_that_do_not_fit(limits, said):
+    with pytest.raises(ArgumentValueError, match=re.escape(said)):
+        read_table(OFFERS, Formulation(["price", "days"], limits=limits))

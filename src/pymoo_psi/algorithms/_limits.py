@@ -68,4 +68,6 @@ def total_violation(tests: TestTable, asked: Asked) -> Array:
     table = under(tests, asked)
     total = constraint_violation(table.G, table.H, table.layout.eq_tolerance)
     total = total + excess(table.limits, table.column, len(table))
+    for name, texts in table.allowed_texts.items():
+        total = total + ~table.has_texts(name, texts)
     return np.where(table.status == "failed", np.inf, total)

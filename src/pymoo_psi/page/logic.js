@@ -1018,7 +1018,7 @@ const rangesOf = (data, {fixed}) => !fixed ? {} : byName(data.objectives.map(({n
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);
 // what only the page knows stands under "page". Nothing is chosen that nobody has chosen.
 function decision(data, state, ranking, date) {
-  const {limits, reason, chosen, ...view} = state
+  const {limits, categories, reason, chosen, ...view} = state
   const row = data.rowOf.get(chosen)
   const proposed = ranking.best[0]
   const valueOf = ({texts, values}) => texts ? texts[values[row]] : Number.isFinite(values[row]) ? values[row] : null
@@ -1027,7 +1027,7 @@ function decision(data, state, ranking, date) {
     ranges: rangesOf(data, state),
     units: byName(data.columns.filter(({name, role, unit}) => unit && (role === "objective" || entryOf(limits, name)))
       .map(({name, unit}) => [name, unit])),
-    limits,
+    limits: byName([...Object.entries(limits), ...Object.entries(categories)]),
     chosen,
     reason,
     page: {
@@ -1061,9 +1061,18 @@ function opened(data, text) {
   return refused ? {state: null, remarks: [`The file cannot be opened: ${refused}.`]} : decided(data, content)
 }
 
+// Limits as a formulation has them, on numbers or on texts, in two groups as a state has them.
+function limitsOf(limits) {
+  const isText = ([, limit]) => Array.isArray(limit) && limit.every((text) => typeof text === "string")
+  const entries = Object.entries(isObject(limits) ? limits : {})
+  return {limits: byName(entries.filter((entry) => !isText(entry))), categories: byName(entries.filter(isText))}
+}
+
 // The state of a formulation, and what a reader must know of it.
 function decided(data, {limits, chosen, reason, ranges, page: {values, state: view}}) {
-  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), limits, chosen, reason})
+  const own = limitsOf(limits)
+  const categories = {...entryOf(view, "categories"), ...own.categories} // in the view as former pages had them
+  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), limits: own.limits, categories, chosen, reason})
   const row = data.rowOf.get(state.chosen)
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])

@@ -449,10 +449,17 @@ const page = (() => {
     const ticked = () => allow(column, boxes.filter((box) => box.checked).map((box) => box.value))
     const boxes = found.length > MOST_BOXES ? [] : found.map((text) => make("input", {type: "checkbox", value: text, onchange: ticked}))
     const note = make("p.hint.note", {})
-    controls.set(column, {column, boxes, note, found})
+    const field = boxes.length ? null : make("input", {type: "text", placeholder: "texts, by commas", "aria-label": column.label, onchange: () => {
+      const wanted = field.value.split(",").map((text) => text.trim()).filter(Boolean)
+      const strange = wanted.filter((text) => !found.includes(text))
+      field.setAttribute("aria-invalid", String(strange.length > 0))
+      if (strange.length) say([`${column.label}: no design has ${strange.join(", ")}.`])
+      else allow(column, wanted.length ? wanted : found)
+    }})
+    controls.set(column, {column, boxes, note, found, field})
     return make("fieldset.limit.categories", {}, make("legend", {}, column.label),
       make("div.boxes", {}, boxes.map((box) => make("label", {}, box, box.value || "(missing)")),
-        boxes.length ? null : make("span.hint", {}, `${countText(found.length)} different texts are too many to tick`)), note)
+        field), note)
   }
 
   function showLimits() {
@@ -465,6 +472,7 @@ const page = (() => {
       if (boxes) {
         const allowed = own(state.categories, column.name)
         for (const box of boxes) box.checked = !allowed || allowed.includes(box.value)
+        if (control.field && control.field !== document.activeElement) control.field.value = allowed?.join(", ") ?? ""
       } else {
         const share = Charts.place(control.scale)
         fields.forEach((field, k) => {
@@ -758,13 +766,15 @@ const page = (() => {
       show()
     }
 
-    // The design of a name, or the first whose name holds a text, those shown first.
+    // The design of a name, or the first whose name or other texts hold a text, those shown first.
     function find(text) {
       found = -1
       if (!text) return 0
       const rows = [...order, ...data.names.keys()]
       const fits = (test) => rows.find((row) => test(called(row).toLowerCase(), text.toLowerCase()))
-      const row = fits((name, wanted) => name === wanted) ?? fits((name, wanted) => name.includes(wanted)) ?? -1
+      const texts = data.columns.filter((column) => column.texts)
+      const inTexts = (row) => texts.some(({texts, values}) => texts[values[row]].toLowerCase().includes(text.toLowerCase()))
+      const row = fits((name, wanted) => name === wanted) ?? fits((name, wanted) => name.includes(wanted)) ?? rows.find(inTexts) ?? -1
       if (order.includes(row)) go(order.indexOf(row))
       else found = row
       return row

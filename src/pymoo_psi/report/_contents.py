@@ -28,7 +28,15 @@ from pymoo_psi.pareto import (
     sentence,
 )
 from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
-from pymoo_psi.table import Layout, TestTable, alike, constraint_costs, convergence, limit_text
+from pymoo_psi.table import (
+    Layout,
+    TestTable,
+    alike,
+    allowed_text,
+    constraint_costs,
+    convergence,
+    limit_text,
+)
 
 _REASONS = 12  # of failures in the table, the most frequent ones
 _LIMITS = 6  # in the table, those that cost most
@@ -273,7 +281,8 @@ def verdict(table: TestTable) -> str:
 
 def written_limits(table: TestTable) -> list[str]:
     """Return the limits as they are written."""
-    return [_written(table, name, *ends) for name, ends in table.limits.items()]
+    texts = [_written(table, name, *ends) for name, ends in table.limits.items()]
+    return texts + [allowed_text(name, some) for name, some in table.allowed_texts.items()]
 
 
 def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
@@ -298,7 +307,7 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
     top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
     for name, cost in top.iterrows():
         text = str(name)
-        if name not in table.layout.constraints:
+        if name in table.limits:
             text = _written(table, text, cost["lower"], cost["upper"])
         columns["constraint or limit"].append(text)
         columns["rejects"].append(number(cost["rejects"]))
@@ -322,6 +331,8 @@ def _notes(layout: Layout, idle: list[str]) -> list[str]:
 def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     """Return the value that comes nearest to keeping a constraint or limit."""
     name = str(cost.name)
+    if name not in table.columns:  # a limit on texts
+        return "—"
     # Variables of several kinds are a matrix of objects.
     values = table.column(name).astype(np.float64)
     values = values[np.isfinite(values)]

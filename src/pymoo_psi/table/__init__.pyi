@@ -43,7 +43,9 @@ from ._layout import RESERVED as RESERVED
 from ._layout import Key as Key
 from ._limits import NUMBER as NUMBER
 from ._limits import Bounds as Bounds
+from ._limits import Limit as Limit
 from ._limits import Limits as Limits
+from ._limits import allowed_text as allowed_text
 from ._limits import bounds_of as bounds_of
 from ._limits import entries_of as entries_of
 from ._limits import excess as excess

@@ -34,7 +34,7 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._layout import RESERVED, Layout, column_names, unit_texts
-from pymoo_psi.table._limits import Limits, ends, limits_of, plain_number
+from pymoo_psi.table._limits import Limits, ends, is_of_texts, limits_of, plain_number
 
 Columns: TypeAlias = Mapping[str, AnyArray]
 
@@ -70,7 +70,9 @@ class Formulation:
         limits: Limits on objectives, variables and outputs by name, in the original direction,
             ``{"mass": 30, "width": (0.2, 0.4), "gain": (0.9, None)}``: at most 30, from 0.2 to
             0.4, and at least 0.9. A number is the greatest value allowed; for a maximised
-            objective it is refused, as it could mean either. Or texts, ``"mass<=30, gain>=0.9"``.
+            objective it is refused, as it could mean either. On columns of texts, the text allowed
+            or a list: ``{"rail": "yes", "material": ["steel", "alu"]}``. Or texts,
+            ``"mass<=30, gain>=0.9, rail=yes, material in steel, alu"``.
         relaxed: Constraints that are left out and become outputs; another bound than theirs is a
             limit on such a column.
         computed: Further columns by name, each an expression of others, such as
@@ -152,13 +154,16 @@ class Formulation:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the columns that it uses, apart from those that it computes.
+        """Names of the columns of numbers that it uses, apart from those that it computes.
 
         Example:
             >>> Formulation(["mass", "r"], limits={"x1": 3}, computed={"r": "f2 / f1"}).columns
             ('mass', 'x1', 'f2', 'f1')
         """
-        names = [*self.objectives, *self.maximize, *self.relaxed, *map(str, limits_of(self.limits))]
+        names = [*self.objectives, *self.maximize, *self.relaxed]
+        for name, limit in limits_of(self.limits).items():
+            if not is_of_texts(limit):
+                names.append(str(name))
         for text in self.computed.values():
             names += Expression.of(text).columns
         return tuple(name for name in dict.fromkeys(names) if name not in self.computed)
@@ -323,7 +328,9 @@ def _formulated_layout(
 
 
 def _json_limit(name: Any, limit: Any) -> Any:
-    """Return a limit as a number or pair that JSON can hold; an open end is None."""
+    """Return a limit as a number, pair or list of texts that JSON can hold; an open end is None."""
+    if is_of_texts(limit):
+        return limit
     low, high = ends(name, limit)
     lower = None if np.isinf(low) else plain_number(low)
     upper = None if np.isinf(high) else plain_number(high)

@@ -1,8 +1,9 @@
 """Limits on the columns of a table: how they are written, and what they allow.
 
 A limit is given as a number (the greatest value allowed), as a pair ``(lower, upper)`` with
-``None`` for an open end, or as a text such as ``">= 1, <= 5"``. Several limits are a mapping from
-columns to these, or texts such as ``"f1<=60, 1<=x1<=2"``, as on the command line. Everything that
+``None`` for an open end, or as a text such as ``">= 1, <= 5"``; on a column of texts as the text
+allowed, or a list of these. Several limits are a mapping from columns to these, or texts such as
+``"f1<=60, 1<=x1<=2, rail=yes, material in steel, alu"``, as on the command line. Everything that
 takes limits reads them here.
 """
 
@@ -30,9 +31,9 @@ from pymoo_psi._validation import (
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._layout import Layout, index_of
 
-Limit: TypeAlias = float | str | Sequence[float | None]
+Limit: TypeAlias = float | str | Sequence[float | None] | Sequence[str]
 """The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
-``">= 1, <= 5"``."""
+``">= 1, <= 5"``; of a column of texts the text allowed, or a list of them."""
 Limits: TypeAlias = (
     Mapping[str, Limit]
     | Mapping[int, Limit]
@@ -52,6 +53,8 @@ _LIMIT = re.compile(
     rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
     re.DOTALL,
 )
+_TEXT = re.compile(r"(?P<name>[^<>=]*[^<>=\s])\s*=\s*(?P<text>[^<>=]*)")
+_TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])\s+in\s+(?P<text>[^<>=]+)")
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
 # Five or five thousand, as in a file: see the rule for numbers in read_table.
 _AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
@@ -81,6 +84,9 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
         limits: A mapping, a text, a list of texts, or None for no limits.
         argument: What messages call it, such as ``--limits``.
 
+    Returns:
+        Numbers or pairs by column; of columns of texts lists of the texts allowed.
+
     Raises:
         ArgumentValueError: A text is not a limit, one side of a column has two limits, or a number
             may have a point between thousands.
@@ -91,6 +97,8 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
         {'f1': (None, 2.5), 'yield': (80.0, None), 'x1': (1.0, 2.0)}
         >>> limits_of({"f1": 2.5, "yield": ">= 80"})
         {'f1': 2.5, 'yield': (80.0, None)}
+        >>> limits_of("rail=yes, material in steel, alu, f1<=2")
+        {'rail': ['yes'], 'material': ['steel', 'alu'], 'f1': (None, 2.0)}
     """
     if limits is None:
         return {}
@@ -101,10 +109,21 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
     rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
     limit_by_column = {}
     for column, limit in mapping(argument, limits, rule).items():
-        if isinstance(limit, str):
+        if isinstance(limit, str) and re.search("[<>=]", limit):
             limit = _ends_of_sides(sides_of_text(f"the limit on {column!r}", limit))
+        elif isinstance(limit, str):
+            limit = [limit]
+        elif is_of_texts(limit):
+            limit = list(limit)
         limit_by_column[column] = limit
     return limit_by_column
+
+
+def is_of_texts(limit: Any) -> bool:
+    """Whether a limit is a list of the texts that it allows; an empty one allows none."""
+    if not isinstance(limit, (list, tuple, set, frozenset)):
+        return False
+    return all(isinstance(text, str) for text in limit)
 
 
 def sides_of_text(argument: str, text: str) -> dict[str, float]:
@@ -143,12 +162,27 @@ def _ends_of_sides(sides: Mapping[str, float]) -> Ends:
 
 def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any]:
     sides_by_column: dict[str | int, dict[str, float]] = {}
+    texts_by_column: dict[str | int, list[str]] = {}
+    allowed: list[str] | None = None  # of the list that an entry may continue
     for entry in entries_of(texts):
+        if allowed is not None and not re.search("[<>=]", entry) and not _TEXTS.fullmatch(entry):
+            allowed.append(entry)
+            continue
+        allowed = None
+        of_texts = _TEXTS.fullmatch(entry) or _TEXT.fullmatch(entry)
+        if of_texts is not None:
+            if of_texts["name"] in texts_by_column:
+                raise invalid(argument, "given once for a column of texts", Received(entry))
+            texts_by_column[of_texts["name"]] = [of_texts["text"].strip()]
+            if of_texts.re is _TEXTS:
+                allowed = texts_by_column[of_texts["name"]]
+            continue
         match = _LIMIT.fullmatch(entry)
         if match is None or not (match["left"] or match["right"]):
             raise invalid(
                 argument,
-                "of the form column<=number or number<=column<=number, joined by commas",
+                "of the form column<=number, number<=column<=number, column=text or "
+                "column in text, text, joined by commas",
                 Received(entry or "nothing"),
                 "use <= or >=, plain numbers with a decimal point, and no units",
             )
@@ -161,7 +195,11 @@ def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any
         if match["right"]:
             _require_one_meaning(match["last"], entry, argument)
             _add_side(sides, match["right"], match["last"], entry, argument)
-    return {column: _ends_of_sides(sides) for column, sides in sides_by_column.items()}
+    for column in texts_by_column:
+        if column in sides_by_column:
+            raise invalid(argument, "on numbers or on texts of a column", Received(str(column)))
+    ends_by_column = {column: _ends_of_sides(side) for column, side in sides_by_column.items()}
+    return {**texts_by_column, **ends_by_column}
 
 
 def _require_one_meaning(number: str, text: str, argument: str) -> None:
@@ -221,6 +259,8 @@ def limits_by_name(limits: Limits | None, objectives: Sequence[str]) -> dict[str
 def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
     """Return what limits allow, in the order of the table's columns.
 
+    Limits on texts are left out, see :func:`texts_of`.
+
     Raises:
         ArgumentValueError: A column is unknown, is named twice, or is a constraint; a limit is
             NaN, its lower end is above the upper one, or it is unclear which end a number is.
@@ -229,6 +269,8 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
     bounds = {}
     free = [name for name in layout.columns if name not in layout.constraints]
     for name, limit in limits_by_name(limits, layout.objectives).items():
+        if is_of_texts(limit):
+            continue
         remedy = ""
         if name in layout.constraints:
             remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
@@ -245,6 +287,23 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
     # The order of the columns, not of the mapping: columns of violations stand in it.
     bounded = [name for name in layout.columns if name in bounds]
     return {name: bounds[name] for name in bounded if np.isfinite(bounds[name]).any()}
+
+
+def texts_of(limits: Limits | None) -> dict[str, list[str]]:
+    """Return the texts that limits allow in columns of texts, by name."""
+    return {str(name): limit for name, limit in limits_of(limits).items() if is_of_texts(limit)}
+
+
+def allowed_text(name: str, texts: Sequence[str]) -> str:
+    """Return a limit on texts in its written form.
+
+    Example:
+        >>> allowed_text("rail", ["yes"]), allowed_text("material", ["steel", "alu"])
+        ('rail=yes', 'material in steel, alu')
+    """
+    if len(texts) == 1:
+        return f"{name}={texts[0]}"
+    return f"{name} in {', '.join(texts) or 'nothing'}"
 
 
 def limit_text(name: str, lower: float, upper: float) -> str:

@@ -56,7 +56,7 @@ from pymoo_psi.table._joining import (
     unequal,
 )
 from pymoo_psi.table._layout import Key, Layout
-from pymoo_psi.table._limits import limit_text, limits_by_name, within
+from pymoo_psi.table._limits import allowed_text, limit_text, limits_by_name, within
 from pymoo_psi.table._tests import Tests, extra_columns, nonfinite_objective, require_distinct
 
 if TYPE_CHECKING:
@@ -196,6 +196,9 @@ class TestTable(Tests, Shown):
                 idle.append(limit_text(name, low, np.inf))
             if values.max() <= high < np.inf:
                 idle.append(limit_text(name, -np.inf, high))
+        for name, texts in self.allowed_texts.items():
+            if self.has_texts(name, texts)[tested].all():
+                idle.append(allowed_text(name, texts))
         return idle
 
     # Sets of designs
@@ -296,7 +299,8 @@ class TestTable(Tests, Shown):
         rows = rows[~self._repeated(rows)]
         names = self.names
         ranking = self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
-        if not self.limits or self.formulation.ranges:
+        is_limited = self.limits or self.allowed_texts
+        if not is_limited or self.formulation.ranges:
             return ranking
         free = self.under(limits={})
         front = free.F[free.pareto()]
@@ -415,6 +419,9 @@ class TestTable(Tests, Shown):
             exceeds = ~within({name: ends}, self.column, len(self)) & has_run
             masks.append(exceeds[:, None])
             names.append(limit_text(name, *ends))
+        for name, texts in self.allowed_texts.items():
+            masks.append((~self.has_texts(name, texts) & has_run)[:, None])
+            names.append(allowed_text(name, texts))
         mask = np.hstack(masks)
         mask[self.status == "failed"] = False
         return mask, tuple(names)

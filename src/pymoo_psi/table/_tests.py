@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,7 @@ from pymoo_psi.pareto import violated_constraints
 from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import ORIGIN, RESERVED, Layout
-from pymoo_psi.table._limits import Bounds, bounds_of, limits_of, within
+from pymoo_psi.table._limits import Bounds, bounds_of, limits_of, texts_of, within
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -186,7 +186,43 @@ class Tests:
         bounds = self._bounds(every_test_failed=bool(failed.all()))
         if bounds:
             violates = violates | ~within(bounds, self.column, len(self))
+        for name, texts in self.allowed_texts.items():
+            violates = violates | ~self.has_texts(name, texts)
         return np.asarray(violates)
+
+    @property
+    def allowed_texts(self) -> dict[str, list[str]]:
+        """The texts that the formulation allows in columns of texts, by name."""
+        return texts_of(self.formulation.limits)
+
+    def has_texts(self, name: str, texts: Sequence[str]) -> Mask:
+        """``(n,)`` which tests have one of some texts in a column; a missing one is empty.
+
+        Raises:
+            ArgumentValueError: There is no such column of texts, or it has none of the texts.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
+            >>> table.has_texts("x1", ["tin"])
+            array([False,  True])
+        """
+        known_name("a limit", name, self.columns)
+        kinds = dict(zip(self.layout.variables, self.kinds, strict=True))
+        if name not in self.extra and kinds.get(name) is not Kind.CHOICE:
+            remedy = "a limit on numbers is such as '<= 250'"
+            raise invalid(f"the limit on {name!r}", "numbers, as its values are", [*texts], remedy)
+        cells = []
+        for cell in self.column(name).tolist():
+            is_missing = cell is None or cell != cell  # NaN differs from itself
+            cells.append("" if is_missing else str(cell))
+        mask = np.isin(cells, [*texts])
+        if texts and cells and not mask.any():
+            known = sorted(set(cells))
+            some = ", ".join(known[:6])
+            if len(known) > 6:
+                some += ", …"
+            raise invalid(f"the limit on {name!r}", f"one of its texts ({some})", [*texts])
+        return mask
 
     @property
     def limits(self) -> Bounds:

@@ -9,6 +9,7 @@ from typing import Any
 
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
 from pymoo_psi.table._head import Columns, Head, StoredTests, columns_of, head_of
+from pymoo_psi.table._limits import limits_of
 
 # SQLite is imported where there is a study: most tables come without one.
 
@@ -45,8 +46,10 @@ class StudyFile(FileFormat):
         formulation = replace(tests.formulation, chosen=None, reason="")
         tests = tests._with(layout=layout, extra={}, formulation=formulation)
         head = head_of(tests)
-        if table.formulation.limits:
-            head["limits"] = table.formulation.limits
+        limits = limits_of(table.formulation.limits)
+        limits = {name: limit for name, limit in limits.items() if name in tests.columns}
+        if limits:
+            head["limits"] = limits
         write_study(path, head, columns_of(tests))
 
     def is_ours(self, path: Path) -> bool:
