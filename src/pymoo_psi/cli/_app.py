@@ -94,7 +94,7 @@ def _choice(name: str, options: str, text: str, default: str | None = None) -> c
 _FORMULATION = [
     _names("objectives", "A,B,…", "Objective columns [f1,f2,… or all numeric columns]."),
     _names("maximize", "A,…", "Objectives to maximize."),
-    _names("limits", '"A<=2.5,T=yes"', "Limits: A<=2.5, 1<=X<=2, T=yes, T in a, b; in quotation marks."),
+    _names("limits", '"A<=2.5,T=yes"', "Limits A<=2.5, 1<=X<=2, T=yes, T in a, b, quoted."),
     _names("compute", '"NAME=A/B"', "Add a column computed from others."),
     _file("decision", "FILE.json", "Read these from a decision (page, Formulation.to_json)."),
     _flag("no-normalize", text="Measure distances in original units."),

@@ -192,7 +192,13 @@ class Tests:
 
     @property
     def allowed_texts(self) -> dict[str, list[str]]:
-        """The texts that the formulation allows in columns of texts, by name."""
+        """The texts that the formulation allows in columns of texts, by name.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
+            >>> table.under(limits="x1=tin").allowed_texts
+            {'x1': ['tin']}
+        """
         return texts_of(self.formulation.limits)
 
     def has_texts(self, name: str, texts: Sequence[str]) -> Mask:
