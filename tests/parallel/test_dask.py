@@ -7,7 +7,6 @@ import sys
 import joblib
 import numpy as np
 import pytest
-from distributed import Client
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
@@ -17,6 +16,7 @@ from pymoo_psi.errors import ArgumentValueError, WorkerError
 from pymoo_psi.table import read_table
 from tests.processes import posix, until
 
+Client = pytest.importorskip("distributed").Client
 pytestmark = posix
 PYTHON = [sys.executable, "-W", "ignore", "-m"]
 

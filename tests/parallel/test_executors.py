@@ -7,6 +7,7 @@ import threading
 import time
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
+from multiprocessing.pool import ThreadPool
 
 import numpy as np
 import pytest
@@ -105,7 +106,8 @@ def test_every_algorithm_and_a_model_that_kills_its_process(processes, tmp_path)
     assert again.algorithm.table.equals(search.algorithm.table)
 
 
-def test_a_vectorised_problem_on_an_executor(processes):
+def test_a_vectorised_problem_on_an_executor(processes, monkeypatch):
+    monkeypatch.setattr("pymoo_psi.algorithms._limits._WORTH_SENDING", 100)  # also the last filter
     problem, runner = VectorizedSphereChute(0.4), ExecutorRunner(processes)
     options = {"keep": "pareto", "limits": {"f1": 2.5}}
     table = investigate(problem, 3000, runner=runner, block_size=500, **options)
@@ -207,6 +209,25 @@ def test_what_has_not_begun_is_given_up_with_the_run():
     minimize(problem, PSI(500, block_size=2), ("n_eval", 2))
     executor.pool.shutdown()
     assert len(begun) < len(executor.sent)
+
+
+def test_pieces_for_a_foreign_runner_fit_its_workers(tmp_path):
+    """With a study they are neither smaller than its workers nor larger than eight for each."""
+    sizes = []
+
+    class Counting:  # as pymoo's StarmapParallelization
+        def __init__(self, starmap):
+            self.starmap = starmap
+
+        def __call__(self, f, X):
+            sizes.append(len(X))
+            return self.starmap(f, [[x] for x in X])
+
+    with ThreadPool(16) as pool:
+        problem = Sum(elementwise_runner=Counting(pool.starmap))
+        table = investigate(problem, 400, study=tmp_path / "s.db")
+    assert table.equals(investigate(Sum(), 400))
+    assert (min(sizes[:-1]), max(sizes)) == (16, 128)
 
 
 def test_a_copy_has_the_executor_and_a_pickle_has_none(processes):

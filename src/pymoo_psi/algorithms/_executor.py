@@ -25,7 +25,7 @@ from pymoo_psi.parallel import (
     Runner,
     Values,
     Waiting,
-    active_workers,
+    worker_count,
 )
 from pymoo_psi.problems import (
     columns_of_values,
@@ -51,6 +51,8 @@ _NEAR = 8
 # A piece of a run with a study takes about so many seconds: a commit of some milliseconds does not
 # count beside them, and not much more is lost when the process is killed.
 _SECONDS = 1.0
+# The same for a runner that is not ours: its workers wait for the slowest design of each piece.
+_SECONDS_OF_OTHERS = 10.0
 # Designs in the first piece of a run with a study: enough to measure the cost of one, and few
 # enough that a model of seconds a design loses minutes only.
 _SMALLEST = 64
@@ -302,7 +304,7 @@ class InPieces(_Executor):
         largest: The number of points in the largest piece.
         smallest: The same for the smallest one, if pieces are timed.
         first: The same for the first pieces, and for all if pieces are not timed.
-        is_timed: Whether pieces shrink or grow until they take about a second.
+        seconds: What a piece takes; it shrinks or grows until it does. ``None`` lets it be.
         runner: What evaluates pieces; ``None`` is this process.
     """
 
@@ -312,7 +314,7 @@ class InPieces(_Executor):
         largest: int,
         smallest: int,
         first: int,
-        is_timed: bool,
+        seconds: float | None,
         runner: Runner | None,
     ) -> None:
         super().__init__()
@@ -320,7 +322,7 @@ class InPieces(_Executor):
         self._largest = largest
         self._smallest = smallest
         self._size = first
-        self._is_timed = is_timed
+        self._seconds = seconds
         self._runner = runner
 
     @property
@@ -361,9 +363,9 @@ class InPieces(_Executor):
         first, (tests, seconds) = next(self._results)
         piece = self._pending.pop(first)
         self._evaluated.append((piece, tests, seconds))
-        if self._is_timed:
+        if self._seconds is not None:
             # The first designs load libraries and say little: at most 100 times as many follow.
-            fitting = int(min(_SECONDS / max(seconds, 1e-9), 100 * len(piece)))
+            fitting = int(min(self._seconds / max(seconds, 1e-9), 100 * len(piece)))
             self._size = max(self._smallest, min(self._largest, fitting))
         self._cut()
         return seconds * len(piece)
@@ -409,22 +411,25 @@ def executor_of(
         return OneByOne(model, may_end_early)
     task = partial(model.evaluated, kept)
     if n_points is None:
-        return InPieces(task, LAST, LAST, LAST, False, runner)
+        return InPieces(task, LAST, LAST, LAST, None, runner)
     largest = _LARGEST
     smallest = _SMALLEST
+    seconds: float | None = _SECONDS
     if model.problem.elementwise:
-        largest = _LARGEST_ELEMENTWISE
-        smallest = active_workers(getattr(model.problem.elementwise_runner, "n_jobs", -1))
+        smallest = worker_count(model.problem.elementwise_runner)
+        largest = max(_LARGEST_ELEMENTWISE, _NEAR * smallest)
+        if smallest > 1:
+            seconds = _SECONDS_OF_OTHERS
     largest = options.block_size or largest
     smallest = min(smallest, largest)
-    first = largest
-    is_timed = options.study is not None
-    if is_timed:
-        first = smallest
+    first = smallest
+    if options.study is None:
+        first = largest
+        seconds = None
     if runner is not None and runner.n_workers != 1:
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
         first = min(first, max(_SMALLEST, points_of_a_worker))
-    return InPieces(task, largest, smallest, first, is_timed, runner)
+    return InPieces(task, largest, smallest, first, seconds, runner)
 
 
 # Values that pymoo computes itself, or its users return beside the outputs of a model; our reasons.

@@ -7,14 +7,19 @@ however they were cut into blocks.
 
 from __future__ import annotations
 
+from collections import deque
+from contextlib import closing
 from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
 
 from pymoo_psi._validation import Array
-from pymoo_psi.pareto import constraint_violation
+from pymoo_psi.parallel import Runner, Waiting
+from pymoo_psi.pareto import constraint_violation, nondominated
 from pymoo_psi.table import Formulation, Limits, TestTable, excess, limits_of
+
+_WORTH_SENDING = 100_000  # designs, the dominance of which takes longer than to send them
 
 Asked: TypeAlias = Formulation | Limits | None
 """What is asked of the tests of a run: a formulation, or limits."""
@@ -58,6 +63,21 @@ def kept_tests(keep: str, asked: Asked, tests: TestTable) -> TestTable:
     if keep == "pareto":
         return tests.rows(table.pareto())
     return tests.rows(table.feasible())
+
+
+def pareto_tests(tests: TestTable, asked: Asked, runner: Runner | None) -> TestTable:
+    """Return the Pareto set of tests as asked; if they are many, a worker of a runner finds it."""
+    table = under(tests, asked)
+    rows = np.flatnonzero(table.eligible())
+    if runner is None or len(rows) < _WORTH_SENDING:
+        return kept_tests("pareto", asked, tests)
+    F = table.F[rows]
+    # as a part of the function: Dask keeps it, and passes it on, better than a task
+    waiting: Waiting = deque([(0, None)])
+    with closing(runner.tasks(lambda _: nondominated(F), waiting)) as results:
+        ((_, mask),) = results
+    rows = rows[mask]
+    return tests.rows(rows[~table.rows(rows).repeats])
 
 
 def total_violation(tests: TestTable, asked: Asked) -> Array:

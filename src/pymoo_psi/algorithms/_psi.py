@@ -29,7 +29,13 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.algorithms._executor import NO_OUTPUTS
-from pymoo_psi.algorithms._limits import kept_tests, total_violation, under, under_known
+from pymoo_psi.algorithms._limits import (
+    kept_tests,
+    pareto_tests,
+    total_violation,
+    under,
+    under_known,
+)
 from pymoo_psi.algorithms._options import (
     PSIKeywords,
     RunKeywords,
@@ -467,6 +473,7 @@ def investigate(
     runner = _runner_of_pieces(problem, n_jobs, runner)
     known_name("keep", keep, ("all", "feasible", "pareto"))
     run = run_of_sequence(problem, n_points, settings, keep=keep, runner=runner)
+    on_workers = runner if runner is not None and runner.elastic else None
     n_points = run.n_left  # of this share, and also those that `fill` does not count
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -482,10 +489,10 @@ def investigate(
             show_progress(1 - run.n_left / n_points)
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                tables = [kept_tests(keep, settings.asked, by_number(tables))]
+                tables = [pareto_tests(by_number(tables), settings.asked, on_workers)]
     table = by_number(tables)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = kept_tests(keep, settings.asked, table)
+        table = pareto_tests(table, settings.asked, on_workers)
     # of tests that are left out it is unknown whether they failed
     if settings.limits and keep != "all":
         bounds_of(settings.limits, table.layout)

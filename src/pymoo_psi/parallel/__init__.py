@@ -17,7 +17,7 @@ Example:
 :class:`ExecutorRunner` does the same on the workers of a cluster.
 
 Other subpackages also use :class:`Runner`, which both are, :func:`in_parallel` for tasks,
-:func:`active_workers`, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
+:func:`worker_count`, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
 :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 

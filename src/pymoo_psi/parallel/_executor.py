@@ -43,7 +43,7 @@ from pymoo_psi.parallel._evaluation import (
     sendable,
 )
 from pymoo_psi.parallel._pool import ProcessPool
-from pymoo_psi.parallel._runner import Runner
+from pymoo_psi.parallel._runner import Runner, active_workers
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
 _VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_version_tuple()[:2])}")
@@ -123,9 +123,12 @@ class ExecutorRunner(Runner):
         if hasattr(executor, "get_executor"):  # a client of Dask, whose own futures are others
             executor = executor.get_executor()
         if workers is None:
-            workers = _worker_count(executor)
+            workers = _count_in(executor)
         elif not callable(workers):
             workers = partial(int, integer("workers", workers, minimum=1))
+        if workers is None:
+            rule = "a number, or a function that returns one, as the executor does not say how many"
+            raise invalid("workers", rule, Received(type(executor).__name__))
         self.timeout = None if timeout is None else positive_number("timeout", timeout)
         if timeout and sys.platform == "win32":
             raise invalid("timeout", "None on Windows", timeout)
@@ -426,21 +429,39 @@ def _lost(design: Any, reason: str) -> Any:
 
 
 def _dask_client(executor: Any) -> Any:
-    """Return the client of Dask's executor, ``None`` for another one."""
-    client = getattr(executor, "_client", None)
+    """Return the client of Dask's executor, or a client itself; ``None`` for another engine."""
+    client = getattr(executor, "_client", executor)
     return client if hasattr(client, "nthreads") else None
 
 
-def _worker_count(executor: Any) -> Callable[[], int]:
-    """Return a function that returns how many tasks an executor runs at the same time."""
-    client = _dask_client(executor)
+def _count_in(engine: Any) -> Callable[[], int] | None:
+    """Return a function that returns how many tasks an engine runs at the same time, if known."""
+    client = _dask_client(engine)
     if client is not None:
         return lambda: sum(client.nthreads().values())
-    for name in ("num_workers", "max_workers", "_max_workers"):  # MPI, executorlib, Python's own
-        if isinstance(getattr(executor, name, None), int):
-            return partial(getattr, executor, name)
-    rule = "a number, or a function that returns one, if the executor does not say how many it has"
-    raise invalid("workers", rule, Received(type(executor).__name__))
+    # of MPI, executorlib, Python's executors and Python's pools
+    for name in ("num_workers", "max_workers", "_max_workers", "_processes"):
+        if isinstance(getattr(engine, name, None), int):
+            return partial(getattr, engine, name)
+    return None
+
+
+def worker_count(runner: Any) -> int:
+    """Return how many designs a runner of this package or of pymoo evaluates at the same time."""
+    from pymoo.core.problem import LoopedElementwiseEvaluation  # which a worker need not import
+
+    if isinstance(runner, LoopedElementwiseEvaluation):
+        return 1
+    if isinstance(runner, Runner):
+        return max(1, runner.n_workers)
+    starmap = getattr(runner, "starmap", None)
+    engine = getattr(runner, "client", getattr(starmap, "__self__", None))
+    if hasattr(runner, "ray"):
+        engine = RayExecutor()
+    count = _count_in(engine)
+    if count is None:
+        return active_workers(getattr(runner, "n_jobs", -1))
+    return max(1, count())
 
 
 class RayExecutor(Executor):
