@@ -18,6 +18,7 @@ from pymoo_psi import (
     Restricted,
     SurrogatePSI,
     UniformSampling,
+    compare,
     investigate,
     nsga3,
 )
@@ -219,4 +220,6 @@ def test_algorithms_that_search_between_bounds_are_refused(tmp_path):
             minimize(searched, NSGA2(pop_size=10), ("n_gen", 2), seed=1)
     with pytest.raises(PsiError, match="search it by PSI"):
         nsga3(problem, 20, seed=1)
+    with pytest.raises(PsiError, match="search it by PSI"):
+        compare(problem, n_evaluations=16, seeds=1, algorithms=["nsga3"], progress=False)
     assert len(minimize(problem, PSI(20)).algorithm.table) == 20

@@ -24,7 +24,6 @@ from pymoo_psi.problems import (
     columns_of_values,
     leave_failed_out,
     problem_name,
-    require_inequalities,
     require_known_keywords,
     require_problem,
     seed_ties,
@@ -149,7 +148,6 @@ class Recorded(WrappedProblem):
             if self._tolerant is not None:
                 leave_failed_out(algorithm)
             else:
-                require_inequalities(algorithm)
                 seed_ties(algorithm)
             self._store.origin = type(algorithm).__name__
         if kwargs.get("return_as_dictionary"):

@@ -144,11 +144,12 @@ def _with_seeded_ties(
 
 def require_inequalities(algorithm: Any) -> None:
     """Refuse an algorithm that searches between bounds for designs that meet equalities."""
-    space = getattr(algorithm.problem, "space", None)
+    problem = getattr(algorithm, "problem", None)
+    space = getattr(problem, "space", None)
     if getattr(space, "equalities", ()):
         where = f"the problem of {type(algorithm).__name__}"
         rule = "one whose requirements have no equality, which its designs would not meet"
-        received = problem_name(algorithm.problem)
+        received = problem_name(problem)
         raise invalid(where, rule, received, "search it by PSI or SurrogatePSI")
 
 
@@ -162,7 +163,6 @@ def leave_failed_out(algorithm: Any) -> None:
     """
     if not isinstance(algorithm, Algorithm):
         return
-    require_inequalities(algorithm)
     seed_ties(algorithm)
     if "_set_optimum" not in vars(algorithm):
         # a partial, unlike a closure, is copied and pickled with its algorithm

@@ -8,7 +8,7 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
-from pymoo_psi.problems._pymoo import problem_name
+from pymoo_psi.problems._pymoo import problem_name, require_inequalities
 
 Evaluate = Callable[[Any], dict[str, Any]]
 
@@ -131,6 +131,11 @@ class WrappedProblem(Problem):
             'SphereChute'
         """
         return problem_name(self.wrapped)
+
+    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
+        """Evaluate designs like pymoo's ``evaluate``."""
+        require_inequalities(kwargs.get("algorithm"))
+        return super().evaluate(X, *args, **kwargs)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
