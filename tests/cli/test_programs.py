@@ -87,6 +87,7 @@ def test_what_is_wrong_is_said_by_try(beam):
     ("leaves", "shown"),
     [
         ("print('mesh 1 of 7')\nprint('diverged')", "The end of {}/stdout.txt:\nmesh 1 of 7\nd"),
+        ("print(9999 * 'x')", "The end of {}/stdout.txt:\n" + 400 * "x" + "\n"),
         ("pass", "{}/stdout.txt is empty."),
         ("import os; os.remove('stdout.txt')", "There is no file {}/stdout.txt."),
     ],

@@ -262,10 +262,14 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
         ({"page": {"state": {"categories": {"mass": []}}}}, "keeps only mass = none"),
         ({"page": {"state": {"categories": {"mass": 5}}}}, "list"),
         ({"page": {"state": {"categories": [1]}}}, "columns to lists"),
+        ({"page": {"state": {"categories": {"other": ["1"]}}}}, "categories must be one of"),
     ):  # fmt: skip
         code, _, err = sources("rank", *decision(**more))
         assert (code, err.count("\n")) == (2, 1)
         assert message in err
+        code, _, err = sources("page", *decision(**more))
+        assert (code, err.count("\n")) == (2, 1)
+        assert message in err or "categories must be texts of one design or more" in err
     code, _, err = sources("rank", *decision(units={"deflection": "mm"}), "--units", "deflection=m")
     assert (code, "--units must be deflection=mm, as decided" in err) == (2, True)
 

@@ -45,6 +45,7 @@ from pymoo_psi.table import NUMBER, entries_of
 
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 _N_LINES = 10  # of a file that a program has left
+_LONGEST = 400  # characters of such a line that are shown
 _CONNECTING = 10  # seconds for a scheduler to answer
 _PAUSE = 0.3  # seconds between two looks whether workers have joined
 _TRIALS = 1000  # designs that are tried against the requirements
@@ -422,7 +423,8 @@ def _end_of(path: Path) -> str:
     lines = path.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
     if not lines:
         return f"{path} is empty."
-    return "\n".join([f"The end of {path}:", *lines[-_N_LINES:]])
+    shown = [f"{line:.{_LONGEST}}" for line in lines[-_N_LINES:]]
+    return "\n".join([f"The end of {path}:", *shown])
 
 
 def _trial_design(problem: Any, labels: Mapping[str, str]) -> dict[str, Any]:

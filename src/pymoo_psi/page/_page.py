@@ -57,6 +57,12 @@ class DecisionPage:
     cautions: tuple[str, ...]
     origin: str = ""
 
+    def __post_init__(self) -> None:
+        """Refuse a decision that keeps no design by texts, as all commands do."""
+        if not kept_designs(self.table, self.formulation).any():
+            received = Received(f"none of {counted(len(self.table), 'design')}")
+            raise invalid("page.state.categories", "texts of one design or more", received)
+
     def __repr__(self) -> str:
         """Return the title and the number of designs."""
         return f"DecisionPage({self.title!r}: {counted(len(self.table), 'design')})"
