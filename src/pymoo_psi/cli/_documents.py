@@ -132,7 +132,7 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> str | 
         return None
     try:
         return names[table.row_of(design)]
-    except ArgumentValueError:
+    except ArgumentValueError:  # which names another argument
         rule = f"the name or the number of one design, such as {names[0]}"
         raise invalid("--design", rule, design) from None
 

@@ -410,15 +410,22 @@ class Tests:
         numbers = self.numbers.tolist()
         if label is None:
             return [f"test point {number}" for number in numbers]
-        texts = [str(cell) for cell in self.extra[label].tolist()]
-        count = Counter(texts)
+        labels = list(map(str, self._labels()))
+        count = Counter(labels)
         names = []
-        for text, number in zip(texts, numbers, strict=True):
-            name = text if count[text] == 1 else f"{text} #{number}"
+        for name, number in zip(labels, numbers, strict=True):
+            if count[name] > 1:
+                name = f"{name} #{number}"
             if re.fullmatch(r"\d+( #\d+)?", name):
                 name = f"{label.replace('_', ' ')} {name}"
             names.append(name)
         return names
+
+    def _labels(self) -> list[Any]:
+        """Return the cells of the column that names the designs; empty if none does."""
+        if self.layout.label is None:
+            return []
+        return list(self.extra[self.layout.label].tolist())
 
     def row_of(self, design: int | str) -> int:
         """Return the row of a design by the number of its test or by its label.
@@ -440,16 +447,14 @@ class Tests:
         if isinstance(design, str):
             return self._row_of_name(design)
         integer("design", design, minimum=1)
-        label = self.layout.label
-        if label is not None:
-            labels = self.extra[label].tolist()
-            if design in labels and labels != self.numbers.tolist():
-                raise invalid(
-                    "design",
-                    "clear about labels and numbers",
-                    Received(f"{design}, which is a label in {label!r}"),
-                    f"give its name, such as {self.names[labels.index(design)]!r}, or row=",
-                )
+        labels = self._labels()
+        if design in labels and labels != self.numbers.tolist():
+            raise invalid(
+                "design",
+                "clear about labels and numbers",
+                Received(f"{design}, which is a label in {self.layout.label!r}"),
+                f"give its name, such as {self.names[labels.index(design)]!r}, or row=",
+            )
         rows = np.flatnonzero(self.numbers == design)
         if len(rows) == 0:
             raise invalid("design", "the number of a test of the table", design)
@@ -459,14 +464,15 @@ class Tests:
         names = self.names
         if name in names:
             return names.index(name)
-        label = self.layout.label
-        labels = [] if label is None else [str(cell) for cell in self.extra[label].tolist()]
+        labels = list(map(str, self._labels()))
         if labels.count(name) == 1:
             return labels.index(name)
         # Where labels are numbers, a number that is none of them is more likely a mistake.
         if re.fullmatch(r"[1-9][0-9]{0,17}", name) and not any(map(str.isdecimal, labels)):
             return self.row_of(int(name))
-        rule = f"the name of one design, such as {names[0]!r}" if names else "of a design"
+        rule = "the name of one design"
+        if names:
+            rule += f", such as {names[0]!r}"
         raise invalid("design", rule, name)
 
     @property
