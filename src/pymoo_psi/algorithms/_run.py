@@ -212,7 +212,9 @@ class Run:
     def _is_commit_due(self, began: float, computed: float) -> bool:
         """Whether to store the tests evaluated since a time, in so many seconds of the workers."""
         executor = self.executor
-        is_late = computed >= COMPUTED or time.monotonic() - began >= SECONDS
+        # of a thousand workers, results of a second are stored together, not two of them
+        much = max(COMPUTED, SECONDS * executor.n_workers)
+        is_late = computed >= much or time.monotonic() - began >= SECONDS
         is_complete = executor.n_pending == 0 or executor.first_pending > self._last_awaited
         return is_late or is_complete or self.source.eager
 

@@ -1,4 +1,4 @@
-"""Guides: for users of pymoo, engineers, analysts, researchers, in notebooks; the method; a paper.
+"""Guides: for users of pymoo, engineers, analysts, researchers, clusters; the method; a paper.
 
 The texts are the Markdown files of this folder, below on the site of the documentation. Their
 examples and commands run as tests of the package, as does `notebook.ipynb` beside them, which goes
@@ -9,6 +9,7 @@ from tests to a decision in Jupyter.
 .. include:: engineer_python.md
 .. include:: analyst.md
 .. include:: researcher.md
+.. include:: cluster.md
 .. include:: other_programs.md
 .. include:: openmdao.md
 .. include:: extending.md
