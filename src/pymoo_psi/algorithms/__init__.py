@@ -64,8 +64,8 @@ an array of Slurm jobs; a job that was killed is submitted again and continues:
     pymoo-psi export runs --out study.db   # one study, which goes on by --study study.db
 
 A problem that is evaluated one design at a time runs on all cores with
-``elementwise_runner=JoblibRunner()``, and on a cluster with ``ExecutorRunner(executor)``; see the guide
-"More than one machine".
+``elementwise_runner=JoblibRunner()``, and on a cluster with ``ExecutorRunner(executor)``; see the
+guide "More than one machine".
 
 Inside, a run (``_run``) joins three parts. A source (``_sources``, ``_surrogate``) gives the next
 points when it is asked and takes the tests as they arrive; an executor (``_executor``) evaluates
