@@ -211,6 +211,8 @@ def shell(tmp_path, script, outputs, template=None, **program):
         ("w m n\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
         ("w,m\n1,5,10\n", None, "line 2 has 3 cells, most lines 2"),
         ("w;m\n5;1,5\n", None, "'1,5' in out is no plain number"),
+        ("w;m\n1,5;1.250\n", None, "has decimal commas, and points of two meanings in 'm'"),
+        ("w;m\n1,5;1.25\n", 1.25, None),
         ("w,m\n5,\n", None, "'' in out is no plain number"),
         ("w,m,m\n5,1,2\n", None, "names the column 'm' 2 times"),
         ("# w m\n5 10\n6 11\n", None, "its first line must name the columns"),
@@ -353,7 +355,9 @@ def printing(text, folder):
     )
 
 
-@pytest.mark.parametrize("text", ["1,5", "1.234,5", "12 MPa", "", "nan", "inf", "0x10", "1_000"])
+@pytest.mark.parametrize(
+    "text", ["1,5", "1.234,5", "12 MPa", "", "nan", "inf", "0x10", "1_000", "\u0663"]
+)
 def test_only_plain_numbers_are_numbers_also_those_of_fortran(tmp_path, text):
     assert "is no plain number" in investigate(printing(text, tmp_path), 1).reasons[1]
     assert investigate(printing("-1.5D+03", tmp_path), 1).F.tolist() == [[-1500.0]]

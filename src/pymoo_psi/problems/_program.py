@@ -44,7 +44,10 @@ else:
 
 # In a template, but neither copied nor part of the model: Python, git and macOS leave these there.
 _LEFT_OUT = ("__pycache__", ".git", ".DS_Store")
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?")  # Fortran writes 1.5D+03
+# Fortran writes 1.5D+03.
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
+_GROUPED = re.compile(r"\s*[+-]?\d{1,3}\.\d{3}\s*")  # beside 1,5 it may be a thousand and more
+_WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*")
 _PLACEHOLDER = re.compile(r"\{([^\W\d]\w*)(?::([^{}]*))?\}")
 
 
@@ -155,7 +158,13 @@ class Output:
         if self.column not in columns:
             names = ", ".join(columns)
             raise ProgramError(f"{self.file} has {names:.80}, not one column {self.column!r}")
-        return columns[self.column]
+        cells = columns[self.column]
+        if any(map(_GROUPED.fullmatch, cells)):
+            for others in columns.values():
+                if any(map(_WITH_COMMA.fullmatch, others)):
+                    problem = f"{self.file} has decimal commas, and points of two meanings"
+                    raise ProgramError(f"{problem} in {self.column!r}")
+        return cells
 
 
 def _n_groups(pattern: str) -> int:
