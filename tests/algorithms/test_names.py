@@ -6,7 +6,8 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, FailureTolerant, investigate
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
+from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
+from pymoo_psi.study import Study
 from pymoo_psi.table import read_table
 
 NAMES = {"x1": "width", "f2": "gain", "g1": "stress"}
@@ -145,7 +146,15 @@ def test_what_is_not_kept_is_told(name, value, message):
     assert table.layout.outputs == ("heat",)
 
 
-def test_a_study_of_other_senses_is_refused(tmp_path):
-    investigate(Model(), 8, study=tmp_path / "study.db")
-    with pytest.raises(StudyMismatchError, match="maximize"):
-        investigate(Model(), 8, study=tmp_path / "study.db", maximize=["f2"])
+def test_names_and_directions_of_a_study_can_be_changed_without_a_test(tmp_path):
+    study = tmp_path / "study.db"
+    first = investigate(Model(), 8, study=study)
+    changed = {"names": {"f1": "mass", "f2": "lift"}, "maximize": ["lift"]}
+    assert investigate(Model(), 8, study=study, **changed).equals(
+        investigate(Model(), 8, **changed)
+    )
+    read = read_table(study)
+    np.testing.assert_array_equal(read["lift"], -first["f2"])
+    np.testing.assert_array_equal(read.F, first.F)
+    assert read.layout.maximize == ("lift",)
+    assert len(Study(study).facts()["runs"]) == 1

@@ -234,7 +234,7 @@ BAD_BOUNDS = "bounds of x1 of Problem must be finite and in .* order, got "
         (8, {"sampling": 3}, r"sampling must be a name such as 'lhs', LPTauSampling\(\), .* got 3"),
         (8, {"sampling": QMCSampling("lhs"), "first": 41}, "first must be 1 for the engine 'lhs'"),
         (8, {"limits": {"f9": 1.0}}, "a limit must be one of 'f1', 'f2', 'f3', 'f4', 'x1', 'x2'"),
-        (8, {"retry": "all"}, "retry must be one of 'failed', got 'all'"),
+        (8, {"retry": "all"}, "retry must be one of 'failed', 'incomplete', got 'all'"),
     ],
 )
 def test_mistakes(n, options, message):

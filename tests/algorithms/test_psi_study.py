@@ -16,7 +16,6 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import (
     PSI,
-    QMCSampling,
     Restricted,
     SphereChute,
     VectorizedSphereChute,
@@ -83,9 +82,7 @@ def test_blocks_and_vectorisation_do_not_change_a_study(tmp_path):
     [
         (SphereChute(0.4, model="rolling"), {}, "model"),
         (SphereChute(0.5, lower=(0, 0.1), upper=(1.4, 6)), {}, "mu"),
-        (SphereChute(0.4, upper=(1.0, 6)), {}, "upper.0 is 1.4"),
         (SphereChute(0.4), {"study_key": "v2"}, "key"),
-        (SphereChute(0.4), {"sampling": QMCSampling("halton", scramble=False)}, "sampling"),
     ],
 )
 def test_another_problem_is_refused(tmp_path, other, options, message):

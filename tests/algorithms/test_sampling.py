@@ -151,8 +151,12 @@ def test_a_sequence_of_ones_own_is_continued_and_known_by_its_attributes(tmp_pat
     result = minimize(PROBLEM, PSI(40, sampling=Kronecker(), study=path, **options))
     assert result.algorithm.evaluator.n_eval < len(whole)
     assert result.algorithm.table.equals(whole)
-    with pytest.raises(StudyMismatchError, match="root=3"):
-        minimize(PROBLEM, PSI(40, sampling=Kronecker(3.0), study=path, **options))
+    if share is None:
+        others = minimize(PROBLEM, PSI(40, sampling=Kronecker(3.0), study=path, **options))
+        assert set(others.algorithm.table["run"]) == {2}
+    else:
+        with pytest.raises(StudyMismatchError, match="is a share of other points"):
+            minimize(PROBLEM, PSI(40, sampling=Kronecker(3.0), study=path, **options))
 
 
 def test_points_outside_the_cube_are_refused():

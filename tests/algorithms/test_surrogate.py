@@ -22,7 +22,6 @@ from pymoo_psi import (
     TestTable,
     investigate,
 )
-from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
 from pymoo_psi.table import Expression, read_table
@@ -312,11 +311,17 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)
 
 
-def test_a_study_of_other_proposals_is_refused(tmp_path):
+def test_other_proposals_are_another_run_of_a_study_that_learns_from_the_first(tmp_path):
     path = tmp_path / "run.db"
-    run(get_problem("bnh"), 28, study=path)
-    with pytest.raises(StudyMismatchError, match="batches of 5"):
-        run(get_problem("bnh"), 28, study=path, batch=5)
+    first = run(get_problem("bnh"), 28, study=path)
+    second = run(get_problem("bnh"), 25, study=path, batch=5)
+    assert second.evaluator.n_eval == 25  # proposals only, as more than 20 tests are known
+    assert (second.table["proposal_round"] > 0).all()
+    again = run(get_problem("bnh"), 25, study=path, batch=5)
+    assert again.evaluator.n_eval == 0
+    assert again.table.equals(second.table)
+    np.testing.assert_array_equal(run(get_problem("bnh"), 28, study=path).table.X, first.table.X)
+    assert len(read_table(path)) == 53
 
 
 @pytest.mark.parametrize(

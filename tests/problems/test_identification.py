@@ -79,12 +79,13 @@ def test_adequacy_is_what_its_name_says():
         assert investigate(found, 1).F[0, 0] == pytest.approx(value, rel=1e-14)
 
 
-def test_tolerances_are_constraints_and_limits_are_those_of_any_table():
+def test_tolerances_are_limits_and_limits_are_those_of_any_table():
     table = investigate(problem(tolerances={"step": 0.3}), 128)
     np.testing.assert_array_equal(table.status == "ok", table.column("step") <= 0.3)
     assert table.layout.objectives == ("decay", "step")
-    assert table.layout.constraints == ("step<=0.3",)
-    within = table.under(limits={"decay": 0.3}).feasible()
+    assert table.layout.constraints == ()
+    assert table.limits == {"step": (-np.inf, 0.3)}
+    within = table.under(limits={"decay": 0.3, "step": 0.3}).feasible()
     np.testing.assert_array_equal(
         within, (table.column("decay") <= 0.3) & (table.column("step") <= 0.3)
     )

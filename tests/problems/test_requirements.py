@@ -25,7 +25,6 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
-from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.table import read_table
 
 
@@ -184,8 +183,11 @@ def test_a_study_continues_with_them(tmp_path):
     assert investigate(Plain(), 48, study=tmp_path / "run.db").equals(whole)
     read = read_table(tmp_path / "run.db")
     assert read.equals(whole)
-    with pytest.raises(PsiError):
-        investigate(Plain(), 48, study=tmp_path / "run.db", requirements=["height <= width"])
+    stricter = investigate(Plain(), 48, study=tmp_path / "run.db", requirements=["height <= width"])
+    alone = investigate(Plain(), 48, requirements=["height <= width"])
+    by_point = np.argsort(stricter["test_point"])
+    np.testing.assert_array_equal(stricter.X[by_point], alone.X)
+    np.testing.assert_array_equal(stricter.status[by_point], alone.status)
 
 
 def at_least(limit):
@@ -245,26 +247,29 @@ def test_a_study_knows_what_a_function_requires(tmp_path, rule):
     study = tmp_path / "plain.db"
     table = investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study)
     assert investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study).equals(table)
-    with pytest.raises(StudyMismatchError, match="functions"):
-        investigate(Required(Plain(), {"enough": rule(0.6)}), 8, study=study)
+    other = investigate(Required(Plain(), {"enough": rule(0.6)}), 8, study=study)
+    assert set(other["run"]) == {2}
+    alone = investigate(Required(Plain(), {"enough": rule(0.6)}), 8)
+    by_point = np.argsort(other["test_point"])
+    np.testing.assert_array_equal(other.status[by_point] == "ok", alone.status == "ok")
 
     def enough(columns):
         return columns["width"] >= 0.5
 
-    with pytest.raises(StudyMismatchError, match="functions"):
-        investigate(Required(Plain(), {"enough": enough}), 8, study=study)
+    third = investigate(Required(Plain(), {"enough": enough}), 8, study=study)
+    assert set(third["run"]) == {3}
 
 
 def test_a_study_knows_the_functions_that_a_rule_calls(tmp_path, monkeypatch):
     study = tmp_path / "plain.db"
     investigate(Required(Plain(), [by_default(0.5)]), 8, study=study)
     monkeypatch.setitem(globals(), "is_wide", lambda columns, limits: columns["width"] < limits[0])
-    with pytest.raises(StudyMismatchError, match="functions"):
-        investigate(Required(Plain(), [by_default(0.5)]), 8, study=study)
+    changed = investigate(Required(Plain(), [by_default(0.5)]), 8, study=study)
+    assert set(changed["run"]) == {2}
     rules = [lambda c: c["width"] < 1, lambda c: c["height"] < 1]  # on one line, alike otherwise
     investigate(Required(Plain(), {"low": rules[0]}), 8, study=tmp_path / "other.db")
-    with pytest.raises(StudyMismatchError, match="functions"):
-        investigate(Required(Plain(), {"low": rules[1]}), 8, study=tmp_path / "other.db")
+    other = investigate(Required(Plain(), {"low": rules[1]}), 8, study=tmp_path / "other.db")
+    assert set(other["run"]) == {2}
 
 
 def test_rules_compute_with_numbers_alone():

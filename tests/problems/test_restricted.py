@@ -24,7 +24,7 @@ from pymoo_psi import (
     VectorizedSphereChute,
     investigate,
 )
-from pymoo_psi.errors import StudyMismatchError
+from pymoo_psi.study import Study
 from pymoo_psi.table import read_table
 
 DENSITY = {"iron": 7.8, "steel": 7.7, "wood": 0.6}
@@ -168,12 +168,17 @@ def test_refined_bounds_lead_to_a_part(make):
 @pytest.mark.parametrize(
     "box", [{"hollow": True}, {"metal": "wood"}, {"ribs": 2}, {"ribs": (1, 8)}]
 )
-def test_a_study_of_another_part_is_refused(tmp_path, box):
+def test_another_part_is_another_run_of_a_study(tmp_path, box):
     study = tmp_path / "beam.db"
     investigate(Restricted(Beam(), {"width": (0.1, 2.0)}), 4, study=study)
     investigate(Beam(), 4, study=study)  # the whole, however it is said
-    with pytest.raises(StudyMismatchError):
-        investigate(Restricted(Beam(), box), 4, study=study)
+    assert len(Study(study).facts()["runs"]) == 1
+    part = investigate(Restricted(Beam(), box), 4, study=study)
+    assert len(Study(study).facts()["runs"]) == 2
+    by_point = np.argsort(part["test_point"])
+    alone = investigate(Restricted(Beam(), box), 4)
+    assert part.X[by_point].tolist() == alone.X.tolist()
+    assert part.F[by_point].tolist() == alone.F.tolist()
 
 
 @pytest.mark.parametrize(

@@ -61,10 +61,18 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
 
 
+def of_one_run(columns):
+    """The columns of tests of a single run, without the numbers that say that it is one."""
+    assert (columns["test"] == columns["test_point"]).all()
+    assert (columns["run"] == 1).all()
+    assert (columns["repeat"] == 1).all()
+    return {name: columns[name] for name in columns if name not in ("test", "run", "repeat")}
+
+
 def read(path):
-    """The head and the tests of a study."""
+    """The head and the tests of a study of one run."""
     facts, columns = Study(path).contents()
-    return facts["head"], columns
+    return facts["head"], of_one_run(columns)
 
 
 def begun(path, head=HEAD, **options):
@@ -84,7 +92,17 @@ def as_version_0_3(path):
     edit(
         path,
         "ALTER TABLE tests DROP COLUMN row_checksum",
-        "ALTER TABLE proposals DROP COLUMN checksum",
+        "ALTER TABLE tests DROP COLUMN run",
+        "ALTER TABLE tests DROP COLUMN test_point",
+        "ALTER TABLE tests DROP COLUMN repeat",
+        "ALTER TABLE tests RENAME COLUMN test TO test_point",
+        "CREATE TABLE p (test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)",
+        "INSERT INTO p SELECT test_point, round, origin, content FROM proposals",
+        "DROP TABLE proposals",
+        "ALTER TABLE p RENAME TO proposals",
+        "DROP TABLE runs",
+        "DROP TABLE known",
+        "DROP TABLE history",
         "DELETE FROM study WHERE name = 'checksum'",
         "PRAGMA user_version = 4",
     )

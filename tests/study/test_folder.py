@@ -8,7 +8,7 @@ import pytest
 from pymoo_psi.errors import StudyAccessError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.study import Share, Study, read_folder, write_study
-from tests.study.studies import HEAD, begun, bits, block, read, rows
+from tests.study.studies import HEAD, begun, bits, block, of_one_run, read, rows
 
 
 @pytest.mark.parametrize("of", [1, 2, 3, 7, 64])
@@ -41,16 +41,16 @@ def shares(folder, of, last, parts=None, head=HEAD):
     for k in parts or range(1, of + 1):
         share = Share(k, of)
         study = Study(folder / share.file)
-        study.begin(head, share)
+        study.begin(head, share=share)
         study.append(rows(whole, share.numbers(1, last) - 1))
     return whole
 
 
 def test_a_folder_is_read_as_one_study(tmp_path):
     whole = shares(tmp_path, 5, 47)
-    head, columns, missing = read_folder(tmp_path)
-    assert bits(columns) == bits(whole)
-    assert head == read(tmp_path / "share-2-of-5.db")[0]
+    facts, columns, missing = read_folder(tmp_path)
+    assert bits(of_one_run(columns)) == bits(whole)
+    assert facts["head"] == read(tmp_path / "share-2-of-5.db")[0]
     assert missing == ""
 
 
@@ -66,7 +66,7 @@ def test_points_that_are_missing_are_told(tmp_path):
 def test_a_point_of_two_files_counts_once_if_they_agree(tmp_path):
     whole = shares(tmp_path, 2, 10)
     begun(tmp_path / "other.db").append(block(1, 10, failed=[2]))
-    assert bits(read_folder(tmp_path)[1]) == bits(whole)
+    assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(whole)
     (tmp_path / "other.db").unlink()
     begun(tmp_path / "other.db").append(rows(block(1, 10, seed=1), [3]))
     with pytest.raises(
@@ -78,12 +78,12 @@ def test_a_point_of_two_files_counts_once_if_they_agree(tmp_path):
 def test_an_output_that_a_share_lacks_is_unknown_for_its_points(tmp_path):
     whole = shares(tmp_path, 3, 12, [1, 2])
     numbers, share = Share(3, 3).numbers(1, 12), Study(tmp_path / Share(3, 3).file)
-    share.begin(HEAD, Share(3, 3))
+    share.begin(HEAD, share=Share(3, 3))
     heat = np.where(np.isin(whole["test_point"], numbers), whole["x"], np.nan)
     share.append(rows(whole | {"heat": heat}, numbers - 1))
     # another file holds some of these points without the output: they are the same tests
     begun(tmp_path / "z.db").append(rows(whole, numbers[:2] - 1))
-    assert bits(read_folder(tmp_path)[1]) == bits(whole | {"heat": heat})
+    assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(whole | {"heat": heat})
 
 
 def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_read(tmp_path):
@@ -91,13 +91,13 @@ def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_rea
     (tmp_path / "b").mkdir()
     other = HEAD | {"upper": [2.0, 5.0, np.nan, np.nan]}
     shares(tmp_path / "a", 2, 10, [1])
-    with pytest.raises(StudyMismatchError, match=r"share-1-of-2.db belongs .* upper.0 is 1.0"):
+    with pytest.raises(StudyMismatchError, match=r"share-1-of-2.db is a share of other points"):
         shares(tmp_path / "a", 2, 10, [2], other)
     with pytest.raises(StudyMismatchError, match="is one of 2 shares, not of 3"):
         shares(tmp_path / "a", 3, 10, [2])
     shares(tmp_path / "b", 2, 10, [2], other)
     shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path / "a")
-    with pytest.raises(StudyMismatchError, match=r"share-2-of-2.db belongs to another.*1-of-2.db"):
+    with pytest.raises(StudyMismatchError, match=r"share-2-of-2.db has other points.*1-of-2.db"):
         read_folder(tmp_path / "a")
 
 

@@ -16,7 +16,7 @@ import pymoo_psi
 from pymoo_psi.errors import StudyLockedError
 from pymoo_psi.study import Study
 from tests.processes import LONG, until
-from tests.study.studies import HEAD, begun, bits, block, read, rows
+from tests.study.studies import HEAD, begun, bits, block, of_one_run, read, rows
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
 
@@ -151,7 +151,7 @@ def test_readers_see_whole_blocks_while_others_write(tmp_path, workers):
     pid = workers.start(f"for n in range(1, 201, 4): Study({str(path)!r}).append(block(n, 4))")
     seen = 0
     while seen < 200:
-        tests, part = read(path)[1], Study(path).contents(1, 200)[1]
+        tests, part = read(path)[1], of_one_run(Study(path).contents(1, 200)[1])
         assert seen <= len(tests["x"]) <= len(part["x"])
         assert len(tests["x"]) % 4 == len(part["x"]) % 4 == 0
         assert bits(part) == bits(rows(expected, np.arange(len(part["x"]))))

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, StudyMismatchError
 from pymoo_psi.study import Study
-from tests.study.studies import HEAD, begun, bits, block, contents, read, rows
+from tests.study.studies import HEAD, begun, bits, block, contents, of_one_run, read, rows
 
 
 @pytest.fixture
@@ -102,7 +102,7 @@ def test_tests_come_back_bit_for_bit_however_they_are_cut_into_blocks(tmp_path_f
     found_head, found = read(path)
     assert bits(found) == in_order
     assert json.dumps(found_head) == json.dumps(head)
-    assert bits(study.contents(1, 2**63 - 1)[1]) == in_order
+    assert bits(of_one_run(study.contents(1, 2**63 - 1)[1])) == in_order
     study.begin(head)
     assert os.listdir(path.parent) == ["s.db"]
 
@@ -127,15 +127,17 @@ def test_other_programs_read_a_study_without_us(study):
     columns = block(1, 40, failed=[3])
     study.append(columns, origin="LP-tau", seconds=0.25)
     with closing(sqlite3.connect(study.path)) as db:
-        frame = pd.read_sql("SELECT * FROM tests ORDER BY test_point", db)
+        frame = pd.read_sql("SELECT * FROM tests ORDER BY test", db)
         facts = {name: json.loads(value) for name, value in db.execute("SELECT * FROM study")}
     assert list(frame) == [
-        *("test_point", "status", "reason", "origin", "seconds", "row_checksum"),
+        *("test", "run", "test_point", "repeat"),
+        *("status", "reason", "origin", "seconds", "row_checksum"),
         *("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"),
     ]
     for name in ("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"):
         np.testing.assert_array_equal(frame[name], columns[name])
-    assert frame["test_point"].tolist() == list(range(1, 41))
+    for name in ("test", "test_point"):
+        assert frame[name].tolist() == list(range(1, 41))
     assert frame["reason"].notna().tolist() == [number == 3 for number in range(1, 41)]
     assert set(frame["origin"]) == {"LP-tau"}
     assert set(frame["seconds"]) == {0.25}
@@ -151,16 +153,19 @@ def test_other_programs_read_a_study_without_us(study):
     [
         (changed(key="v2"), 'problem.key is null in the study, "v2" asked'),
         (changed(parameters={"mu": 0.4}), "problem.parameters.mu is 0.2 in the study, 0.4 asked"),
-        (HEAD | {"upper": [1, 5.0, np.nan, np.nan]}, "upper.0 is 1.0 in the study, 1 asked"),
+        (
+            HEAD | {"variables": ["x", "m", "hollow", "metal"]},
+            'variables.1 is "n" in the study, "m"',
+        ),
         (HEAD | {"kinds": ["real"] * 4}, 'kinds.3 is "choice" in the study, "real" asked'),
     ],
 )
-def test_another_problem_is_refused(study, head, said):
+def test_another_model_is_refused(study, head, said):
     study.append(block(1, 2))
     before = contents(Path(study.path).parent)
     with pytest.raises(
         StudyMismatchError,
-        match=f"belongs to another problem or search: .*{said}.*. Give the name of another file",
+        match=f"belongs to another model: .*{said}.*. Give the name of another file",
     ):
         begun(study.path, head)
     assert contents(Path(study.path).parent) == before
@@ -210,7 +215,7 @@ def test_a_study_is_a_name(study, monkeypatch):
     relative = Study(Path(study.path).name)
     monkeypatch.chdir("/")
     assert relative.path == study.path
-    assert bits(relative.contents(1, 9)[1]) == bits(block(1, 4))
+    assert bits(of_one_run(relative.contents(1, 9)[1])) == bits(block(1, 4))
 
 
 # Outputs, which tests bring
@@ -242,8 +247,9 @@ def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
     # nor does a value that only one of both knows make another test
     assert study.append(with_heat | {"heat": np.array([1.0, np.nan, 3.0])}) == 0
     study.append(block(4, 2) | {"heat": np.array([np.nan, 5.0])})
-    assert study.append(block(4, 2) | {"heat": np.array([4.0, 5.0])}) == 0
-    with_heat = block(1, 5) | {"heat": np.array([1.0, 2.0, 3.0, np.nan, 5.0])}
+    # but a value that the stored test lacks is added to it
+    assert study.append(block(4, 2) | {"heat": np.array([4.0, 5.0])}) == 1
+    with_heat = block(1, 5) | {"heat": np.array([1.0, 2.0, 3.0, 4.0, 5.0])}
     assert bits(read(study.path)[1]) == bits(with_heat | {})
     with pytest.raises(ArgumentValueError, match="other values for test point 2"):
         study.append(with_heat | {"heat": np.array([1.0, 2.5, 3.0, 4.0, 5.0])})

@@ -18,7 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Designs, Mask, Numbers, mapping
+from pymoo_psi.algorithms._limits import Asked
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.parallel import (
@@ -31,6 +33,8 @@ from pymoo_psi.problems import (
     columns_of_values,
     design_space,
     evaluate_designs,
+    known_limits,
+    layers,
     problem_layout,
     stream_designs,
     streams,
@@ -39,7 +43,14 @@ from pymoo_psi.problems import (
     without_requirements,
 )
 from pymoo_psi.study import LAST
-from pymoo_psi.table import PROPOSAL_ROUND, RESERVED, Layout, TestTable
+from pymoo_psi.table import (
+    PROPOSAL_ROUND,
+    RESERVED,
+    Layout,
+    TestTable,
+    choice_values,
+    limits_by_name,
+)
 
 Filter = Callable[[TestTable], TestTable]
 
@@ -169,11 +180,14 @@ class Model:
         inner: The same problem without its requirements.
         space: Its variables.
         layout: The columns that the problem promises.
+        limits: The limits of the problem, and those of the options in place of these, by column.
+        asked: The formulation of the run, with these limits; or these limits.
     """
 
     def __init__(self, problem: Any, options: RunOptions) -> None:
         self.problem = with_requirements(untolerant(problem), options.requirements)
         self.inner = without_requirements(self.problem)
+        self._limits = known_limits(self.problem)  # the first constraints, but not of a table
         names = mapping("names", options.names or {}, "names such as f1 to your own")
         log = options.log
         if log is not None:
@@ -181,7 +195,18 @@ class Model:
             log = [default_names.get(name, name) for name in log]
         self.space = design_space(self.problem, log=log)
         columns = options.names, options.maximize, options.units
-        self.layout = problem_layout(self.problem, self.space, *columns)
+        layout = problem_layout(self.problem, self.space, *columns)
+        self.layout = replace(layout, inequalities=layout.inequalities[len(self._limits) :])
+        self.default_limits = limits_of_problem(self._limits)
+        formulation = options.formulation
+        if formulation is None:
+            limits = limits_by_name(options.limits, self.layout.objectives)
+            self.limits = self.default_limits | limits
+            self.asked: Asked = self.limits
+        else:
+            objectives = formulation.objectives or self.layout.objectives
+            self.limits = self.default_limits | limits_by_name(formulation.limits, objectives)
+            self.asked = replace(formulation, limits=self.limits)
 
     @property
     def has_requirements(self) -> bool:
@@ -194,6 +219,62 @@ class Model:
             return np.zeros((len(X), 0))
         violations: Array = self.problem.amounts(X)
         return violations
+
+    def requirement_columns(self, columns: Mapping[str, Any]) -> dict[str, Array]:
+        """Return the columns of the requirements of stored tests, by name.
+
+        Args:
+            columns: ``(n,)`` variables by name, choices as texts.
+        """
+        if not self.has_requirements:
+            return {}
+        designs = []
+        for name, kind in zip(self.layout.variables, self.layout.kinds, strict=True):
+            cells = columns[name]
+            if kind is Kind.CHOICE:
+                cells = choice_values(cells)
+            designs.append(cells.astype(object))
+        names = self.layout.inequalities[self.n_ieq_constr :]
+        violations = self.violations(np.column_stack(designs))
+        return dict(zip(names, violations.T, strict=True))
+
+    def completed(self, columns: Mapping[str, Any]) -> dict[str, Array]:
+        """Return columns of stored tests that follow from others, or from files that are kept.
+
+        Args:
+            columns: The columns of the tests by name.
+        """
+        completed = self.requirement_columns(columns)
+        *wrappers, model = layers(self.inner)
+        if hasattr(model, "completed") and all(wrapper.same_columns for wrapper in wrappers):
+            completed |= model.completed(columns)
+        return completed
+
+    @property
+    def n_ieq_constr(self) -> int:
+        """How many inequality constraints of the model a table has, before requirements."""
+        return int(self.inner.n_ieq_constr) - len(self._limits)
+
+    def constraints(self, tests: TestTable) -> Array:
+        """Return the ``(n, n_ieq)`` constraints of tests as the problem has them, with its limits.
+
+        The amounts are not known where a test lacks the output.
+        """
+        amounts = []
+        for limit in self._limits:
+            outputs = np.full(len(tests), np.nan)
+            if limit.output in tests.layout.columns:
+                outputs = tests.column(limit.output)
+            amounts.append(limit.violation(outputs))
+        return np.column_stack([*amounts, tests.G])
+
+    def values(self, tests: TestTable) -> list[Values]:
+        """Return the values of each test as its evaluation returned them."""
+        names = ("F", "G", "H", *tests.layout.outputs, "failure")
+        reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
+        arrays = tests.F, self.constraints(tests), tests.H
+        rows = zip(*arrays, *tests.outputs.T.tolist(), reasons, strict=True)
+        return [dict(zip(names, row, strict=True)) for row in rows]
 
     def tests(self, points: Points, values: Sequence[Values]) -> TestTable:
         """Return the tests of points.
@@ -212,7 +293,7 @@ class Model:
             rows.append(row)
         out = columns_of_values(self.inner, rows)
         out["G"] = np.hstack([out["G"], self.violations(X)])
-        return table_of_values(self.layout, points, X, out)
+        return self._table(points, X, out)
 
     def evaluated(self, kept: Filter | None, points: Points) -> tuple[TestTable, float]:
         """Return the kept tests of points, and the seconds of one; it is sent to processes."""
@@ -220,10 +301,24 @@ class Model:
         X = points.matrix(self.space)
         out = evaluate_designs(self.problem, self.space.designs(X))
         seconds = (time.monotonic() - began) / len(points)
-        tests = table_of_values(self.layout, points, X, out)
+        tests = self._table(points, X, out)
         if kept is not None:
             tests = kept(tests)
         return tests, seconds
+
+    def _table(self, points: Points, X: Designs, out: Mapping[str, Any]) -> TestTable:
+        values = {**out, "G": out["G"][:, len(self._limits) :]}
+        return table_of_values(self.layout, points, X, values)
+
+
+def limits_of_problem(limits: Sequence[Any]) -> dict[str, Any]:
+    """Return the limits of a problem by output, as ``(lower, upper)``."""
+    ends: dict[str, Any] = {}
+    for limit in limits:
+        lower, upper = ends.get(limit.output, (None, None))
+        low, high = limit.ends
+        ends[limit.output] = (lower if low is None else low, upper if high is None else high)
+    return ends
 
 
 class OneByOne(_Executor):
@@ -500,11 +595,3 @@ def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:
         elif value is not None:
             odd.append(value)
     return numbers, odd
-
-
-def values_of_table(tests: TestTable) -> list[Values]:
-    """Return the values of each test as its evaluation returned them."""
-    names = ("F", "G", "H", *tests.layout.outputs, "failure")
-    reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
-    rows = zip(tests.F, tests.G, tests.H, *tests.outputs.T.tolist(), reasons, strict=True)
-    return [dict(zip(names, row, strict=True)) for row in rows]

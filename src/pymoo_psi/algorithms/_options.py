@@ -120,7 +120,8 @@ class RunOptions:
             created with and keeps, or what its method ``fingerprint()`` returns; it cannot see into
             the model.
         study_wait: Seconds to wait for other processes that are writing the study.
-        retry: ``"failed"`` evaluates stored tests that failed once more.
+        retry: ``"failed"`` evaluates stored tests that failed once more, ``"incomplete"`` those
+            that lack an objective, or an output with a limit, as they are older than it.
         names: Your own names for variables, objectives and constraints, by their default names:
             ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. Tables, studies, files, plots
             and limits use them. By default those of the problem's attribute ``names``.
@@ -173,7 +174,7 @@ class RunOptions:
             integer("block_size", self.block_size, minimum=1)
         positive_number("study_wait", self.study_wait)
         if self.retry is not None:
-            known_name("retry", self.retry, ("failed",))
+            known_name("retry", self.retry, ("failed", "incomplete"))
         if self.formulation is not None:
             instance("formulation", self.formulation, Formulation)
             if self.limits:

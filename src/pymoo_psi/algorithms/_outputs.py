@@ -38,7 +38,7 @@ class LearnedOutputs:
         self._table = table
         layout = table.layout
         tested = table.tested.layout
-        requirements = tested.inequalities[model.inner.n_ieq_constr :]
+        requirements = tested.inequalities[model.n_ieq_constr :]
         self.inequalities = [name for name in layout.inequalities if name not in requirements]
         outputs = [*layout.outputs]
         if model.space.equalities:  # limits on variables are then no sides of the unit cube
@@ -134,7 +134,7 @@ class LearnedOutputs:
         """
         table = self._table
         failed = table.status == "failed"
-        n_ieq = self._model.inner.n_ieq_constr
+        n_ieq = self._model.n_ieq_constr
         # The model does not run for a design that violates a requirement.
         unmet = (table.tested.G[:, n_ieq:] > 0).any(axis=1)
         unknown = failed | unmet
@@ -197,12 +197,11 @@ class LearnedOutputs:
                 own[name] = columns[of_table]
                 if (name in problem.maximize) != (of_table in tested.maximize):
                     own[name] = -columns[of_table]
-        names = {f"f{j}": name for j, name in enumerate(tested.objectives, 1)}
-        names |= {f"g{j}": name for j, name in enumerate(tested.inequalities, 1)}
+        names = dict(zip(problem.objectives, tested.objectives, strict=True))
         values_by_name = {}
         for name, values in problem.computed(own).items():
             of_table = names.get(name, name)
-            if of_table in tested.objectives and of_table in tested.maximize:
+            if name in names and (name in problem.maximize) != (of_table in tested.maximize):
                 values = -values
             values_by_name[of_table] = values
         return values_by_name

@@ -121,12 +121,14 @@ class PointAlgorithm(Algorithm):
             >>> minimize(SphereChute(), PSI(8)).algorithm.table.numbers
             array([1, 2, 3, 4, 5, 6, 7, 8])
         """
-        return self._under(self._tests)
+        if self.n_tested == 0:
+            return self._tests
+        return self._under(self._run.store.numbered(self._tests))
 
     def _under(self, tests: TestTable) -> TestTable:
         if self.termination.has_terminated():
-            return under_known(tests, self.options.asked)
-        return under(tests, self.options.asked)
+            return under_known(tests, self._run.model.asked)
+        return under(tests, self._run.model.asked)
 
     @property
     def n_tested(self) -> int:
@@ -217,7 +219,7 @@ class PointAlgorithm(Algorithm):
         space = self._run.model.space
         designs = space.designs(points.matrix(space))
         block = Population.new("X", designs, "test_point", points.numbers)
-        stored = self._run.store.recall(points.numbers)
+        stored = self._run.store.recall(points)
         self._give_values(block[np.searchsorted(points.numbers, stored.numbers)], stored)
         return block
 
@@ -226,7 +228,7 @@ class PointAlgorithm(Algorithm):
         if infills is None:
             return False
         tests = self._tests_of(infills)
-        violation = total_violation(tests, self.options.asked)
+        violation = total_violation(tests, self._run.model.asked)
         infills.set("CV", violation[:, None])  # pymoo's, with that of the limits
         self._population = Population.merge(self.pop, infills)  # of the table without the block
         self._run.tell(tests)
@@ -266,8 +268,9 @@ class PointAlgorithm(Algorithm):
         names = tests.layout.outputs
         reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
         # Copies, as individuals may be changed; one of each array, as a row takes a while.
-        arrays = [values.copy() for values in (tests.F, tests.G, tests.H)]
-        violation = total_violation(tests, self.options.asked)[:, None]
+        constraints = self._run.model.constraints(tests)
+        arrays = [values.copy() for values in (tests.F, constraints, tests.H)]
+        violation = total_violation(tests, self._run.model.asked)[:, None]
         rows = zip(block, *arrays, violation, reasons, tests.outputs.tolist(), strict=True)
         for individual, f, g, h, cv, reason, outputs in rows:
             individual.F = f
@@ -311,7 +314,9 @@ class PointAlgorithm(Algorithm):
             return None
         rows = self._optimal_rows()
         if len(rows) == 0:
-            violation = np.nan_to_num(total_violation(self._tests, self.options.asked), nan=np.inf)
+            violation = np.nan_to_num(
+                total_violation(self._tests, self._run.model.asked), nan=np.inf
+            )
             rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
         if self.problem.n_obj == 1:
             rows = rows[:1]
@@ -474,6 +479,7 @@ def investigate(
     known_name("keep", keep, ("all", "feasible", "pareto"))
     run = run_of_sequence(problem, n_points, settings, keep=keep, runner=runner)
     on_workers = runner if runner is not None and runner.elastic else None
+    asked = run.model.asked
     n_points = run.n_left  # of this share, and also those that `fill` does not count
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -484,19 +490,19 @@ def investigate(
         for block in blocks:
             tests = block.tests
             if not block.is_filtered:
-                tests = kept_tests(keep, settings.asked, tests)
+                tests = kept_tests(keep, asked, tests)
             tables.append(tests)
             show_progress(1 - run.n_left / n_points)
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                tables = [pareto_tests(by_number(tables), settings.asked, on_workers)]
-    table = by_number(tables)
+                tables = [pareto_tests(by_number(tables), asked, on_workers)]
+    table = run.store.numbered(by_number(tables))
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = pareto_tests(table, settings.asked, on_workers)
+        table = pareto_tests(table, asked, on_workers)
     # of tests that are left out it is unknown whether they failed
-    if settings.limits and keep != "all":
-        bounds_of(settings.limits, table.layout)
-    return under_known(table, settings.asked)
+    if run.model.limits and keep != "all":
+        bounds_of(run.model.limits, table.layout)
+    return under_known(table, asked)
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:

@@ -11,8 +11,8 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
-from pymoo_psi._validation import Designs, Mask, Received, invalid
-from pymoo_psi.algorithms._executor import Model, executor_of, values_of_table
+from pymoo_psi._validation import Designs, Mask, Numbers, Received, invalid
+from pymoo_psi.algorithms._executor import Model, executor_of
 from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
 from pymoo_psi.algorithms._run import Run, table_of_run
 from pymoo_psi.algorithms._sources import PlannedPoints, Points
@@ -123,9 +123,9 @@ class Recorded(WrappedProblem):
         run_options = RunOptions(study=study, **options)
         self._model = Model(evaluated, run_options)
         table = table_of_run(self._model, run_options, lambda: "an algorithm (Recorded)")
-        self._store = StudyStore(table, run_options)
+        self._store = StudyStore(table, run_options, self._model)
         self._executor = executor_of(self._model, run_options)
-        self._answers = _Answers()
+        self._answers = _Answers(self._model)
         self._read()
         self.n_evaluated = 0
 
@@ -139,7 +139,7 @@ class Recorded(WrappedProblem):
             >>> len(Recorded(SphereChute(), study=tempfile.mkdtemp() + "/run.db").table)
             0
         """
-        return self._store.stored()
+        return self._store.whole()
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
@@ -173,7 +173,7 @@ class Recorded(WrappedProblem):
         keys = design_keys(design_matrix("X", designs, layout.variables, layout.kinds))
         if answers.missing(keys):
             # The inner context has the lock, which is given back before the process ends.
-            with stored_at_termination(self._store), self._store.study.writing():
+            with stored_at_termination(self._store), self._store.writing():
                 self._read()  # what another process stored before this one got the lock
                 rows = answers.missing(keys)
                 if rows:
@@ -195,8 +195,13 @@ class Recorded(WrappedProblem):
 
     def _read(self) -> None:
         """Take over stored tests that are not known yet, of this run or others."""
-        stored = self._store.stored(next(self._answers.free()))
-        self._answers.add(stored, self._store.to_retry(stored))
+        answers = self._answers
+        stored = self._store.stored(next(answers.free()))
+        answers.add(stored, self._store.to_retry(stored), self._store.numbers(stored.numbers))
+        others = self._store.others()
+        if len(others) > answers.n_others:
+            is_left_out = self._store.to_retry(others)
+            answers.add_others(others.rows(~is_left_out))
 
     def _evaluate(self, designs: Designs, keys: list[_Key]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.
@@ -205,17 +210,18 @@ class Recorded(WrappedProblem):
         numbers that they would have had, as these are the free ones in between.
         """
         free = self._answers.free()
-        numbers = []
+        test_points = []
         for key in keys:
-            number = self._answers.retried.get(key)
-            if number is None:
-                number = next(free)
-            numbers.append(number)
-        order = np.argsort(numbers)
-        points = Points(np.array(numbers)[order], 0, designs=designs[order])
+            test_point = self._answers.retried.get(key)
+            if test_point is None:
+                test_point = next(free)
+            test_points.append(test_point)
+        order = np.argsort(test_points)
+        points = Points(np.array(test_points)[order], 0, designs=designs[order])
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         block = run.block(len(points))
-        self._answers.add(block.tests, np.zeros(len(block.tests), dtype=bool))
+        none = np.zeros(len(block.tests), dtype=bool)
+        self._answers.add(block.tests, none, self._store.numbers(block.tests.numbers))
         self.n_evaluated += block.n_called
 
 
@@ -226,25 +232,44 @@ class _Answers:
 
     Attributes:
         values: By design the values of its first test, and its number as ``test_point``.
-        retried: The numbers of failed tests by design that are to be evaluated again.
-        numbers: The numbers of all tests.
+        retried: The test points of failed tests by design that are to be evaluated again.
+        test_points: The test points of all tests of the run.
+        n_others: How many tests of other runs are known.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, model: Model) -> None:
+        self._model = model
         self.values: dict[_Key, Values] = {}
         self.retried: dict[_Key, int] = {}
-        self.numbers: set[int] = set()
+        self.test_points: set[int] = set()
+        self.n_others = 0
 
-    def add(self, tests: TestTable, retried: Mask) -> None:
-        """Add tests, some of which are to be evaluated again; values that are known stay."""
-        numbers = tests.numbers.tolist()
-        self.numbers.update(numbers)
-        columns = numbers, design_keys(tests.X), values_of_table(tests), retried
-        for number, key, values, is_retried in zip(*columns, strict=True):
+    def add(self, tests: TestTable, retried: Mask, numbers: Numbers) -> None:
+        """Add tests of the run; values that are known stay.
+
+        Args:
+            tests: The tests.
+            retried: ``(n,)`` which of them are to be evaluated again.
+            numbers: ``(n,)`` their numbers in the study.
+        """
+        test_points = tests.numbers.tolist()
+        self.test_points.update(test_points)
+        for test_point, key, is_retried in zip(
+            test_points, design_keys(tests.X), retried.tolist(), strict=True
+        ):
             if is_retried:
-                self.retried[key] = number
-            else:
-                self.values.setdefault(key, values | {"test_point": number})
+                self.retried[key] = test_point
+        self._learn(tests.rows(~retried), numbers[~retried])
+
+    def add_others(self, tests: TestTable) -> None:
+        """Add the tests of other runs."""
+        self.n_others = len(tests)
+        self._learn(tests, tests.numbers)
+
+    def _learn(self, tests: TestTable, numbers: Numbers) -> None:
+        columns = numbers.tolist(), design_keys(tests.X), self._model.values(tests)
+        for number, key, values in zip(*columns, strict=True):
+            self.values.setdefault(key, values | {"test_point": number})
 
     def missing(self, keys: list[_Key]) -> list[int]:
         """Return where designs first occur whose values are not known."""
@@ -255,8 +280,8 @@ class _Answers:
         return list(rows.values())
 
     def free(self) -> Iterator[int]:
-        """Yield the numbers that no test has."""
-        return (number for number in count(1) if number not in self.numbers)
+        """Yield the test points of the run that no test has."""
+        return (point for point in count(1) if point not in self.test_points)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
         return self

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._validation import Designs, Numbers, identity_text, integer
-from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of, values_of_table
+from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of
 from pymoo_psi.algorithms._limits import kept_tests, under
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
@@ -226,7 +226,7 @@ class Run:
                 return
             for block in self._ready:  # when the run was at work before
                 points = points.at(~np.isin(points.numbers, block.numbers))
-            stored = recall(points.numbers)
+            stored = recall(points)
             if len(stored):
                 points = points.at(~np.isin(points.numbers, stored.numbers))
                 yield self._report(Block(stored.numbers, stored))
@@ -294,6 +294,7 @@ class Repeats:
     """The results of a run by design, where designs recur as no variable is real.
 
     Args:
+        model: The model.
         tests: Known tests.
 
     Attributes:
@@ -301,7 +302,8 @@ class Repeats:
         waiting: For each design being evaluated, the numbers of the other points with it.
     """
 
-    def __init__(self, tests: TestTable) -> None:
+    def __init__(self, model: Model, tests: TestTable) -> None:
+        self._model = model
         self.known: dict[tuple[str, ...], Values] = {}
         self.waiting: dict[tuple[str, ...], list[int]] = {}
         self.learn(tests)
@@ -310,7 +312,7 @@ class Repeats:
         """Learn the results of tests; return the points that waited for them, and their values."""
         numbers = []
         answers = []
-        for key, values in zip(design_keys(tests.X), values_of_table(tests), strict=True):
+        for key, values in zip(design_keys(tests.X), self._model.values(tests), strict=True):
             self.known.setdefault(key, values)
             for number in self.waiting.pop(key, ()):
                 numbers.append(number)
@@ -343,6 +345,7 @@ def run_of_sequence(
     runner: Runner | None = None,
     may_end_early: bool = False,
     method: str = "",
+    n_planned: int | None = None,
 ) -> Run:
     """Return a run that tests the points of a sequence, or a share of them.
 
@@ -356,9 +359,10 @@ def run_of_sequence(
         may_end_early: Whether a termination may end the run before all points are tested.
         method: By what designs are proposed after these points, for the study; the caller changes
             the source of the run.
+        n_planned: How many points the run has with those that follow.
     """
     model = Model(problem, options)
-    under(TestTable.empty(model.layout), options.asked)  # wrong ones are refused here
+    under(TestTable.empty(model.layout), model.asked)  # wrong ones are refused here
     integer("n_points", n_points, minimum=1)
     if options.fill and model.has_requirements:
         n_points = n_points_to_fill(options, n_points, model.problem, model.space)
@@ -368,13 +372,15 @@ def run_of_sequence(
     table = table_of_run(model, options, lambda: sampling.identity(n_points, options.seed) + method)
     store = Store(table)
     if options.study is not None:
-        store = StudyStore(table, options)
+        first = int(points.numbers[0])
+        last = max(int(points.numbers[-1]), options.first + (n_planned or 0) - 1)
+        store = StudyStore(table, options, model, (first, last))
     repeats = None
     if model.space.finite and (model.problem.elementwise or runner is None):
-        repeats = Repeats(store.known())
+        repeats = Repeats(model, store.known())
     kept = None
     if keep != "all" and options.study is None and repeats is None:
-        kept = partial(kept_tests, keep, options.asked)
+        kept = partial(kept_tests, keep, model.asked)
     executor = executor_of(
         model,
         options,
@@ -399,7 +405,7 @@ def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str])
     """
     table = TestTable.empty(model.layout)
     try:
-        identity = problem_identity(model.problem, model.space)
+        identity = problem_identity(model.problem)
         text = identity_text(identity | {"sampling": sampling(), "key": options.study_key})
     except PsiError:
         # Shares must be of the same points, whether they are stored or not.

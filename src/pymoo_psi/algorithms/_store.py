@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from typing import Any
@@ -13,16 +13,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Mask, Numbers, invalid
+from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.study import LAST, Proposal, Study
-from pymoo_psi.table import TestTable, columns_of, head_of, kinds_of_columns, table_of
+from pymoo_psi.algorithms._sources import Points
+from pymoo_psi.problems import requirement_texts
+from pymoo_psi.study import LAST, Columns, Proposal, Study, points_of, run_of
+from pymoo_psi.table import (
+    POINT,
+    RUN,
+    TestTable,
+    columns_of,
+    columns_of_designs,
+    head_of,
+    kinds_of_columns,
+    table_of,
+)
 
-Recall = Callable[[Numbers], TestTable]
+Recall = Callable[[Points], TestTable]
 
 
 class Store:
     """A store that keeps nothing: that of a run without a study.
+
+    The tests of a run are numbered by their test points here and in the run; see :meth:`numbered`.
 
     Args:
         table: A table without tests: the columns that the problem promises.
@@ -47,16 +62,28 @@ class Store:
         """
         yield self.recall
 
-    def recall(self, numbers: Numbers) -> TestTable:
-        """Return the stored tests of increasing numbers, without those to be retried."""
+    def recall(self, points: Points) -> TestTable:
+        """Return the stored tests of points, by number, without those to be retried."""
         return self.empty
 
-    def known(self) -> TestTable:
-        """Return all stored tests, without those to be retried."""
+    def known(self, first: int = 1, count: int = LAST) -> TestTable:
+        """Return stored tests of the run, without those to be retried."""
+        return self.empty
+
+    def others(self) -> TestTable:
+        """Return the tests of other runs of the same model."""
         return self.empty
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""
+
+    def numbered(self, tests: TestTable) -> TestTable:
+        """Return tests of the run with the numbers that they have in the study."""
+        return tests
+
+    def remembered(self, name: str, value: Any) -> Any:
+        """Return what the run had as a value when it was begun."""
+        return value
 
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
@@ -74,16 +101,26 @@ class StudyStore(Store):
         table: A table without tests: the columns that the problem promises, and what makes its
             tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
         options: The options of the run.
+        model: The model of the run.
+        planned: The first and the last test point that the run is asked for, if that is known.
 
     Raises:
         ArgumentValueError: The study is a folder without a share, or a file with one.
-        StudyError: The study belongs to another problem, or cannot be used.
+        StudyError: The study belongs to another model, or cannot be used.
     """
 
-    def __init__(self, table: TestTable, options: RunOptions) -> None:
+    def __init__(
+        self,
+        table: TestTable,
+        options: RunOptions,
+        model: Model,
+        planned: tuple[int, int] | None = None,
+    ) -> None:
         super().__init__(table)
-        self._retry = options.retry is not None
-        self._stored = np.zeros(0, dtype=np.int64)  # numbers, as far as they are known
+        self._model = model
+        self._retry = options.retry
+        self._stored = np.zeros(0, dtype=np.int64)  # test points, as far as they are known
+        self._others = table  # the tests of other runs, as far as they are known
         self._was_locked = False
         path = Study(options.study or "").path
         if os.path.exists(path) and os.path.isdir(path) != bool(options.share):
@@ -92,10 +129,25 @@ class StudyStore(Store):
         if options.share:
             path = f"{path}/{options.part.file}"
         self.study = Study(path, wait=options.study_wait)
+        problem = dict(table.problem or {})
+        sampling = problem.pop("sampling")
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
-        self.origin = (table.problem or {})["sampling"].partition(" from ")[0]
+        self.origin = sampling.partition(" from ")[0]
         self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"
-        self.study.begin(head_of(table), options.part if options.part.of > 1 else None)
+        head = head_of(table) | {"problem": problem, "model_inequalities": model.n_ieq_constr}
+        if model.default_limits:
+            head["limits"] = model.default_limits
+        points = points_of(head, sampling, requirement_texts(model.problem))
+        only = _kept_values(model, problem["choices"])
+        if only:
+            points["only"] = only
+        share = options.part if options.part.of > 1 else None
+        facts = self.study.begin(head, points, share, planned)
+        self._run = facts["run"].number
+        self._has_others = len(facts["runs"]) > 1
+        if not facts.get("is_complete", True):
+            columns = self.study.contents()[1]
+            self.study.complete({"test": columns["test"]} | model.completed(columns))
 
     @contextmanager
     def session(self) -> Iterator[Recall]:
@@ -103,28 +155,45 @@ class StudyStore(Store):
         with ExitStack() as lock:
             is_locked = False
 
-            def recall_or_lock(numbers: Numbers) -> TestTable:
+            def recall_or_lock(points: Points) -> TestTable:
                 nonlocal is_locked
                 if not self._was_locked:
-                    self._look(numbers)
-                if not is_locked and not np.isin(numbers, self._stored).all():
-                    lock.enter_context(self.study.writing())
+                    self._look(points)
+                if not is_locked and not np.isin(points.numbers, self._stored).all():
+                    lock.enter_context(self.writing())
                     is_locked = True
                     self._was_locked = True
-                    self._look(numbers)  # another process may have stored some meanwhile
-                if not np.isin(numbers, self._stored).any():
+                    self._look(points)  # another process may have stored some meanwhile
+                if not np.isin(points.numbers, self._stored).any():
                     return self.empty
-                return self.recall(numbers)
+                return self.recall(points)
 
             yield recall_or_lock
 
-    def _look(self, numbers: Numbers) -> None:
-        """Learn which tests are stored, from the first of increasing numbers on."""
-        if not np.isin(numbers, self._stored).all():
-            self._stored = self.study.numbers(int(numbers[0]), failed=not self._retry)
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keep other processes from adding to the run while the body does."""
+        with self.study.writing(self._run):
+            yield
 
-    def recall(self, numbers: Numbers) -> TestTable:
-        """Return the stored tests of increasing numbers, without those to be retried."""
+    def _look(self, points: Points) -> None:
+        """Learn which tests are stored, from the first of increasing numbers on."""
+        numbers = points.numbers
+        is_missing = ~np.isin(numbers, self._stored)
+        if is_missing.any() and self._has_others:
+            missing = points.at(is_missing)
+            layout = self.empty.layout
+            X = missing.matrix(self._model.space)
+            designs = columns_of_designs(layout.variables, layout.kinds, X)
+            self.study.adopt({POINT: missing.numbers} | designs, self._run)
+        if is_missing.any():
+            is_retried = self._retry == "failed"
+            first = int(numbers[0])
+            self._stored = self.study.numbers(first, failed=not is_retried, run=self._run)
+
+    def recall(self, points: Points) -> TestTable:
+        """Return the stored tests of points, by number, without those to be retried."""
+        numbers = points.numbers
         if len(numbers) == 0:
             return self.empty
         first, last = int(numbers[0]), int(numbers[-1])
@@ -135,40 +204,135 @@ class StudyStore(Store):
         return tests.rows(is_wanted)  # the file of a share may hold points of other shares
 
     def known(self, first: int = 1, count: int = LAST) -> TestTable:
-        """Return stored tests, without those to be retried; see :meth:`stored`."""
-        tests = self.stored(first, count)
-        if not self._retry:
+        """Return stored tests of the run, without those to be retried; see :meth:`stored`."""
+        columns = self.study.contents(first, count, run=self._run)[1]
+        tests = self._table(columns, POINT)
+        retried = columns[POINT][self._is_retried(columns)]
+        if len(retried) == 0:
             return tests
-        return tests.rows(~self.to_retry(tests))
+        return tests.rows(~np.isin(tests.numbers, retried))
+
+    def _is_retried(self, columns: Columns) -> Mask:
+        """``(n,)`` which of stored tests are to be evaluated once more."""
+        failed = np.asarray(columns["status"] == "failed")
+        if self._retry == "failed":
+            return failed
+        is_retried: Mask = np.zeros(len(failed), dtype=bool)
+        if self._retry == "incomplete":
+            needed = {*self.empty.layout.objectives, *self._model.limits}
+            for name in needed & columns.keys():
+                is_retried |= columns[name] != columns[name]  # NaN
+        return np.asarray(is_retried & ~failed)
 
     def stored(self, first: int = 1, count: int = LAST) -> TestTable:
-        """Return what is stored of ``count`` test points from number ``first`` on."""
-        columns = self.study.contents(first, count)[1]
+        """Return what is stored of ``count`` test points of the run from number ``first`` on."""
+        return self._table(self.study.contents(first, count, run=self._run)[1], POINT)
+
+    def whole(self) -> TestTable:
+        """Return all tests of the study, of whatever run, by their numbers."""
+        columns = self.study.contents()[1]
+        tests = self._table(columns, "test")
+        if (columns["run"] == 1).all():
+            return tests
+        rows = np.searchsorted(columns["test"], tests.numbers)
+        return _with_origin(tests, columns["run"][rows], columns[POINT][rows])
+
+    def others(self) -> TestTable:
+        """Return the tests of other runs of the same model."""
+        if not self._has_others:
+            return self.empty
+        n_tests = sum(run.n_tests for run in self.study.facts()["runs"] if run.number != self._run)
+        if n_tests == len(self._others):
+            return self._others
+        columns = self.study.contents()[1]
+        is_of_other = columns["run"] != self._run
+        columns = {name: column[is_of_other] for name, column in columns.items()}
+        self._others = self._table(columns, "test")
+        return self._others
+
+    def _table(self, columns: Columns, number: str) -> TestTable:
+        """Return the table of columns of the study; ``number`` is the column that numbers them."""
         layout = self.empty.layout
         promised = kinds_of_columns(layout)
         # Tests of another run may have outputs that this one does not know yet.
-        outputs = tuple(name for name in columns if name not in promised)
-        layout = replace(layout, outputs=layout.outputs + outputs)
-        return table_of(head_of(TestTable.empty(layout)), columns, self.study.path)
+        outputs = []
+        for name in columns:
+            if name not in promised and name not in _NUMBERS:
+                outputs.append(name)
+        layout = replace(layout, outputs=(*layout.outputs, *outputs))
+        head = head_of(TestTable.empty(layout))
+        # Those that a test was made under may be others.
+        columns = columns | self._model.requirement_columns(columns) | {POINT: columns[number]}
+        return table_of(head, columns, self.study.path, is_derived=True)
 
     def to_retry(self, tests: TestTable) -> Mask:
-        """``(n,)`` which of stored tests have failed and are to be evaluated once more."""
-        if not self._retry:
-            return np.zeros(len(tests), dtype=bool)
-        return np.asarray(tests.status == "failed")
+        """``(n,)`` which of stored tests are to be evaluated once more."""
+        if self._retry == "failed":
+            return np.asarray(tests.status == "failed")
+        return np.zeros(len(tests), dtype=bool)
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""
         if len(tests):
-            self.study.append(columns_of(tests), origin=self.origin, seconds=seconds)
+            columns = columns_of(tests)
+            self.study.append(columns, run=self._run, origin=self.origin, seconds=seconds)
+
+    def numbered(self, tests: TestTable) -> TestTable:
+        """Return tests of the run with the numbers that they have in the study.
+
+        If these differ, columns say the run and the test points.
+        """
+        if not self._has_others:
+            return tests
+        test_points = tests.numbers
+        numbers = self.numbers(test_points)
+        reasons = {}
+        for test_point, number in zip(test_points.tolist(), numbers.tolist(), strict=True):
+            if test_point in tests.reasons:
+                reasons[number] = tests.reasons[test_point]
+        tests = replace(tests, numbers=numbers, reasons=reasons)
+        runs = np.full(len(tests), self._run)
+        tests = _with_origin(tests, runs, test_points)
+        if (np.diff(numbers) > 0).all():
+            return tests
+        return tests.rows(np.argsort(numbers))
+
+    def numbers(self, test_points: Numbers) -> Numbers:
+        """Return the numbers that the tests of test points have in the study."""
+        return run_of(self.study.facts(), self._run).tests(test_points)
+
+    def remembered(self, name: str, value: Any) -> Any:
+        """Return what the run had as a value when it was begun."""
+        return self.study.remember(self._run, name, value)
 
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
-        return self.study.proposals(1, LAST)
+        return self.study.proposals(1, LAST, self._run)
 
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Store proposals; return those that are stored under their numbers now."""
-        return self.study.propose(proposals)
+        return self.study.propose(proposals, self._run)
+
+
+def _kept_values(model: Model, choices: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """Return the values of choices and binary variables of which some are left out, by variable."""
+    kept = {}
+    for variable in model.space.variables:
+        if variable.kind in (Kind.BINARY, Kind.CHOICE):
+            values = [str(option) for option in variable.options]
+            if values and values != choices.get(variable.title):
+                kept[variable.title] = values
+    return kept
+
+
+# Columns of a study that a table of a single run does not have.
+_NUMBERS = ("test", RUN, POINT, "repeat")
+
+
+def _with_origin(tests: TestTable, runs: Numbers, test_points: Numbers) -> TestTable:
+    """Return tests with columns that say their run and their test point in it."""
+    extra = {**tests.extra, RUN: runs.tolist(), POINT: test_points.tolist()}
+    return replace(tests, extra=extra)
 
 
 class _Terminated(KeyboardInterrupt):

@@ -15,13 +15,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, boolean, integer
-from pymoo_psi.algorithms._limits import Asked, under_known
+from pymoo_psi.algorithms._limits import under_known
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
+from pymoo_psi.algorithms._store import Store
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import Formulation, TestTable
@@ -123,6 +124,7 @@ class SurrogatePSI(PointAlgorithm):
             integer("batch", batch, minimum=1)
         if asynchronous is not None:
             boolean("asynchronous", asynchronous)
+        self._is_start_fixed = n_points is not None
         if n_points is None:
             n_points = _POINTS
         self._batch = batch
@@ -142,6 +144,7 @@ class SurrogatePSI(PointAlgorithm):
             replace(options, seed=self.seed),
             may_end_early=may_end_early,
             method=f"{method}, seed {self.seed}",
+            n_planned=self.n_points,
         )
         executor = run.executor
         is_asynchronous = self._asynchronous
@@ -149,11 +152,21 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous = executor.elastic or executor.n_workers > (self._batch or _BATCH)
         if executor.n_workers == 0 and not executor.elastic:
             is_asynchronous = False
-        n_proposed = max(0, self.n_points - self._n_sequence)
+        n_left_out = self._n_left_out(run.store)
+        n_proposed = max(0, self.n_points - self._n_sequence + n_left_out)
         run.source = SurrogateSource(
-            run, options.asked, n_proposed, self.seed, self._batch, is_asynchronous
+            run, run.n_left - n_left_out, n_proposed, self.seed, self._batch, is_asynchronous
         )
         return run
+
+    def _n_left_out(self, store: Store) -> int:
+        """Return how many points of the sequence are proposed instead, as other runs have tests."""
+        if self._is_start_fixed or self.n_points < self._n_sequence:
+            return 0
+        n_left_out = 0
+        if len(store.known(1, 1)) == 0:  # a run that was begun goes on as it was
+            n_left_out = min(self._n_sequence, len(store.others()))
+        return int(store.remembered("points left out of the sequence", n_left_out))
 
 
 class SurrogateSource(Source):
@@ -161,7 +174,7 @@ class SurrogateSource(Source):
 
     Args:
         run: A run of the points that come first; its store keeps proposals before they are tested.
-        asked: The formulation for which designs are proposed, or limits that they keep.
+        n_first: How many points, the first, are of the sequence.
         n_proposed: How many points are proposed.
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
@@ -172,7 +185,7 @@ class SurrogateSource(Source):
     def __init__(
         self,
         run: Run,
-        asked: Asked,
+        n_first: int,
         n_proposed: int,
         seed: int,
         batch: int | None,
@@ -180,17 +193,19 @@ class SurrogateSource(Source):
     ) -> None:
         self._model = run.model
         self._store = run.store
-        self._asked = asked
-        sequence = run.source.ask(run.n_left, 0)
+        self._asked = run.model.asked
+        sequence = run.source.ask(n_first, 0)
         self._sequence = replace(
             sequence, coordinates=sequence.units, rounds=np.zeros(len(sequence))
         )
         self._n_points = len(sequence) + n_proposed
+        self._others = run.store.others()  # tests of other runs
+        self._n_dim = len(run.model.space.searched)
         self._seed = seed
         self._batch = batch
         self._executor = run.executor
         self.eager = is_asynchronous
-        self._points = Points.none()  # all that were returned
+        self._points = self._sequence.at(slice(0, 0))  # all that were returned
         self._tests = run.store.empty
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
         self._fitted: tuple[int, Learned | None] = (0, None)  # to how many of the first tests
@@ -217,20 +232,20 @@ class SurrogateSource(Source):
         return points
 
     def _next(self, n_free: int) -> Points:
-        if len(self._points) == 0:
+        if len(self._points) == 0 and len(self._sequence) > 0:
             return self._sequence
         is_pending = ~np.isin(self._points.numbers, self._tests.numbers)
         is_due = not is_pending.any() or (self.eager and n_free >= 0)
         if self.n_left == 0 or not is_due:
             return Points.none()
         size = self._size(n_free)
-        first = int(self._points.numbers[-1]) + 1
+        first = int(self._points.numbers.max(initial=0)) + 1
         round_number = len(self._ends)
         units = self._round(first, size, self._points.at(is_pending))
         self._ends.append(len(self._points) + len(units))
         units = units[: self.n_left]
         numbers = first + np.arange(len(units))
-        return Points(numbers, self._points.n_dim, units, np.full(len(units), float(round_number)))
+        return Points(numbers, self._n_dim, units, np.full(len(units), float(round_number)))
 
     def _size(self, n_free: int) -> int:
         """Return the size of the next round, for so many free workers."""
@@ -270,13 +285,14 @@ class SurrogateSource(Source):
 
     def _proposed(self, size: int, pending: Points) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        table = under_known(by_number([self._tests]), self._asked)
+        tested = by_number([self._tests])
+        is_first = np.isin(tested.numbers, self._sequence.numbers)
+        n_uniform = int(np.count_nonzero(is_first)) + len(self._others)
+        table = under_known(_behind(self._others, tested), self._asked)
         computed: Mapping[str, str] = {}
         if isinstance(self._asked, Formulation):
             computed = self._asked.computed
         outputs = LearnedOutputs(self._model, table, computed)
-        last = self._points.numbers[self._ends[0] - 1]
-        n_uniform = int(np.searchsorted(table.numbers, last, "right"))
         tests = outputs.known_tests(n_uniform, pending.units)
         goal = outputs.goal
         learned = self._learned(tests, n_uniform, goal)
@@ -292,7 +308,8 @@ class SurrogateSource(Source):
         """
         n_tests = len(tests.points)
         n_fitted = n_uniform
-        for end in self._ends:
+        ends = [len(self._others) + end for end in self._ends]
+        for end in ends:
             if n_fitted * _GROWTH <= end <= n_tests:
                 n_fitted = end
         is_known = ~tests.unknown
@@ -309,8 +326,23 @@ class SurrogateSource(Source):
             self._fitted = n_fitted, learned
         learned = self._fitted[1]
         if learned is not None:
-            for end in (n_fitted, *self._ends, n_tests):
+            for end in (n_fitted, *ends, n_tests):
                 if end >= n_fitted:
                     rows = np.flatnonzero(is_known[:end])
                     learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
         return learned
+
+
+def _behind(first: TestTable, tests: TestTable) -> TestTable:
+    """Return tests after those of other runs, numbered anew."""
+    if len(first) == 0:
+        return tests
+    parts = []
+    n_before = 0
+    for table in (first, tests):
+        numbers = n_before + np.arange(1, len(table) + 1)
+        new_numbers = dict(zip(table.numbers.tolist(), numbers.tolist(), strict=True))
+        reasons = {new_numbers[number]: reason for number, reason in table.reasons.items()}
+        parts.append(replace(table, numbers=numbers, reasons=reasons))
+        n_before += len(table)
+    return parts[0].extended(parts[1])

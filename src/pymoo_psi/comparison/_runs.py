@@ -375,4 +375,4 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
 
 def _head(tests: TestTable, problem: Any) -> dict[str, Any]:
     """Return the head of a study of a run, which identifies the problem."""
-    return {**head_of(tests), "problem": problem_identity(problem, design_space(problem))}
+    return {**head_of(tests), "problem": problem_identity(problem)}

@@ -26,6 +26,7 @@ from ._evaluation import streams as streams
 from ._evaluation import tolerance_outside as tolerance_outside
 from ._evaluation import untolerant as untolerant
 from ._named import Setting as Setting
+from ._named import known_limits as known_limits
 from ._program import Output as Output
 from ._program import Program as Program
 from ._program import ProgramRun as ProgramRun
@@ -35,6 +36,7 @@ from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem
 from ._pymoo import seed_ties as seed_ties
 from ._requirements import Requirement as Requirement
+from ._requirements import requirement_texts as requirement_texts
 from ._requirements import with_requirements as with_requirements
 from ._requirements import without_requirements as without_requirements
 from ._wrapped import known_expressions as known_expressions

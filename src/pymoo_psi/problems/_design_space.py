@@ -27,7 +27,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.problems._equalities import Polytope, polytope
 from pymoo_psi.problems._pymoo import problem_name
-from pymoo_psi.problems._wrapped import WrappedProblem, checks_requirements, layers
+from pymoo_psi.problems._wrapped import WrappedProblem, layers
 
 if TYPE_CHECKING:
     from pymoo_psi.table import Layout
@@ -389,28 +389,36 @@ def problem_layout(
     )
 
 
-def problem_identity(problem: Any, space: DesignSpace) -> dict[str, Any]:
-    """Return what identifies a problem for a study, apart from its bounds, as plain values.
+def problem_identity(problem: Any) -> dict[str, Any]:
+    """Return what identifies the model of a problem for a study, as plain values.
 
-    Name, variables and sizes are not enough, as a model has constants. So numbers and texts that
-    the problem was made with are included, or else what its method ``fingerprint()`` returns, such
-    as the chute's; for a wrapper with such a method, that of the wrapped problem, too.
+    The names and kinds of the variables belong to it as well; bounds, requirements, names of
+    objectives and limits do not, so that all of these may be changed.
+
+    The name is not enough, as a model has constants. So numbers and texts that the problem was made
+    with are included, or else what its method ``fingerprint()`` returns, such as the chute's; for a
+    wrapper with such a method, that of the wrapped problem, too.
     """
-    identity = {
+    model = problem
+    for layer in layers(problem)[:-1]:
+        if not layer.same_columns:
+            break
+        model = layer.wrapped
+    choices = {}
+    for variable in design_space(model, log=()).variables:
+        if variable.kind is Kind.CHOICE:
+            choices[variable.title] = [str(option) for option in variable.options]
+    identity: dict[str, Any] = {
         "problem": problem_name(problem),
-        "variables": [[v.name, v.kind.value, *map(str, v.options)] for v in space.variables],
-        # int, as JSON has no NumPy integers, which OpenMDAO's problems have
-        "objectives": int(problem.n_obj),
-        "inequality constraints": int(problem.n_ieq_constr),
-        "equality constraints": int(problem.n_eq_constr),
+        "choices": choices,
         "parameters": own_parameters(problem),
     }
-    functions = ""
-    for layer in layers(problem):
-        if checks_requirements(layer):
-            functions += "".join(requirement.source for requirement in layer.required)
-    if functions:
-        identity["functions"] = hashlib.sha256(functions.encode()).hexdigest()[:16]
+    if not getattr(model, "has_named_outputs", False):
+        # int, as JSON has no NumPy integers, which OpenMDAO's problems have
+        identity["objectives"] = int(model.n_obj)
+    changed = getattr(problem, "logarithms", ())
+    if changed:
+        identity["logarithms"] = [*changed]
     return identity
 
 

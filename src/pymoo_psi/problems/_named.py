@@ -16,6 +16,7 @@ from pymoo_psi._validation import finite_number, invalid, known_name, mapping
 from pymoo_psi.errors import ArgumentTypeError, EvaluationError
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
+from pymoo_psi.problems._wrapped import changes_designs_only, layers
 from pymoo_psi.table import sides_of_text
 
 # A message of msgspec; null stands for what is not given.
@@ -81,8 +82,13 @@ class OutputLimit:
     value: float
 
     @property
+    def ends(self) -> tuple[float | None, float | None]:
+        """The least and the greatest value that it allows."""
+        return (None, self.value) if self.sign == "<=" else (self.value, None)
+
+    @property
     def text(self) -> str:
-        """The name of its column in a table, with all digits of the limit."""
+        """The name of its constraint, with all digits of the limit."""
         number = f"{self.value:.12g}"  # as in studies of version 0.3: 1e+12
         if float(number) != self.value:
             number = repr(self.value)
@@ -107,6 +113,8 @@ class NamedProblem(ElementwiseProblem):
         name: Name of the problem.
         **kwargs: pymoo's own.
     """
+
+    has_named_outputs = True  # objectives and limits may be others of them in the same study
 
     def __init__(
         self,
@@ -187,6 +195,18 @@ class NamedProblem(ElementwiseProblem):
         for name, value in outputs.items():
             if name not in self.objectives:
                 out[name] = value
+
+
+def known_limits(problem: Any) -> Sequence[OutputLimit]:
+    """Return the limits on outputs that are the first constraints of a problem.
+
+    A table has them as limits, which can be changed without a test, not as constraints.
+    """
+    *wrappers, model = layers(problem)
+    for wrapper in wrappers:
+        if not (wrapper.same_columns or changes_designs_only(wrapper)):
+            return []
+    return model.limits if isinstance(model, NamedProblem) else []
 
 
 def _settings(variables: Any) -> dict[str, Setting]:

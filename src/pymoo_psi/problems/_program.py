@@ -416,20 +416,30 @@ class ProgramProblem(NamedProblem):
         Version 0.3 knew neither hidden files nor those in linked folders, so these are apart.
         """
         outputs = {name: asdict(output) for name, output in self.outputs.items()}
-        content = hashlib.sha256(json.dumps([outputs, [*self.program.files]]).encode())
+        files = [*self.program.files]
+        content = hashlib.sha256(json.dumps(files).encode())
+        in_version_0_3 = hashlib.sha256(json.dumps([outputs, files]).encode())
         hidden_or_linked = hashlib.sha256()
         for path in self._template_files():
-            name = path.relative_to(self._template)
-            folders = [self._template.joinpath(folder) for folder in name.parents]
-            digest = content
-            if any(part[0] == "." for part in name.parts) or any(map(Path.is_symlink, folders)):
-                digest = hidden_or_linked
-            digest.update(name.as_posix().encode())
-            digest.update(path.read_bytes())
+            file = path.relative_to(self._template)
+            folders = [self._template.joinpath(folder) for folder in file.parents]
+            digests = [content, in_version_0_3]
+            if any(part[0] == "." for part in file.parts) or any(map(Path.is_symlink, folders)):
+                digests = [hidden_or_linked]
+            for digest in digests:
+                digest.update(file.as_posix().encode())
+                digest.update(path.read_bytes())
+        read = {}
+        for name, output in outputs.items():
+            if not output["expression"]:  # which is computed anew where it changes
+                del output["unit"], output["expression"]
+                read[name] = output
         return {
             "key": self.key,
             "command": self.program.command,
-            "template and outputs": content.hexdigest()[:16],
+            "template": content.hexdigest()[:16],
+            "template and outputs": in_version_0_3.hexdigest()[:16],
+            "outputs": read,
             "hidden and linked files": hidden_or_linked.hexdigest()[:16],
         }
 
@@ -601,7 +611,7 @@ class ProgramProblem(NamedProblem):
         return {name: output for name, output in self.outputs.items() if output.expression}
 
     def computed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
-        """Return what is computed by expressions: outputs by name, and pymoo's f1, g1, ….
+        """Return the outputs that are expressions, by name.
 
         Args:
             columns: ``(n,)`` each, by name: variables, and outputs of the program.
@@ -609,17 +619,52 @@ class ProgramProblem(NamedProblem):
         outputs = dict.fromkeys(self.outputs, np.nan) | dict(columns)
         computed = {}
         for name, output in self.known_expressions.items():
-            outputs[name] = output.values(outputs)
-            computed[name] = outputs[name]
-        F, G = self.objectives_and_constraints(outputs)
-        for j, (name, values) in enumerate(zip(self.objectives, F, strict=True), 1):
-            if name in self.known_expressions:
-                del computed[name]
-                computed[f"f{j}"] = values
-        for j, (limit, values) in enumerate(zip(self.limits, G, strict=True), 1):
-            if limit.output in self.known_expressions:
-                computed[f"g{j}"] = values
+            computed[name] = output.values(outputs)
+            outputs[name] = computed[name]
         return computed
+
+    def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
+        """Return outputs of tests that were made before the outputs were what they are.
+
+        Expressions are computed anew; other outputs that tests lack are read from the folders of
+        their runs, where these are kept.
+
+        Args:
+            columns: ``(n,)`` each, by name: ``status``, variables, and outputs as far as they are
+                known.
+        """
+        n = len(columns["status"])
+        outputs = {}
+        for name, output in self.outputs.items():
+            if not output.expression:
+                values = np.array(columns.get(name, np.full(n, np.nan)))
+                outputs[name] = self._read_again(name, values, columns)
+        outputs |= self.computed({**columns, **outputs})
+        for values in outputs.values():
+            values[columns["status"] == "failed"] = np.nan
+        return outputs
+
+    def _read_again(self, name: str, values: Any, columns: Mapping[str, Any]) -> Any:
+        """Return an output of tests, those that lack it with the values in kept folders."""
+        missing = np.flatnonzero(np.isnan(values) & (columns["status"] != "failed"))
+        if len(missing) == 0:
+            return values
+        folders = self._kept_folders()
+        for row in missing.tolist():
+            design = tuple(str(columns[variable].tolist()[row]) for variable in self.variables)
+            if design in folders:
+                with suppress(ProgramError, OSError):
+                    values[row] = self.outputs[name].read(folders[design])
+        return values
+
+    def _kept_folders(self) -> dict[tuple[str, ...], Path]:
+        """Return the folders of runs that are kept, by the texts of their designs."""
+        folders = {}
+        for path in (self.base / self.program.folder).glob("*/design.json"):
+            with suppress(OSError, ValueError, KeyError):
+                design = json.loads(path.read_text(encoding="utf-8"))
+                folders[tuple(str(design[variable]) for variable in self.variables)] = path.parent
+        return folders
 
     def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
         """Return the outputs of a design; see :class:`NamedProblem`."""

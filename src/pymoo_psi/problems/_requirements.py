@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import inspect
 import re
 import sysconfig
@@ -29,6 +30,7 @@ from pymoo_psi.problems._wrapped import (
     Evaluate,
     WrappedProblem,
     checks_requirements,
+    layers,
 )
 
 Columns: TypeAlias = Mapping[str, AnyArray]
@@ -394,6 +396,19 @@ class Required(WrappedProblem):
     def around(self, problem: Any) -> Required:
         """Return the same requirements around another problem, with constraints of its own."""
         return Required(problem, self.rules)
+
+
+def requirement_texts(problem: Any) -> list[str]:
+    """Return what identifies the requirements of a problem: rules, and the code of functions."""
+    texts = []
+    for layer in layers(problem):
+        if checks_requirements(layer):
+            for requirement in layer.required:
+                code = hashlib.sha256(requirement.source.encode()).hexdigest()[:16]
+                texts.append(
+                    f"{requirement.text} {code}" if requirement.source else requirement.text
+                )
+    return texts
 
 
 def with_requirements(problem: Any, requirements: Any = None) -> Any:

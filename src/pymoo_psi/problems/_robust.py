@@ -114,6 +114,8 @@ class Robust(WrappedProblem):
         array([[2.312, 0.031, 0.26 , 0.516]])
     """
 
+    has_named_outputs = False
+
     def __init__(
         self,
         problem: Any,

@@ -98,6 +98,7 @@ class LogScaled(Transformed):
                 lower = np.log10(variable.lower)
                 upper = np.log10(variable.upper)
                 variables[j] = replace(variable, kind=Kind.REAL, lower=lower, upper=upper)
+        self.logarithms = [variable.title for variable in self._log.values()]
         self.log = ()  # to others, these variables are plain ones
         super().__init__(problem, replace(space, variables=tuple(variables)))
 
@@ -174,6 +175,8 @@ class Restricted(Transformed):
         >>> Restricted(many, {name: x for name, x in values if name not in free}).n_var
         8
     """
+
+    same_columns = True
 
     def __init__(self, problem: Any, box: Mapping[str, Any] | Sequence[Any]) -> None:
         require_problem(problem)

@@ -223,7 +223,11 @@ def problem_facts(table: TestTable) -> dict[str, Any]:
         "key": problem.get("key"),
     }
     facts |= problem.get("parameters") or {}
-    return {str(name): fact for name, fact in facts.items() if fact is not None}
+    return {
+        str(name): fact
+        for name, fact in facts.items()
+        if fact is not None and not isinstance(fact, dict)
+    }
 
 
 def test_counts(table: TestTable) -> str:

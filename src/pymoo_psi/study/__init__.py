@@ -15,11 +15,15 @@ from pymoo_psi.study._study import Study
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
+from pymoo_psi.study._database import LAST as LAST
+from pymoo_psi.study._database import Columns as Columns
+from pymoo_psi.study._database import Proposal as Proposal
+from pymoo_psi.study._database import run_of as run_of
+from pymoo_psi.study._runs import StudyRun as StudyRun
+from pymoo_psi.study._runs import points_of as points_of
 from pymoo_psi.study._shares import ALL as ALL
 from pymoo_psi.study._shares import Share as Share
 from pymoo_psi.study._shares import read_folder as read_folder
-from pymoo_psi.study._study import LAST as LAST
-from pymoo_psi.study._study import Proposal as Proposal
 from pymoo_psi.study._study import write_study as write_study
 
 __all__ = [

@@ -6,20 +6,15 @@ import os
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pymoo_psi._validation import Integers, Received, integer, invalid, wrong_type
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
-from pymoo_psi.study._study import (
-    SUFFIX,
-    Columns,
-    Study,
-    differing,
-    require_alike,
-    studies_in,
-)
+from pymoo_psi.study._database import Columns, Facts, differing
+from pymoo_psi.study._runs import require_same_model, same_points
+from pymoo_psi.study._study import SUFFIX, Study, require_same_share, studies_in
 
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 
@@ -86,11 +81,11 @@ class Share(NamedTuple):
 ALL = Share(1, 1)  # all points
 
 
-def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str]:
+def read_folder(path: str | PathLike[str]) -> tuple[Facts, Columns, str]:
     """Return the tests of all studies in a folder as those of one; see :class:`Study`.
 
     Returns:
-        The head, the columns, and which test points are missing; empty if none are.
+        The facts, the columns, and which test points are missing; empty if none are.
 
     Raises:
         StudyMismatchError: Two studies belong to different problems, or have different results for
@@ -104,7 +99,14 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
     outputs: dict[str, None] = {}  # in order
     n_shares = 1
     for file, facts_of_file in zip(files, facts, strict=True):
-        require_alike(file, facts_of_file, facts[0], where=f"in {files[0]}")
+        require_same_model(file, facts_of_file["head"], facts[0]["head"], f"in {files[0]}")
+        require_same_share(file, facts_of_file, facts[0])
+        runs = facts_of_file["runs"]
+        if len(runs) > 1 or not same_points(runs[0].points, facts[0]["runs"][0].points):
+            raise StudyMismatchError(
+                f"study {file} has other points than {files[0]}, so that both are no shares of one "
+                "run; read each by itself, or join them by 'pymoo-psi export'"
+            )
         outputs |= dict.fromkeys(facts_of_file["head"].get("outputs", ()))
         if "share" in facts_of_file and n_shares == 1:
             n_shares = facts_of_file["share"][1]
@@ -112,7 +114,7 @@ def read_folder(path: str | PathLike[str]) -> tuple[dict[str, Any], Columns, str
     if outputs:
         head = head | {"outputs": [*outputs]}
     columns = _joined(blocks, [*(blocks[0] | outputs)], files)
-    return head, columns, _missing(n_shares, columns["test_point"])
+    return facts[0] | {"head": head}, columns, _missing(n_shares, columns["test"])
 
 
 def _joined(blocks: Sequence[Columns], names: Sequence[str], files: Sequence[str]) -> Columns:
@@ -121,7 +123,7 @@ def _joined(blocks: Sequence[Columns], names: Sequence[str], files: Sequence[str
     Raises:
         StudyMismatchError: Two studies have different results for a test point.
     """
-    lengths = [len(block["test_point"]) for block in blocks]
+    lengths = [len(block["test"]) for block in blocks]
     file_of_row = np.repeat(np.arange(len(files)), lengths)
     whole = {}
     for name in names:
@@ -131,9 +133,9 @@ def _joined(blocks: Sequence[Columns], names: Sequence[str], files: Sequence[str
             parts.append(block.get(name, np.full(length, np.nan)))
         whole[name] = np.concatenate(parts)
     # Stable, so that of a test that several files hold the first one is taken.
-    order = np.argsort(whole["test_point"], kind="stable")
+    order = np.argsort(whole["test"], kind="stable")
     columns = {name: column[order] for name, column in whole.items()}
-    numbers = columns["test_point"]
+    numbers = columns["test"]
     repeats = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
     different = repeats[differing(columns, repeats, columns, repeats - 1)]
     if len(different):

@@ -33,13 +33,17 @@ from ._formats import format_of as format_of
 from ._formats import metadata_path as metadata_path
 from ._formats import source_suffixes as source_suffixes
 from ._formats import suffixes_for as suffixes_for
+from ._head import choice_values as choice_values
 from ._head import columns_of as columns_of
 from ._head import designs_head as designs_head
+from ._head import columns_of_designs as columns_of_designs
 from ._head import head_of as head_of
 from ._head import kinds_of_columns as kinds_of_columns
 from ._head import table_of as table_of
 from ._joining import difference as difference
+from ._layout import POINT as POINT
 from ._layout import RESERVED as RESERVED
+from ._layout import RUN as RUN
 from ._layout import Key as Key
 from ._limits import NUMBER as NUMBER
 from ._limits import Bounds as Bounds
@@ -50,6 +54,7 @@ from ._limits import bounds_of as bounds_of
 from ._limits import entries_of as entries_of
 from ._limits import excess as excess
 from ._limits import limit_text as limit_text
+from ._limits import limits_by_name as limits_by_name
 from ._limits import limits_of as limits_of
 from ._limits import sides_of_text as sides_of_text
 from ._source import numbers_of_file as numbers_of_file

@@ -27,7 +27,7 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._cells import UnfitError, in_a_line
 from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._layout import ORIGIN, Layout, names_of
+from pymoo_psi.table._layout import ORIGIN, Layout, names_of, number_column
 
 if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable
@@ -53,12 +53,14 @@ class StoredTests(NamedTuple):
         columns: As :func:`columns_of` returns them.
         remarks: What a reader must know about the rows, in sentences.
         limits: Under which they are asked, if their ``status`` is that without limits.
+        is_derived: Whether their ``status`` says only which tests failed; see :func:`table_of`.
     """
 
     head: Head
     columns: Columns
     remarks: tuple[str, ...] = ()
     limits: Mapping[str, Any] = MappingProxyType({})
+    is_derived: bool = False
 
 
 # From a table to a head and columns
@@ -138,18 +140,14 @@ def columns_of(table: Any) -> Columns:
     """Return the columns that make a :class:`TestTable`, n cells each, in the order of its tests.
 
     Returns:
-        ``test_point`` (int64); the variables, objectives, constraints and outputs under their
-        names, objectives in the original direction; ``status`` and ``reason`` (texts, empty where
-        there is none). A choice and an extra column are texts, see :func:`choice_texts`; other
-        variables have the dtype of their kind.
+        ``test_point``, or ``test`` of tests of several runs (int64); the variables, objectives,
+        constraints and outputs under their names, objectives in the original direction; ``status``
+        and ``reason`` (texts, empty where there is none). A choice and an extra column are texts,
+        see :func:`choice_texts`; other variables have the dtype of their kind.
     """
     layout = table.layout
-    columns = {"test_point": table.numbers}
-    for name, column, kind in zip(layout.variables, table.X.T, table.kinds, strict=True):
-        if kind is Kind.CHOICE:
-            columns[name] = choice_texts(column.tolist())
-        else:
-            columns[name] = column.astype(DTYPES[kind])
+    columns = {number_column(table.extra): table.numbers}
+    columns |= columns_of_designs(layout.variables, table.kinds, table.X)
     # Turning a sign twice gives every float64 back, zeros and NaN too.
     columns |= zip(layout.objectives, (table.F * layout.sign).T, strict=True)
     columns |= zip(layout.constraints, np.hstack([table.G, table.H]).T, strict=True)
@@ -162,6 +160,17 @@ def columns_of(table: Any) -> Columns:
     if table.reasons:
         numbers = table.numbers.tolist()
         columns["reason"][:] = [table.reasons.get(number, "") for number in numbers]
+    return columns
+
+
+def columns_of_designs(names: Sequence[str], kinds: Sequence[Kind], X: AnyArray) -> Columns:
+    """Return the columns of ``(n, n_var)`` designs; choices are texts."""
+    columns = {}
+    for name, column, kind in zip(names, X.T, kinds, strict=True):
+        if kind is Kind.CHOICE:
+            columns[name] = choice_texts(column.tolist())
+        else:
+            columns[name] = column.astype(DTYPES[kind])
     return columns
 
 
@@ -248,6 +257,8 @@ def table_of(
     columns: Columns,
     where: object,
     remarks: tuple[str, ...] = (),
+    *,
+    is_derived: bool = False,
 ) -> TestTable:
     """Return the table of a head and the columns of :func:`columns_of`.
 
@@ -256,6 +267,9 @@ def table_of(
         columns: In any order; further ones are not read.
         where: What they come from, such as the path of a file, for messages.
         remarks: What a reader must know about the rows, in sentences.
+        is_derived: Whether the status follows from the head, which may be another one than that
+            under which the tests were made; only those that failed have failed. Otherwise the
+            status is checked.
 
     Raises:
         ArgumentValueError: They are those of no table; the message says where.
@@ -265,14 +279,16 @@ def table_of(
     with described(where):
         layout = _layout_of(head)
         extra = head.get("extra", ())
-        numbers = np.asarray(columns["test_point"], dtype=np.int64)
-        status = np.array(list(columns["status"]), dtype=str)
+        numbers = np.asarray(columns[number_column(extra)], dtype=np.int64)
+        status: Any = np.array(list(columns["status"]), dtype=str)
         # A reason is kept for what has failed only; "" stands for none in a column of texts.
         reasons = {}
         for i in np.flatnonzero(status == "failed").tolist():
             reason = columns["reason"][i]
-            if reason:
+            if reason or is_derived:
                 reasons[int(numbers[i])] = reason
+        if is_derived:
+            status = None
         kinds = _kinds(layout)
         X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
         for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
@@ -284,7 +300,7 @@ def table_of(
             known = layout.columns
             units = {name: unit for name, unit in layout.units.items() if name in known}
             layout = replace(layout, units=units)
-        return TestTable(
+        table = TestTable(
             layout,
             numbers,
             X,
@@ -299,6 +315,18 @@ def table_of(
             remarks=remarks,
             decimal=".",
         )
+        if is_derived:
+            table = _without_rejected(table, columns["status"])
+        return table
+
+
+def _without_rejected(table: TestTable, stored_status: AnyArray) -> TestTable:
+    """Return tests without designs that never ran, for requirements that do not hold any more."""
+    is_unknown = ~np.isfinite(table.F).any(axis=1) & np.isnan(table.outputs).all(axis=1)
+    is_rejected = (table.status == "failed") & (stored_status != "failed") & is_unknown
+    if not is_rejected.any():
+        return table
+    return table.rows(~is_rejected)
 
 
 def blocks_of(layout: Layout, columns: Columns, n: int) -> Columns:
@@ -326,9 +354,9 @@ def described(where: object) -> Iterator[None]:
         ) from None
 
 
-def kinds_of_columns(layout: Layout, extra: Iterable[str] = ()) -> dict[str, Kind]:
+def kinds_of_columns(layout: Layout, extra: Collection[str] = ()) -> dict[str, Kind]:
     """Return the kind of every column that :func:`table_of` needs; texts are those of a choice."""
-    kinds = {"test_point": Kind.INTEGER}
+    kinds = {number_column(extra): Kind.INTEGER}
     kinds |= zip(layout.variables, _kinds(layout), strict=True)
     kinds |= dict.fromkeys(layout.objectives + layout.constraints + layout.outputs, Kind.REAL)
     kinds |= dict.fromkeys((*extra, "status", "reason"), Kind.CHOICE)

@@ -32,6 +32,8 @@ Key: TypeAlias = str | int
 """A variable or objective: its name, or its index from 0."""
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
+# Extra columns of tests of several runs: the run for which each was made, and its test point there.
+RUN, POINT = "run", "test_point"
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 
 
@@ -336,6 +338,15 @@ def joined_layout(layout: Layout, other: Layout) -> Layout:
         return layout
     maximize = tuple(dict.fromkeys((*layout.maximize, *other.maximize)))
     return replace(layout, outputs=outputs, maximize=maximize, units=units, kinds=kinds)
+
+
+def number_column(extra: Collection[str]) -> str:
+    """Return the name of the column with the numbers of tests.
+
+    Args:
+        extra: The extra columns. With those of several runs, tests have numbers of their own.
+    """
+    return "test" if POINT in extra else POINT
 
 
 def column_names(group: str, names: Any, letter: str = "") -> tuple[str, ...]:

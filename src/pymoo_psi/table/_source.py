@@ -128,7 +128,13 @@ def read_table(
         if isinstance(content, TestTable):
             table = content
         elif isinstance(content, StoredTests):
-            table = table_of(content.head, content.columns, path, content.remarks)
+            table = table_of(
+                content.head,
+                content.columns,
+                path,
+                content.remarks,
+                is_derived=content.is_derived,
+            )
             if content.limits:
                 table = table.under(limits=content.limits)
         else:

@@ -55,7 +55,7 @@ from pymoo_psi.table._joining import (
     stacked,
     unequal,
 )
-from pymoo_psi.table._layout import Key, Layout
+from pymoo_psi.table._layout import Key, Layout, number_column
 from pymoo_psi.table._limits import allowed_text, limit_text, limits_by_name, within
 from pymoo_psi.table._tests import Tests, extra_columns, nonfinite_objective, require_distinct
 
@@ -144,7 +144,7 @@ class TestTable(Tests, Shown):
             blocks = blocks_of(layout, columns, len(self))
             _fill_failed(blocks, np.isin(self.numbers, list(reasons)))
             changes |= blocks
-            changes["problem"] = facts_of(self.problem, "sampling")
+            changes["problem"] = facts_of(self.problem, "sampling", "runs")
         if layout.variables != self.layout.variables:
             indices = [self.layout.variables.index(name) for name in layout.variables]
             changes["X"] = design_matrix("X", self.X[:, indices])
@@ -273,7 +273,9 @@ class TestTable(Tests, Shown):
         rows = np.flatnonzero(self.pareto())
         # All of them are optimal: the search is not done twice.
         pareto = np.ones(len(rows), dtype=bool)
-        return self._ranking_of(rows, pareto, pd.Index(self.numbers[rows], name="test_point"))
+        return self._ranking_of(
+            rows, pareto, pd.Index(self.numbers[rows], name=number_column(self.extra))
+        )
 
     @asked_under_a_formulation
     def feasible_ranking(self) -> EfficiencyRanking:
@@ -632,7 +634,7 @@ class TestTable(Tests, Shown):
         for name, column, kind in zip(self.layout.variables, self.X.T, self.kinds, strict=True):
             if kind is Kind.CHOICE:  # the options themselves, not texts
                 columns[name] = column
-        return pd.DataFrame(columns).set_index("test_point")
+        return pd.DataFrame(columns).set_index(number_column(self.extra))
 
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         # The Pareto set of a million tests is not needed for ten rows.

@@ -32,7 +32,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto import violated_constraints
 from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._layout import ORIGIN, RESERVED, Layout
+from pymoo_psi.table._layout import ORIGIN, POINT, RESERVED, Layout
 from pymoo_psi.table._limits import Bounds, bounds_of, limits_of, texts_of, within
 
 if TYPE_CHECKING:
@@ -657,8 +657,9 @@ def require_distinct(numbers: Integers) -> None:
 def extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
     """Return extra columns as arrays of objects; they need n cells and names of their own."""
     columns = {name: np.fromiter(cells, object) for name, cells in extra.items()}
+    reserved = {*layout.columns, *RESERVED} - {POINT}
     for name, column in columns.items():
-        if name in (*layout.columns, *RESERVED) or column.shape != (n,):
+        if name in reserved or column.shape != (n,):
             raise invalid(
                 "an extra column",
                 f"{n} cells long and named unlike other columns",

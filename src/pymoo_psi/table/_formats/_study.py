@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
-from pymoo_psi.table._head import Columns, Head, StoredTests, columns_of, head_of
+from pymoo_psi.table._head import Columns, Head, StoredTests, choice_texts, columns_of, head_of
+from pymoo_psi.table._layout import POINT, RUN
 from pymoo_psi.table._limits import limits_of
+
+if TYPE_CHECKING:
+    from pymoo_psi.study import StudyRun
 
 # SQLite is imported where there is a study: most tables come without one.
 
@@ -29,7 +36,7 @@ class StudyFile(FileFormat):
         from pymoo_psi.study import Study
 
         facts, columns = Study(file.path).contents()
-        return _asked_under_limits(facts["head"], columns)
+        return _stored_tests(facts["head"], facts["runs"], columns)
 
     def save_tests(self, path: str | PathLike[str], table: Any) -> None:
         """Write a table as a new study, whole or not at all; extra columns are left out.
@@ -50,7 +57,12 @@ class StudyFile(FileFormat):
         limits = {name: limit for name, limit in limits.items() if name in tests.columns}
         if limits:
             head["limits"] = limits
-        write_study(path, head, columns_of(tests))
+        columns = columns_of(tests)
+        if RUN in table.extra:
+            columns["test"] = table.numbers
+            for name in (RUN, POINT):
+                columns[name] = table.extra[name].astype(np.int64)
+        write_study(path, head, columns)
 
     def is_ours(self, path: Path) -> bool:
         """Return True: :meth:`save_tests` refuses every file that is there, and says so."""
@@ -66,15 +78,36 @@ def tests_of_folder(path: Path) -> StoredTests:
     """
     from pymoo_psi.study import read_folder
 
-    head, columns, missing = read_folder(path)
-    tests = _asked_under_limits(head, columns)
+    facts, columns, missing = read_folder(path)
+    tests = _stored_tests(facts["head"], facts["runs"], columns)
     if missing:
         return tests._replace(remarks=(f"{missing}.",))
     return tests
 
 
-def _asked_under_limits(head: Head, columns: Columns) -> StoredTests:
-    """Return tests of a study, whose limits are not part of their status."""
+def _stored_tests(head: Head, runs: Sequence[StudyRun], columns: Columns) -> StoredTests:
+    """Return tests of a study, whose limits are not part of their status.
+
+    Args:
+        head: The head of the study.
+        runs: Its runs.
+        columns: All its tests.
+    """
     head = dict(head)
     limits = head.pop("limits", {})
-    return StoredTests(head, columns, limits=limits)
+    problem = dict(head.get("problem") or {})
+    if len(runs) == 1 and runs[0].is_plain:
+        sampling = runs[0].points.get("sampling")
+        if sampling is not None:
+            problem["sampling"] = sampling
+    else:
+        head["extra"] = [RUN, POINT]
+        columns = {**columns}
+        for name in head["extra"]:
+            columns[name] = choice_texts(columns[name].tolist())
+        problem["runs"] = {str(run.number): dict(run.points) for run in runs}
+        for side, end in (("lower", np.fmin), ("upper", np.fmax)):
+            bounds = [np.array(run.points[side], dtype=np.float64) for run in runs]
+            head[side] = end.reduce(bounds).tolist()
+    head["problem"] = problem or None
+    return StoredTests(head, columns, limits=limits, is_derived=True)

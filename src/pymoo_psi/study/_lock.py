@@ -1,0 +1,148 @@
+"""The files beside a study: its locks, and the journals of SQLite."""
+
+from __future__ import annotations
+
+import os
+import random
+import sqlite3
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import IO, Any
+
+from pymoo_psi.errors import PsiError, StudyAccessError, StudyCorruptError, StudyLockedError
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+# Names beside a study: SQLite's journals, and what they begin with; see its file format.
+_JOURNALS = {"-journal": b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", "-wal": b"\x37\x7f\x06"}
+_LOCK = ".pymoo-psi-lock"  # of the first run, appended to the name of the study
+RESERVED_SUFFIXES = (*_JOURNALS, "-shm", _LOCK)
+# Seconds between two attempts to lock a study, the first ones and the later ones: hundreds of
+# writers must not keep a shared file system busy.
+_FIRST_PAUSE, _LAST_PAUSE = 0.02, 0.3
+
+# By process and lock file: the lock among the threads, and which locks the process holds.
+_THREAD_LOCKS: dict[tuple[int, str], Any] = {}
+_HELD: set[tuple[int, str]] = set()
+
+
+@contextmanager
+def reported(path: str) -> Iterator[None]:
+    """Turn errors of SQLite, of the system and of unreadable content into errors of a study."""
+    try:
+        yield
+    except PsiError:
+        raise
+    except (sqlite3.OperationalError, OSError) as error:
+        problem = getattr(error, "strerror", None) or error
+        raise StudyAccessError(
+            f"study {path} cannot be used: {problem}; see that its folder exists, that you may "
+            "write it, that the disk is not full, and that no other program keeps it busy; what "
+            "was stored before is kept"
+        ) from error
+    except (sqlite3.DatabaseError, LookupError, TypeError, ValueError) as error:
+        raise unreadable(path, str(error)) from error
+
+
+def unreadable(path: str, problem: str) -> StudyCorruptError:
+    """Return the error of a file that is no study, or damaged."""
+    return StudyCorruptError(
+        f"{path} is no study of pymoo-psi, or damaged: {problem:.80}; it was left as it is: "
+        "restore it from a copy, or move it away and repeat the runs that it held"
+    )
+
+
+def require_own_journals(path: str) -> None:
+    """Refuse foreign files with the names of journals of a study, which SQLite would remove."""
+    for suffix, beginning in _JOURNALS.items():
+        with suppress(FileNotFoundError), open(path + suffix, "rb") as file:
+            start = file.read(len(beginning))
+            # Zeros stand in a journal until all of it is on the disk.
+            if start.strip(b"\0") and start != beginning:
+                raise _foreign(path + suffix, f"a journal of the study {path}")
+
+
+def _foreign(path: str, kind: str) -> StudyAccessError:
+    problem = f"{path} has the name of {kind}, and is something else"
+    return StudyAccessError(f"{problem}; it was left as it is: move it away")
+
+
+@contextmanager
+def locked(path: str, run: int, wait: float) -> Iterator[None]:
+    """Keep other processes from adding to a run of a study; it may be nested.
+
+    A run has one writer at a time, by a locked file beside the study. The operating system releases
+    the lock when its process ends, however it ends.
+    """
+    lock = path + _LOCK
+    if run > 1:
+        lock = f"{path}-run-{run}{_LOCK}"
+    # By process, too, since a fork inherits the entries, but not the locks.
+    key = (os.getpid(), lock)
+    # setdefault is one step: two threads never get a lock each.
+    thread_lock = _THREAD_LOCKS.setdefault(key, threading.RLock())
+    with thread_lock:
+        if key in _HELD:  # nested
+            yield
+            return
+        with _opened(lock, path, wait):
+            _HELD.add(key)
+            try:
+                yield
+            finally:
+                _HELD.remove(key)
+                with suppress(OSError):  # Windows removes no open file
+                    os.unlink(lock)
+
+
+def _opened(lock: str, path: str, wait: float) -> IO[str]:
+    """Return the open lock file of a study, locked for this process."""
+    deadline = time.monotonic() + wait
+    pause = _FIRST_PAUSE
+    while True:
+        with reported(path):
+            file = open(lock, "a")  # noqa: SIM115
+        if file.tell() > 0:
+            file.close()
+            raise _foreign(lock, f"the lock of the study {path}")
+        try:
+            _lock(file.fileno())
+            # The name may have passed to another file since this one was opened.
+            if os.path.samestat(os.stat(lock), os.fstat(file.fileno())):
+                return file
+        except (BlockingIOError, PermissionError, FileNotFoundError):
+            pass  # another process has it, or has removed it
+        except OSError as error:
+            file.close()
+            raise StudyAccessError(
+                f"study {path} cannot be used: its file system refuses locks ({error.strerror}), "
+                "without which two processes could write at once; mount it with locks, or put the "
+                "study on another file system"
+            ) from error
+        file.close()
+        left = deadline - time.monotonic()
+        if left <= 0:
+            raise StudyLockedError(
+                f"study {path} is being written by another process; waited {wait:g} s: "
+                "let it finish or stop it, wait longer by study_wait, or use another file"
+            )
+        # At random times, so that of many processes that began together none is always too late.
+        time.sleep(min(left, pause * random.uniform(0.5, 1.5)))
+        pause = min(1.5 * pause, _LAST_PAUSE)
+
+
+def _lock(descriptor: int) -> None:
+    """Lock an open file for this process; an OSError says that another process has locked it.
+
+    A fork does not inherit record locks of POSIX, so that no worker keeps the lock of its parent.
+    """
+    if sys.platform == "win32":
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
