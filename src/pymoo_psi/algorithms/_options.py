@@ -11,6 +11,7 @@ from typing import Any, TypedDict, TypeVar
 from pymoo.core.algorithm import Algorithm
 
 from pymoo_psi._validation import (
+    boolean,
     collection,
     instance,
     integer,
@@ -38,6 +39,7 @@ class StudyKeywords(TypedDict, total=False):
 
     study_key: str | None
     study_wait: float
+    more: bool
     retry: str | None
     names: Mapping[str, str] | None
     maximize: Collection[str] | None
@@ -119,6 +121,9 @@ class RunOptions:
             numbers of objectives and constraints, and the numbers and texts that the problem was
             created with and keeps, or what its method ``fingerprint()`` returns; it cannot see into
             the model.
+        more: Whether ``n_points`` are more than the run has, in a study. Points that were asked for
+            before and are not tested yet, as the run was interrupted, are tested first: then, only
+            these.
         study_wait: Seconds to wait for other processes that are writing the study.
         retry: ``"failed"`` evaluates stored tests that failed once more, ``"incomplete"`` those
             that lack an objective, or an output with a limit, as they are older than it.
@@ -157,6 +162,7 @@ class RunOptions:
     study: str | PathLike[str] | None = None
     study_key: str | None = None
     study_wait: float = 10.0
+    more: bool = False
     retry: str | None = None
     names: Mapping[str, str] | None = None
     maximize: Collection[str] | None = None
@@ -173,6 +179,8 @@ class RunOptions:
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
         positive_number("study_wait", self.study_wait)
+        if boolean("more", self.more) and self.study is None:
+            raise invalid("more", "used with a study, which says what the run has", self.more)
         if self.retry is not None:
             known_name("retry", self.retry, ("failed", "incomplete"))
         if self.formulation is not None:

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._validation import Designs, Numbers, identity_text, integer
+from pymoo_psi._validation import Designs, Numbers, Received, identity_text, integer, invalid
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of
 from pymoo_psi.algorithms._limits import kept_tests, under
 from pymoo_psi.algorithms._options import RunOptions
@@ -366,6 +366,8 @@ def run_of_sequence(
     integer("n_points", n_points, minimum=1)
     if options.fill and model.has_requirements:
         n_points = n_points_to_fill(options, n_points, model.problem, model.space)
+    if options.more:
+        n_points = total_points(model, options, n_points, method)
     n_dim = len(model.space.searched)
     points = unit_points(options, n_points, n_dim)
     sampling = options.sampling_in(n_dim)
@@ -390,6 +392,25 @@ def run_of_sequence(
         kept=kept,
     )
     return Run(model, PlannedPoints(points), executor, store, repeats)
+
+
+def total_points(model: Model, options: RunOptions, n_more: int, method: str = "") -> int:
+    """Return how many points a run of a study has with so many more; see :class:`RunOptions`.
+
+    Args:
+        model: The model.
+        options: The options of the run.
+        n_more: How many more.
+        method: By what designs are proposed after the points of the sequence.
+
+    Raises:
+        ArgumentValueError: The sequence cannot be continued.
+    """
+    sampling = options.sampling_in(len(model.space.searched))
+    if not sampling.extendable:
+        raise invalid("more", "used with a sequence that can be continued", Received(sampling))
+    table = table_of_run(model, options, lambda: sampling.identity(n_more, options.seed) + method)
+    return StudyStore(table, options, model).total(n_more)
 
 
 def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]) -> TestTable:

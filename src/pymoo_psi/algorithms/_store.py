@@ -28,6 +28,7 @@ from pymoo_psi.table import (
     columns_of_designs,
     head_of,
     kinds_of_columns,
+    lacking,
     table_of,
 )
 
@@ -85,6 +86,10 @@ class Store:
         """Return what the run had as a value when it was begun."""
         return value
 
+    def total(self, n_more: int) -> int:
+        """Return how many points the run has with so many more."""
+        return n_more
+
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
         return []
@@ -137,6 +142,9 @@ class StudyStore(Store):
         head = head_of(table) | {"problem": problem, "model_inequalities": model.n_ieq_constr}
         if model.default_limits:
             head["limits"] = model.default_limits
+        outputs = getattr(model.inner, "outputs", {})
+        if outputs:  # another expression, or an output more, completes what is stored
+            head["expressions"] = {name: output.expression for name, output in outputs.items()}
         points = points_of(head, sampling, requirement_texts(model.problem))
         only = _kept_values(model, problem["choices"])
         if only:
@@ -144,6 +152,8 @@ class StudyStore(Store):
         share = options.part if options.part.of > 1 else None
         facts = self.study.begin(head, points, share, planned)
         self._run = facts["run"].number
+        self._part = options.part
+        self._asked: tuple[int, int] = options.first, facts["run"].planned  # before this call
         self._has_others = len(facts["runs"]) > 1
         if not facts.get("is_complete", True):
             columns = self.study.contents()[1]
@@ -219,8 +229,7 @@ class StudyStore(Store):
             return failed
         is_retried: Mask = np.zeros(len(failed), dtype=bool)
         if self._retry == "incomplete":
-            needed = {*self.empty.layout.objectives, *self._model.limits}
-            for name in needed & columns.keys():
+            for name in {*self.empty.layout.objectives, *self._model.limits} & columns.keys():
                 is_retried |= columns[name] != columns[name]  # NaN
         return np.asarray(is_retried & ~failed)
 
@@ -261,9 +270,11 @@ class StudyStore(Store):
                 outputs.append(name)
         layout = replace(layout, outputs=(*layout.outputs, *outputs))
         head = head_of(TestTable.empty(layout))
+        needed = (*self.empty.layout.objectives, *self._model.limits)
+        remarks = lacking(columns, needed)
         # Those that a test was made under may be others.
         columns = columns | self._model.requirement_columns(columns) | {POINT: columns[number]}
-        return table_of(head, columns, self.study.path, is_derived=True)
+        return table_of(head, columns, self.study.path, remarks, is_derived=True)
 
     def to_retry(self, tests: TestTable) -> Mask:
         """``(n,)`` which of stored tests are to be evaluated once more."""
@@ -305,6 +316,21 @@ class StudyStore(Store):
         """Return what the run had as a value when it was begun."""
         return self.study.remember(self._run, name, value)
 
+    def total(self, n_more: int) -> int:
+        """Return how many points the run has with so many more.
+
+        Points that it was asked for and that are not tested come first: then there are none more.
+        """
+        first, last = self._asked
+        if last < first:
+            return n_more
+        n_asked = last - first + 1
+        numbers = self._part.numbers(first, last)
+        stored = self.study.numbers(first, run=self._run)
+        if np.isin(numbers, stored).all():
+            return n_asked + n_more
+        return n_asked
+
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
         return self.study.proposals(1, LAST, self._run)
@@ -331,7 +357,9 @@ _NUMBERS = ("test", RUN, POINT, "repeat")
 
 def _with_origin(tests: TestTable, runs: Numbers, test_points: Numbers) -> TestTable:
     """Return tests with columns that say their run and their test point in it."""
-    extra = {**tests.extra, RUN: runs.tolist(), POINT: test_points.tolist()}
+    extra = {**tests.extra, POINT: test_points.tolist()}
+    if RUN not in tests.layout.columns:
+        extra[RUN] = runs.tolist()
     return replace(tests, extra=extra)
 
 

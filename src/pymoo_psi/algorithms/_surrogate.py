@@ -15,12 +15,13 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, boolean, integer
+from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._limits import under_known
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
-from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
+from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence, total_points
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
@@ -138,12 +139,18 @@ class SurrogatePSI(PointAlgorithm):
         batches = self._batch or f"{_FEW}, from {_LITTLE} tests on {_BATCH}"
         # of the points all, also where a run ends among them, as it may go on
         method = f", {self._n_sequence} points, then proposals in batches of {batches}"
+        method += f", seed {self.seed}"
+        options = replace(options, seed=self.seed)
+        if options.more:
+            model = Model(self.problem, options)
+            self.n_points = total_points(model, options, self.n_points, method)
+            options = replace(options, more=False)
         run = run_of_sequence(
             self.problem,
             min(self._n_sequence, self.n_points),
-            replace(options, seed=self.seed),
+            options,
             may_end_early=may_end_early,
-            method=f"{method}, seed {self.seed}",
+            method=method,
             n_planned=self.n_points,
         )
         executor = run.executor
@@ -153,15 +160,18 @@ class SurrogatePSI(PointAlgorithm):
         if executor.n_workers == 0 and not executor.elastic:
             is_asynchronous = False
         n_left_out = self._n_left_out(run.store)
+        n_first = run.n_left
+        if n_left_out:
+            n_first = min(n_first, self._n_sequence - n_left_out)
         n_proposed = max(0, self.n_points - self._n_sequence + n_left_out)
         run.source = SurrogateSource(
-            run, run.n_left - n_left_out, n_proposed, self.seed, self._batch, is_asynchronous
+            run, n_first, n_proposed, self.seed, self._batch, is_asynchronous
         )
         return run
 
     def _n_left_out(self, store: Store) -> int:
         """Return how many points of the sequence are proposed instead, as other runs have tests."""
-        if self._is_start_fixed or self.n_points < self._n_sequence:
+        if self._is_start_fixed:
             return 0
         n_left_out = 0
         if len(store.known(1, 1)) == 0:  # a run that was begun goes on as it was

@@ -178,7 +178,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
 @_command(
     _PROBLEM,
     _choice("algorithm", "psi|surrogate|nsga3", "Search method.", "psi"),
-    _count("points", "N", "Designs to evaluate [4096; surrogate 256; FILE.toml 128]."),
+    _option("points", "N|+N", "Designs in all, or +N more [4096; surrogate 256; FILE.toml 128]."),
     _choice(
         "sampling", "lptau|sobol|halton|lhs", "Sequence of test points (psi, surrogate).", "lptau"
     ),
@@ -190,9 +190,15 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _flag("fill", text="Count only points that meet the requirements."),
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
     _file("study", "FILE.db", "Keep every test here; a later run continues it."),
+    _file("from", "FILE", "Take the tests in this file into the study first ({sources})."),
+    _names("from-names", "X=A,…", "Columns of --from for names of the problem, where they differ."),
     _option("share", "K/N", "Test part K of N only; --study is a folder."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
-    _option("retry", "failed", "Test failed designs of the study again."),
+    _choice(
+        "retry",
+        "failed|incomplete",
+        "Test designs of the study again that failed, or that lack a value.",
+    ),
     _file("out", "FILE", "Write the Pareto set here ({designs})."),
     _flag("new", text="Write an example FILE.toml to edit."),
     _flag("try", text="Run the program of a FILE.toml once and show every step."),

@@ -21,7 +21,7 @@ from pymoo_psi.pareto import (
     number,
     ranking_frame,
 )
-from pymoo_psi.table import TestTable, constraint_costs, suffixes_for
+from pymoo_psi.table import TestTable, constraint_costs, number_column, suffixes_for
 
 _N_REASONS = 4  # sentences that a reader takes in at a glance
 _N_PRINTED = 12  # designs; all are in the file
@@ -30,12 +30,12 @@ _N_PRINTED = 12  # designs; all are in the file
 def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFrame:
     """Return designs with their ranking, by place, for a file or to be printed.
 
-    Columns: ``place``; ``test_point``, or ``row`` of a file; texts carried along; variables,
-    objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``, ``pareto``.
+    Columns: ``place``; ``test_point``, ``test`` or, of a file, ``row``; texts carried along;
+    variables, objectives, outputs; ``mu1``, ``mu2``, ``mu3``, ``efficiency_rank``, ``pareto``.
     """
     layout = designs.layout
-    number_column = "test_point" if layout.label is None else "row"
-    columns: dict[str, Any] = {number_column: designs.numbers}
+    number = number_column(designs.extra) if layout.label is None else "row"
+    columns: dict[str, Any] = {number: designs.numbers}
     for name, cells in designs.extra.items():
         if name == "place":  # of words
             name = "place (text)"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +20,8 @@ from pymoo_psi.algorithms import (
     Recorded,
     RunOptions,
     by_number,
+    import_tests,
+    limits_of_problem,
     nsga3,
     run_of_sequence,
     stored_at_termination,
@@ -28,18 +30,27 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import require_output, say, write_frame
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
 from pymoo_psi.cli._rank import designs_frame, most_violated, say_best
-from pymoo_psi.cli._source import counts_in, formulation_of, require_free_names
+from pymoo_psi.cli._source import counts_in, formulation_of, pairs_in, require_free_names
 from pymoo_psi.parallel import Runner, progress_bar
 from pymoo_psi.problems import (
     FailureTolerant,
     design_space,
+    known_limits,
     problem_layout,
     problem_name,
     with_requirements,
 )
 from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.study import Study
-from pymoo_psi.table import Formulation, TestTable, alike, suffixes_for
+from pymoo_psi.table import (
+    Formulation,
+    TestTable,
+    alike,
+    ends,
+    limit_text,
+    limits_by_name,
+    suffixes_for,
+)
 
 _N_REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
@@ -86,11 +97,7 @@ def run_solve(options: Options) -> int:
     if options.new:
         return write_example(options.problem)
     algorithm = options.algorithm
-    points = options.points
-    if points is None:
-        points = _POINTS[algorithm]
-        if options.problem.endswith(".toml"):
-            points = _POINTS_OF_PROGRAM
+    points = _points(options)
     run = _run_options(options)  # before a user's model is imported
     problem = load_problem(
         options.problem,
@@ -101,7 +108,9 @@ def run_solve(options: Options) -> int:
     if getattr(options, "try"):  # a keyword of Python
         return try_program(options.problem, problem, points)
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
-    formulation = formulation_of(options)
+    given = formulation_of(options)
+    limits = _limits(problem, given)
+    formulation = replace(given, limits=limits)
     space = design_space(with_requirements(problem))
     require_free_names((*problem_layout(problem, space).columns, *formulation.computed))
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
@@ -109,6 +118,8 @@ def run_solve(options: Options) -> int:
     if runner is not None and options.cluster is not None and algorithm != "psi":
         rule = "used with --algorithm psi if a problem takes many designs at once"
         raise invalid("--cluster", rule, algorithm)
+    if getattr(options, "from") is not None:
+        _import(problem, options, run)
     try:
         with stored_at_termination(), progress_bar(True) as show:
             search = find(problem, points, runner, run, formulation, show)
@@ -133,10 +144,10 @@ def run_solve(options: Options) -> int:
     say_best(labelled, title, ranking, designs.layout.units, options.out)
     say(*search.table.remarks, *_failures(search.reasons))
     if run.study is not None and run.share is None:
-        n_stored = len(Study(run.study).numbers())
-        if n_stored > points:
-            say(f"The study has {n_stored} tests, of which this run asked for {points}.")
-    if formulation.limits and not options.box:
+        _say_study(run, len(search.table))
+    if limits:
+        say(_sources_of_limits(options.problem, given, limits))
+    if given.limits and not options.box:
         _say_box(search.table)
     n_searched = len(space.searched)
     if algorithm != "nsga3" and run.sampling is None and n_searched > MAX_DIMENSIONS:
@@ -145,10 +156,73 @@ def run_solve(options: Options) -> int:
     return 0
 
 
+def _points(options: Options) -> int:
+    """Return how many designs to evaluate, in all or more.
+
+    Raises:
+        ArgumentValueError: ``--points`` is something else.
+    """
+    if options.points is None:
+        if options.problem.endswith(".toml"):
+            return _POINTS_OF_PROGRAM
+        return _POINTS[options.algorithm]
+    text = options.points.removeprefix("+")
+    form = "a number of designs, such as 64, or +64 for so many more"
+    (points,) = counts_in("--points", text, form)
+    if text != options.points:
+        if options.algorithm == "nsga3":
+            rule = "used with --algorithm psi or surrogate"
+            raise invalid("--points +N", rule, options.algorithm, "say how many in all")
+        if options.study is None:
+            rule = "used with --study, which says what the run has"
+            raise invalid("--points +N", rule, Received("no --study"))
+    return points
+
+
+def _limits(problem: Problem, formulation: Formulation) -> dict[str, Any]:
+    """Return the limits of a search: those of the problem, where options say no others."""
+    limits = limits_of_problem(known_limits(with_requirements(problem)))
+    return limits | limits_by_name(formulation.limits, formulation.objectives)
+
+
+def _sources_of_limits(problem: str, given: Formulation, limits: Mapping[str, Any]) -> str:
+    """Return a line on which limits apply, and where each is from."""
+    names_given = limits_by_name(given.limits, given.objectives)
+    texts = []
+    for name, limit in limits.items():
+        source = problem
+        if name in names_given:
+            source = "option or decision"
+        texts.append(f"{limit_text(name, *ends(name, limit))} ({source})")
+    return f"Limits: {', '.join(texts)}."
+
+
+def _import(problem: Problem, options: Options, run: RunOptions) -> None:
+    """Take the tests of ``--from`` into the study."""
+    if run.study is None:
+        raise invalid("--from", "used with --study", Received("no --study"))
+    source = getattr(options, "from")
+    names = problem_layout(problem, design_space(problem)).columns
+    names += tuple(getattr(problem, "outputs", ()))
+    columns = pairs_in("--from-names", options.from_names, "name=column", names)
+    tests = import_tests(problem, source, run, columns)
+    say(f"{source}: {counted(len(tests), 'test')} taken into the study.")
+
+
+def _say_study(run: RunOptions, n_tests: int) -> None:
+    """Print how many tests a study has, if it has more than those of this run."""
+    facts = Study(run.study or "").facts()
+    n_stored = sum(run_of_study.n_tests for run_of_study in facts["runs"])
+    if n_stored > n_tests:
+        runs = counted(len(facts["runs"]), "run")
+        say(f"The study has {n_stored} tests of {runs}; this run asked for {n_tests} of them.")
+
+
 def _say_infeasible(problem: Problem, search: Search, out: Path | None) -> None:
     """Print that no design is feasible, and why."""
     say(f"{problem_name(problem)}: no feasible design, {search.counts}")
-    say(f"{most_violated(search.table)}.", *_failures(search.reasons))
+    reasons = _failures(search.reasons)
+    say(f"{most_violated(search.table)}.", *search.table.remarks, *reasons)
     if out is not None:
         say(f"{out} is not written.")
 
@@ -182,6 +256,7 @@ def _run_options(options: Options) -> RunOptions:
         study=options.study,
         study_key=options.study_key,
         retry=options.retry,
+        more=str(options.points).startswith("+"),
     )
 
 
@@ -272,6 +347,7 @@ def _by_surrogate(
         study=run.study,
         study_key=run.study_key,
         retry=run.retry,
+        more=run.more,
     )
     count = _counting(show, points, formulation)
     n_counted = 0

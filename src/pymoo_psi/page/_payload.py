@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import Array, Mask
 from pymoo_psi.pareto import SENTENCES, nondominated
-from pymoo_psi.table import Kind, TestTable
+from pymoo_psi.table import Kind, TestTable, number_column
 
 Content: TypeAlias = dict[str, Any]
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
@@ -67,7 +67,7 @@ def payload(
         "remarks": table.remarks,
         "cautions": cautions,
         "sentences": SENTENCES,
-        "label": table.layout.label or "test_point",
+        "label": table.layout.label or number_column(table.extra),
         "labels": labels,
         "names": names,
         "n": len(table),

@@ -28,7 +28,7 @@ def sentence(name: str, **values: object) -> str:
 
 def capital(text: str) -> str:
     """Return the name of a design at the start of a sentence; a name of the user's is kept."""
-    if text.startswith(("design ", "row ", "test point ")):
+    if text.startswith(("design ", "row ", "test ")):
         return text[0].upper() + text[1:]
     return text
 

@@ -16,6 +16,7 @@ from ._wrapped import WrappedProblem as WrappedProblem
 # isort: split
 
 from ._design_space import DesignSpace as DesignSpace
+from ._design_space import Variable as Variable
 from ._design_space import design_space as design_space
 from ._design_space import problem_identity as problem_identity
 from ._design_space import problem_layout as problem_layout

@@ -360,6 +360,7 @@ class Study:
         """
         with self._transaction(_WRITE) as (db, facts):
             if len(columns) > 1:
+                widen(db, facts, columns)
                 rewrite(db, facts, columns)
             put(db, is_complete=True)
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._validation import (
     AnyArray,
+    counted,
     invalid,
 )
 from pymoo_psi.errors import ArgumentValueError
@@ -172,6 +173,29 @@ def columns_of_designs(names: Sequence[str], kinds: Sequence[Kind], X: AnyArray)
         else:
             columns[name] = column.astype(DTYPES[kind])
     return columns
+
+
+def lacking(columns: Columns, names: Sequence[str]) -> tuple[str, ...]:
+    """Return a remark on tests of a study that lack values, as they are older than an output.
+
+    Args:
+        columns: The columns of the tests.
+        names: The objectives, and the columns that have limits.
+    """
+    is_known = columns["status"] == "ok"  # when it was made
+    counts = []
+    for name in names:
+        n_unknown = int(np.count_nonzero(is_known))
+        if name in columns:
+            n_unknown = int(np.count_nonzero(is_known & (columns[name] != columns[name])))  # NaN
+        if n_unknown:
+            counts.append(f"{name} of {counted(n_unknown, 'test')}")
+    if not counts:
+        return ()
+    return (
+        f"Not known is {' and '.join(counts)}, older than this output: "
+        "--retry incomplete tests them again.",
+    )
 
 
 def choice_texts(cells: Iterable[Any]) -> NDArray[np.object_]:

@@ -34,7 +34,7 @@ RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further c
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 # Extra columns of tests of several runs: the run for which each was made, and its test point there.
 RUN, POINT = "run", "test_point"
-_GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
+GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 
 
 class Words(NamedTuple):
@@ -92,7 +92,7 @@ class Layout:
 
     def __post_init__(self) -> None:
         """Check that the names are distinct, and directions, units, kinds and bounds fit."""
-        for group in (*_GROUPS, "maximize"):
+        for group in (*GROUPS, "maximize"):
             self._set(group, column_names(group, getattr(self, group)))
         self._set("units", unit_texts(self.units))
         self._set("eq_tolerance", finite_number("eq_tolerance", self.eq_tolerance))

@@ -32,7 +32,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto import violated_constraints
 from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._layout import ORIGIN, POINT, RESERVED, Layout
+from pymoo_psi.table._layout import ORIGIN, POINT, RESERVED, Layout, number_column
 from pymoo_psi.table._limits import Bounds, bounds_of, limits_of, texts_of, within
 
 if TYPE_CHECKING:
@@ -392,7 +392,7 @@ class Tests:
 
     @property
     def names(self) -> list[str]:
-        """Unique names of the n designs: the label, or else the test point.
+        """Unique names of the n designs: the label, or else the test point or number of the test.
 
         Designs that share a label get their number appended; a label that is a number is preceded
         by the name of its column.
@@ -409,7 +409,8 @@ class Tests:
         label = self.layout.label
         numbers = self.numbers.tolist()
         if label is None:
-            return [f"test point {number}" for number in numbers]
+            kind = number_column(self.extra).replace("_", " ")
+            return [f"{kind} {number}" for number in numbers]
         labels = list(map(str, self._labels()))
         count = Counter(labels)
         names = []

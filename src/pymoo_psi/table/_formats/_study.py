@@ -11,8 +11,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
-from pymoo_psi.table._head import Columns, Head, StoredTests, choice_texts, columns_of, head_of
-from pymoo_psi.table._layout import POINT, RUN
+from pymoo_psi.table._head import (
+    Columns,
+    Head,
+    StoredTests,
+    choice_texts,
+    columns_of,
+    head_of,
+    lacking,
+)
+from pymoo_psi.table._layout import GROUPS, POINT, RUN
 from pymoo_psi.table._limits import limits_of
 
 if TYPE_CHECKING:
@@ -81,7 +89,7 @@ def tests_of_folder(path: Path) -> StoredTests:
     facts, columns, missing = read_folder(path)
     tests = _stored_tests(facts["head"], facts["runs"], columns)
     if missing:
-        return tests._replace(remarks=(f"{missing}.",))
+        return tests._replace(remarks=(f"{missing}.", *tests.remarks))
     return tests
 
 
@@ -101,7 +109,9 @@ def _stored_tests(head: Head, runs: Sequence[StudyRun], columns: Columns) -> Sto
         if sampling is not None:
             problem["sampling"] = sampling
     else:
-        head["extra"] = [RUN, POINT]
+        head["extra"] = [POINT]
+        if all(RUN not in head.get(group, ()) for group in GROUPS):
+            head["extra"] = [RUN, POINT]
         columns = {**columns}
         for name in head["extra"]:
             columns[name] = choice_texts(columns[name].tolist())
@@ -110,4 +120,5 @@ def _stored_tests(head: Head, runs: Sequence[StudyRun], columns: Columns) -> Sto
             bounds = [np.array(run.points[side], dtype=np.float64) for run in runs]
             head[side] = end.reduce(bounds).tolist()
     head["problem"] = problem or None
-    return StoredTests(head, columns, limits=limits, is_derived=True)
+    remarks = lacking(columns, (*head["objectives"], *limits))
+    return StoredTests(head, columns, remarks, limits, is_derived=True)
