@@ -227,7 +227,7 @@ def test_failures_that_differ_in_numbers_alone_are_one_reason(run):
 def test_a_study_of_more_tests_than_asked_for_is_said_to_be_one(run):
     words = ["solve", "bnh", "--study", "s.db", "--points"]
     assert "The study has" not in run(*words, 96)[1]
-    assert "The study has 96 tests, of which this run asked for 64." in run(*words, 64)[1]
+    assert "The study has 96 tests of 1 run; this run asked for 64 of them." in run(*words, 64)[1]
 
 
 def test_a_problem_is_made_of_options(run):

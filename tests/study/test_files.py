@@ -274,7 +274,7 @@ def test_every_flipped_bit_of_a_number_is_reported(tmp_path):
 def test_facts_and_proposals_with_another_value_are_reported(study, statement):
     study.propose([(9, 1, "surrogate", {"x": 0.5})])
     edit(study.path, statement)
-    with pytest.raises(StudyCorruptError, match="changed|it holds the table runs"):
+    with pytest.raises(StudyCorruptError, match="changed|it holds the table"):
         study.proposals(9, 1)
 
 
