@@ -51,6 +51,7 @@ from .selection import Knee as Knee
 from .selection import ReferencePoint as ReferencePoint
 from .selection import SalukvadzeOptimum as SalukvadzeOptimum
 from .selection import robustness as robustness
+from .selection import switching_values as switching_values
 from .sequences import lp_tau as lp_tau
 from .table import Formulation as Formulation
 from .table import TestTable as TestTable

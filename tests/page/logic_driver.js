@@ -27,6 +27,11 @@ function foreign(data) {
     .map((changes) => Logic.opened(data, JSON.stringify({...written, ...changes})))
 }
 
+function switched(data, state, ranking) {
+  const rows = [...Logic.switches(data, state, ranking)].filter((one) => one !== null)
+  return {rows, text: Logic.staying(data, ranking, rows)}
+}
+
 function answer({payload, states, rows, pins, texts, typed}) {
   const data = Logic.decode(payload)
   return {
@@ -50,7 +55,7 @@ function answer({payload, states, rows, pins, texts, typed}) {
         explained: count ? rows[k].map((row) => Logic.explain(data, ranking, row)) : [],
         instead: rows[k].map((row) => Logic.verdict(data, ranking, row)?.instead),
         compared: count ? Logic.compare(data, pins[k].slice(1), pins[k][0]) : null,
-        relaxed: Logic.relaxations(data, state, ranking, left),
+        switches: switched(data, state, ranking),
         nearest: count ? "" : Logic.nearestDesign(data, state, left),
         preferred: list(Logic.preference(data, ranking, state.preference).best),
         opened: Logic.opened(data, written),

@@ -13,7 +13,7 @@ import pytest
 from pymoo_psi import compare_designs, explain, rank_of_efficiency
 from pymoo_psi.page import decision_page, kept_designs
 from pymoo_psi.pareto import SENTENCES, nondominated
-from pymoo_psi.selection import ReferencePoint
+from pymoo_psi.selection import ReferencePoint, switching_sentences, switching_values
 from pymoo_psi.table import Formulation, read_table
 from tests.page.documents import payload_of
 
@@ -367,68 +367,54 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
                 np.testing.assert_allclose(shares, two.shares[1:, j], rtol=1e-12)
 
 
-def relaxations(case, state, best, told):
-    """Each end of a limit: its least change that brings designs back, and the same without it.
-
-    Values are rounded outwards to six digits, for which those of the page are taken. Then each
-    category that brings designs back, the most first.
-    """
-    told = iter(told)
-
-    def widened(changes, *fields):
-        mask = case.mask(state | changes)
-        rows = np.flatnonzero(mask)
-        back = np.flatnonzero(mask & ~case.mask(state))
-        optima = rows[case.ranking(rows, state).salukvadze].tolist() if len(rows) else [-1]
-        return back, (*fields, len(back), best if best in optima else optima[0])
-
-    for name, pair in state["limits"].items():
-        values = case.frame[name].to_numpy()
-        for end in (0, 1):
-            if pair[end] is None:
+def test_switching_values_are_those_of_python(rankings):
+    compared = changed = 0
+    for case, k, found, *_ in rankings:
+        state = case.states[k]
+        if state["fixed"]:
+            ranges = {name: sorted(pair) for name, pair in zip(case.names, zip(case.whole.ideal.tolist(), case.whole.nadir.tolist(), strict=True), strict=True)}  # fmt: skip
+            if any(low == high for low, high in ranges.values()):
                 continue
+        else:
+            ranges = None
+        asked = Formulation(
+            case.names,
+            maximize=case.maximize,
+            normalize=case.normalize,
+            ranges=ranges,
+            limits={**state["limits"], **state["categories"]},
+        )
+        table = read_table(case.frame, asked, variables=["x"])
+        limits = switching_values(table, kinds=["limit"])
+        told = {(one["name"], one["end"], one["looser"]): one for one in found["switches"]["rows"]}
+        assert len(told) == len(limits)
+        for row in limits.itertuples():
+            one = told[row.column, int(row.end == "upper"), row.direction == "looser"]
+            assert one["value"] == (None if np.isnan(row.value) else row.value)
+            design = case.payload["names"][one["row"]] if one["row"] >= 0 else None
+            assert design == row.design
+            assert one["exact"] == row.exact
+            changed += row.design is not None
+        compared += len(limits)
+        units = replace(table.layout, units=case.units)
+        text = (switching_sentences(replace(table, layout=units), limits) or [""])[0]
+        assert found["switches"]["text"].lower() == text.lower()
+    assert compared > 400
+    assert changed > 200
 
-            def outcome(limit, pair=pair, end=end, name=name):
-                ends = [limit if k == end else pair[k] for k in (0, 1)]
-                return widened({"limits": state["limits"] | {name: ends}}, name, end, limit)
 
-            back, free = outcome(None)
-            if not len(back):
-                yield name, end, None, 0, best
-                continue
-            nearest, found = float(values[back].min() if end else values[back].max()), next(told)
-            assert found["value"] == pytest.approx(nearest, rel=1e-5)
-            assert (found["value"] >= nearest) if end else (found["value"] <= nearest)
-            some, first = outcome(found["value"])
-            yield first
-            if len(some) < len(back):
-                next(told)
-                yield free
-    for name, allowed in state["categories"].items():
-        others = sorted(set(case.frame[name]) - set(allowed))
-        found = [widened({"categories": {name: [*allowed, one]}}, name, None, one)[1] for one in others]  # fmt: skip
-        helpful = sorted((one for one in found if one[3]), key=lambda one: -one[3])
-        yield from helpful or [(name, None, None, 0, best)]
-
-
-def test_relaxing_a_limit_brings_back_what_python_finds(cases, answers):
-    compared = emptied = 0
+def test_where_nothing_is_left_it_is_said_what_brings_a_design_back(cases, answers):
     for case, answer in zip(cases, answers, strict=True):
         for state, found in zip(case.states, answer["states"], strict=True):
-            told = found["relaxed"]
-            best = found["best"][0] if found["best"] else -1
-            expected = list(relaxations(case, state, best, [one for one in told if one["back"]]))
-            fields = ("name", "end", "value", "back", "best")
-            assert [tuple(one[field] for field in fields) for one in told] == expected
-            for one in told:
-                name = case.payload["names"][one["best"]]
-                assert not one["back"] or name in one["text"].lower()
-            compared += len(expected)
-            if not found["count"]:
-                emptied += 1
-                assert any(one["back"] for one in told) or "Together these do" in found["nearest"]
-    assert compared > 60
-    assert emptied < 10
+            if found["count"]:
+                continue
+            back = [one for one in found["switches"]["rows"] if one["looser"] and one["next"] is not None]  # fmt: skip
+            assert back or "Together these do" in found["nearest"] or state["categories"]
+            for one in back:
+                pair = list(state["limits"][one["name"]])
+                pair[one["end"]] = one["next"]
+                wider = case.mask(state | {"limits": state["limits"] | {one["name"]: pair}})
+                assert wider[one["row"]]
 
 
 def test_numbers_of_two_readings_are_refused(answers):

@@ -432,49 +432,71 @@ function outward(value, end) {
   return Number((near + (end ? 1 : -1) * 10 ** (Math.floor(Math.log10(Math.abs(value))) - 5)).toPrecision(6))
 }
 
-// What each end of a limit costs: the least change that brings designs back which nothing else
-// rejects, and all that would come back without it. Each {name, end, value, back, best, text};
-// value is null where the end is taken away. Of categories those that bring back most designs by
-// themselves: end is null, value the category. It ranks anew for each: not for every step of a slider.
-function relaxations(data, state, ranking, {mask, rejected, times}) {
-  const first = ranking.best[0] ?? -1
-  const relaxed = (rows, key, limit) => {
-    if (!rows.length) return {back: 0, best: first, text: sentence(data, "none back", {limit})}
-    const wider = mask.slice()
-    for (const i of rows) wider[i] = 1
-    const next = ranked(data, wider, ranking.fixed)
-    const best = first >= 0 && next.place[first] === 1 ? first : next.best[0]
-    const outcome = first < 0 ? sentence(data, "first proposed", {design: data.names[best]})
-      : against(data, best === first ? "same proposed" : "new proposed", best, first)
-    return {back: rows.length, best, text: sentence(data, key, {limit, back: counted(rows.length, "design"), outcome})}
+// At which limits another design is proposed (selection's switching_values): as each that is set, or
+// that no objective has on its worse side, is tightened or loosened over the values that designs have.
+// A generator, which pauses after each ranking. Each {name, end, looser, value, row, next, exact}:
+// value is the limit up to which the proposal stays, or from which, looser, it does not; null if it
+// stays at any; row the design proposed then, -1 for none; next the limit there.
+const MOST_STEPS = 200
+function* switches(data, state, now) {
+  const first = now.best[0] ?? -1
+  const bestOf = (mask) => {
+    const {last} = data
+    const {best, place} = ranked(data, mask, now.fixed)
+    data.last = last
+    return {row: best[0] ?? -1, differs: first < 0 ? best.length > 0 : place[first] !== 1}
   }
-  const ends = Object.entries(state.limits).flatMap(([name, pair]) =>
-    [0, 1].filter((end) => pair[end] !== null).map((end) => ({column: data.by.get(name), end, limit: pair[end]})))
-  const ofEnds = ends.flatMap(({column, end, limit}) => {
-    const {name, values} = column
-    const out = rejected.get(name)
-    const alone = picked(data.designs, (i) =>
-      times[i] === 1 && out[i] && (end ? values[i] > limit : values[i] < limit))
-    const text = limitText(column, end, limit)
-    if (!alone.length) return {name, end, value: null, ...relaxed(alone, "relaxed", text)}
-    const reached = outward(endOf(values, end ? 1 : -1, alone), end)
-    const closest = alone.filter((i) => (end ? values[i] <= reached : values[i] >= reached))
-    const steps = [{value: reached, rows: closest, key: "relaxed", limit: limitText(column, end, reached)}]
-    if (closest.length < alone.length) steps.push({value: null, rows: alone, key: "without limit", limit: text})
-    return steps.map(({value, rows, key, limit}) => ({name, end, value, ...relaxed(rows, key, limit)}))
-  })
-  const ofCategories = Object.entries(state.categories).flatMap(([name, allowed]) => {
-    const {values, texts} = data.by.get(name)
-    const alone = picked(data.designs, (i) => times[i] === 1 && rejected.get(name)[i])
-    const lists = texts.map((_, place) => alone.filter((i) => values[i] === place)).filter((rows) => rows.length)
-      .sort((a, b) => b.length - a.length).slice(0, 5)
-    if (!lists.length) return {name, end: null, value: null, ...relaxed(alone, "relaxed", `${name} ${listed(allowed) || "none"}`)}
-    return lists.map((rows) => ({name, end: null, value: texts[values[rows[0]]],
-      ...relaxed(rows, "relaxed", categoryText(data, name, rows[0]))}))
-  })
-  return [...ofEnds, ...ofCategories]
+  for (const {name, role, maximize, values, texts} of data.columns) {
+    if (texts || role === "geometric") continue
+    const pair = entryOf(state.limits, name) ?? [null, null]
+    for (const [end, looser] of [[0, false], [0, true], [1, false], [1, true]]) {
+      const isWorse = role === "objective" && end === (maximize ? 0 : 1)
+      if (pair[end] === null && (looser || !isWorse)) continue
+      const free = looser ? left(data, {...state, limits: {...state.limits, [name]: pair.map((limit, k) => (k === end ? null : limit))}}) : now
+      const rows = isWorse ? looser ? ranked(data, free.mask).front : now.front : picked(data.designs, (i) => free.mask[i])
+      const sign = end ? 1 : -1
+      const known = taken(values, rows).map((value) => sign * value)
+      let steps = [...new Set(known.sort())].filter((value) => value === value && (!looser || value > sign * pair[end]))
+      if (!looser) steps = steps.reverse()
+      const at = (step) => {
+        const mask = new Uint8Array(data.total)
+        for (const i of rows) if (looser ? sign * values[i] <= steps[step] : sign * values[i] < steps[step]) mask[i] = 1
+        return bestOf(mask)
+      }
+      const exact = steps.length <= MOST_STEPS
+      const stride = exact ? 1 : Math.ceil(steps.length / 64)
+      let [before, found] = [-1, {name, end, looser, value: null, row: -1, next: null, exact}]
+      for (let step = stride - 1; before < steps.length - 1; step += stride) {
+        step = Math.min(step, steps.length - 1)
+        let then = at(step)
+        yield null
+        while (then.differs && step - before > 1) {
+          const middle = (step + before) >> 1
+          const there = at(middle)
+          yield null
+          if (there.differs) [step, then] = [middle, there]
+          else before = middle
+        }
+        before = step
+        if (!then.differs) continue
+        const next = looser ? steps[step] : steps[step + 1]
+        found = {...found, value: sign * steps[step] + 0, row: then.row, next: next === undefined ? null : sign * next + 0}
+        break
+      }
+      yield found
+    }
+  }
 }
-const categoryText = (data, name, row) => `${name} = ${data.by.get(name).texts[data.by.get(name).values[row]] || "(missing)"}`
+
+// The same in a sentence, "" if the proposal stays at any limit.
+function staying(data, now, found) {
+  const until = found.filter(({value}) => value !== null).map(({name, end, value, row}) => {
+    const {unit} = data.by.get(name)
+    return sentence(data, "until", {column: name, other: row < 0 ? "none" : data.names[row],
+      value: `${end ? "at most" : "at least"} ${short(value)}${unit ? ` ${unit}` : ""}`})
+  })
+  return until.length && now.best.length ? sentence(data, "stays", {design: capital(data.names[now.best[0]]), changes: listed(until, "or")}) : ""
+}
 
 // Where nothing is left and no single limit helps: the design that breaks fewest limits, and these
 // by the least share of a range; a sentence, or "" without such a design.
@@ -577,8 +599,8 @@ const sentence = (data, name, parts) =>
 
 // A name that the user gave stays as it is.
 const capital = (text) => text.replace(/^(design|row|test point) /, (ours) => ours[0].toUpperCase() + ours.slice(1))
-const listed = (names) =>
-  names.length > 1 ? `${names.slice(0, -1).join(", ")} and ${names.at(-1)}` : names.join("")
+const listed = (names, word = "and") =>
+  names.length > 1 ? `${names.slice(0, -1).join(", ")} ${word} ${names.at(-1)}` : names.join("")
 const counted = (n, one) => `${apart(String(n))} ${one}${n === 1 ? "" : "s"}`
 
 // The digits of a number as Python rounds them, an exact half to the even digit: 62.5 -> 6.2e+1.
@@ -1084,7 +1106,7 @@ function decided(data, {limits, chosen, reason, ranges, page: {values, state: vi
 
 return {
   decode, initial, checked, parsed, values, left, ranked, order, preference, verdict, explain,
-  compared, compare, limitText, relaxations, nearestDesign, since, typed, written, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
+  compared, compare, limitText, switches, staying, nearestDesign, since, typed, written, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
   csv, metadata, decision, opened, MOST_PINS,
 }
 })()

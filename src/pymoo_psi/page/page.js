@@ -120,7 +120,8 @@ const page = (() => {
       filtered = filter
       left = Logic.left(data, state)
       ranking = Logic.ranked(data, left.mask, state.fixed ? data.fixed : null)
-      relaxLater()
+      switchLater()
+      renew($("stays"))
     }
     verdict = Logic.verdict(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
     if (!dragging) { // what the last change of the limits has done; announced, too
@@ -155,29 +156,51 @@ const page = (() => {
     }
   }
 
-  // What each limit costs takes longer than a frame and waits until the hand rests.
+  // Until which limits a proposal stays takes longer than a frame: it waits until the hand rests.
   let thinking = 0
-  function relaxLater() {
+  function switchLater() {
     clearTimeout(thinking)
-    thinking = setTimeout(() => {
-      thinking = 0
-      showRelaxations()
-    }, 250)
+    const search = Logic.switches(data, state, ranking)
+    const found = []
+    const think = () => {
+      for (const end = performance.now() + 10; performance.now() < end;) {
+        const {value, done} = search.next()
+        if (done) thinking = 0
+        if (done) return showSwitches(found)
+        if (value) found.push(value)
+      }
+      thinking = setTimeout(think, 0)
+    }
+    thinking = setTimeout(think, 250)
   }
 
-  function showRelaxations() {
-    const found = Logic.relaxations(data, state, ranking, left)
+  function showSwitches(found) {
     show("relax", found.length)
     const keepFocus = focusKept()
-    renew($("relax-table"), make("tbody", {}, found.map(({name, end, value, back, text}) => make("tr", {},
-      make("td", {}, readable(text)), make("td", {}, back ? button(value === null ? "Remove limit" : "Relax", () => {
-        if (end === null) return allow(data.by.get(name), [...state.categories[name], value])
-        const limit = [...state.limits[name]]
-        limit[end] = value
-        setLimit(data.by.get(name), limit, true)
-      }, {"aria-label": `${value === null ? "Remove limit" : "Relax"}: ${name}, ${end === null ? value : end ? "upper" : "lower"}`}) : null)))))
+    renew($("stays"), readable(Logic.staying(data, ranking, found)))
+    const moved = ({name, end}, value) => {
+      const limit = [...(limitOf(data.by.get(name)) ?? [null, null])]
+      limit[end] = value
+      setLimit(data.by.get(name), limit, true)
+    }
+    const cell = (one) => {
+      if (!one || one.value === null) return [one ? "the same at any" : "–"]
+      const {name, end, looser, value, row, next, exact} = one
+      const column = data.by.get(name)
+      return [`${looser ? "from" : end ? "below" : "above"} ${written(column, value)}${exact ? "" : " (of values tried)"} `, row < 0 ? "none is left" : inspectButton(row), " ",
+        next === null ? null : button("Set", () => moved(one, next), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${written(column, next)}`})]
+    }
+    renew($("relax-table"), make("thead", {}, make("tr", {}, ["Limit", "Tighter", "Looser", ""].map((text) => make("th", {scope: "col"}, text)))),
+      make("tbody", {}, found.filter(({looser}) => !looser).map((one) => {
+        const column = data.by.get(one.name)
+        const limit = limitOf(column)?.[one.end] ?? null
+        const looser = found.find(({name, end, looser}) => looser && name === one.name && end === one.end)
+        return make("tr", {}, make("th", {scope: "row"}, limit === null ? `${column.name} without a limit` : readable(Logic.limitText(column, one.end, limit))),
+          make("td", {}, cell(one)), make("td", {}, cell(looser)),
+          make("td", {}, looser ? button("Remove limit", () => moved(one, null), {"aria-label": `Remove limit: ${one.name}, ${one.end ? "upper" : "lower"}`}) : null))
+      })))
     keepFocus()
-    const stuck = !ranking.count && found.every(({back}) => back === 0)
+    const stuck = !ranking.count && found.every(({looser, value}) => !looser || value === null)
     if (stuck) $("verdict-words").append(make("p", {}, readable(Logic.nearestDesign(data, state, left))))
   }
 
@@ -236,7 +259,7 @@ const page = (() => {
     const clear = chosen < 0 || isInspected ? null : button("Clear choice", () => choose(chosen))
     const clashes = contradictions().map((text) => make("p.warning", {}, readable(text)))
     if (!verdict) {
-      renew($("verdict-words"), make("p.warning", {}, "No design is left. What each limit costs is shown below."),
+      renew($("verdict-words"), make("p.warning", {}, "No design is left. Below: at which limits there is one."),
         ...(clear ? [make("p", {}, `${called(chosen)} is chosen. `, clear)] : []))
       for (const id of ["verdict-more", "verdict-rows", "verdict-variables"]) renew($(id))
     } else {

@@ -27,7 +27,14 @@ from pymoo_psi.pareto import (
     representatives,
     sentence,
 )
-from pymoo_psi.selection import CompromiseProgramming, Knee, SalukvadzeOptimum, compare_selectors
+from pymoo_psi.selection import (
+    CompromiseProgramming,
+    Knee,
+    SalukvadzeOptimum,
+    compare_selectors,
+    switching_sentences,
+    switching_values,
+)
 from pymoo_psi.table import (
     Layout,
     TestTable,
@@ -41,6 +48,7 @@ from pymoo_psi.table import (
 _REASONS = 12  # of failures in the table, the most frequent ones
 _LIMITS = 6  # in the table, those that cost most
 _IDLE = 3  # limits that cost nothing, by name
+_SWITCHING = 500  # designs; of more ranking again takes minutes
 _REPRESENTATIVES = 5  # side by side on paper
 
 Columns: TypeAlias = dict[str, list[str]]
@@ -160,6 +168,13 @@ class Choice:
         optimum = self.ranking.name_of(self.optimum)
         difference = pair.difference(1)
         return sentence("instead", design=capital(self.name), other=optimum, difference=difference)
+
+    def switching(self) -> list[str]:
+        """Return until which limits and values the proposal stays, where designs are few."""
+        if self.ranking.pareto.sum() > _SWITCHING:
+            return []
+        frame = switching_values(self.table, kinds=("limit", "value"))
+        return switching_sentences(self.table, frame)
 
     def objectives(self) -> Columns:
         """Return the objectives of the design, and of the optimum, between best and worst."""

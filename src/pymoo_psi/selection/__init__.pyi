@@ -9,3 +9,9 @@ from ._selectors import RankingSelector as RankingSelector
 from ._selectors import ReferencePoint as ReferencePoint
 from ._selectors import SalukvadzeOptimum as SalukvadzeOptimum
 from ._selectors import compare_selectors as compare_selectors
+from ._switching import switching_values as switching_values
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+
+from ._switching import switching_sentences as switching_sentences

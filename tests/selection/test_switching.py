@@ -1,0 +1,101 @@
+"""Switching values: what is recommended just before and just beyond each of them."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import Formulation, ReferencePoint, read_table, switching_values
+from pymoo_psi.errors import ArgumentValueError
+
+
+def offers(seed, n=40):
+    rng = np.random.default_rng(seed)
+    F = np.abs(rng.normal(size=(n, 3)))
+    F = (1.3 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5 + 0.2 * rng.random((n, 1))
+    frame = pd.DataFrame(np.round(F, 2), columns=["price", "days", "gain"])
+    frame.insert(0, "name", [f"offer {k}" for k in range(n)])
+    limit = float(frame["price"].quantile(0.7))
+    asked = Formulation(
+        ["price", "days", "gain"],
+        maximize=["gain"],
+        limits={"price": limit, "days": (None, 1.2)},
+        ranges=None if seed % 2 else {"price": (0, 3), "days": (0, 3), "gain": (0, 3)},
+    )
+    return frame, asked
+
+
+def first(frame, asked, **limits):
+    """Return the names of the optima under other limits; none where nothing is left."""
+    ends = {**asked.limits, **limits}
+    table = read_table(frame, asked).under(
+        limits={k: v for k, v in ends.items() if v != (None, None)}
+    )
+    if not table.eligible().any():
+        return []
+    ranking = table.feasible_ranking()
+    return [ranking.name_of(row) for row in ranking.salukvadze.tolist()]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_limits_between_which_the_recommendation_stays(seed):
+    """Every value that a design has is tried: the first that changes it is the one reported."""
+    frame, asked = offers(seed)
+    best = first(frame, asked)[0]
+    found = switching_values(read_table(frame, asked), kinds=["limit"])
+    assert found["exact"].all()
+    assert {*found["column"]} == {"price", "days", "gain"}
+    for row in found.itertuples():
+        sign = -1 if row.end == "lower" else 1
+        values = np.unique(sign * frame[row.column])
+        present = sign * row.present if row.present == row.present else np.inf
+        steps = (
+            values[values > present]
+            if row.direction == "looser"
+            else values[values < present][::-1]
+        )
+        changed = None
+        stays = steps[0] if len(steps) else None
+        for step in steps:
+            pair = (None, step) if row.end == "upper" else (-step, None)
+            optima = first(frame, asked, **{row.column: pair})
+            if best not in optima:
+                changed = (step if row.direction == "looser" else stays), [*optima, None][0]
+                break
+            stays = step
+        if changed is None:
+            assert np.isnan(row.value) or row.design is None
+        else:
+            assert (row.value * sign, row.design) == changed
+
+
+def test_values_and_weights_at_which_it_changes():
+    frame, asked = offers(1)
+    table = read_table(frame, asked)
+    best = first(frame, asked)[0]
+    found = switching_values(table, weights={"price": 2.0}, aspiration={"days": 0.3})
+    ranking = table.feasible_ranking()
+    compared = 0
+    for row in found[found["value"].notna()].itertuples():
+        if row.kind == "value":
+            for share, stays in ((0.999, True), (1.001, False)):
+                other = frame.copy()
+                value = row.present + share * (row.value - row.present)
+                other.loc[other["name"] == best, row.column] = value
+                assert (best in first(other, asked)) == stays
+        if row.kind == "weight":
+            point = [ranking.ideal[0], 0.3, ranking.ideal[2]]
+            for share, stays in ((0.999, True), (1.001, False)):
+                weights = {"price": 2.0, "days": 1.0, "gain": 1.0}
+                before = ReferencePoint(point, weights=[*weights.values()]).do(ranking)[0]
+                weights[row.column] = row.present + share * (row.value - row.present)
+                now = ReferencePoint(point, weights=[*weights.values()]).do(ranking)
+                assert (before in now) == stays
+        compared += row.kind != "limit"
+    assert compared > 4
+
+
+def test_wrong_arguments():
+    table = read_table(*offers(1))
+    for arguments in ({"kinds": ["label"]}, {"weights": {"mass": 2}}):
+        with pytest.raises(ArgumentValueError):
+            switching_values(table, **arguments)
