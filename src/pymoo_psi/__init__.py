@@ -18,7 +18,8 @@ The names that one imports first
 - Decision-making: :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`, :func:`cautions`
   about its optimum; :func:`explain` a design, :func:`compare_designs`, :func:`representatives`;
   :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
-  :class:`ReferencePoint`, :class:`Knee`; :func:`robustness`, :func:`switching_values`. More in :mod:`.selection`.
+  :class:`ReferencePoint`, :class:`Knee`; :func:`robustness`, :func:`switching_values`.
+  More in :mod:`.selection`.
 - Documents: :func:`decision_page`, :func:`decision_report`; figures in :mod:`.plots`.
 - Comparison: :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.
 - Running: :class:`JoblibRunner`, :class:`ExecutorRunner`.
