@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
+from scipy.special import log_ndtr
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Mask, Numbers, Received, Rows, invalid
@@ -59,6 +60,9 @@ _APART = (0.01, 0.03, 0.1)
 # If the errors of the surrogates of objectives reach this many standard deviations, only the middle
 # of the front is searched. They are 0.2 on DTLZ2 with 13 variables and 0.04 on the chute.
 _DOUBTFUL = 0.2
+# With fewer tests than this that keep all constraints and limits, the search counts how likely
+# designs keep them.
+_FEW_ELIGIBLE = 8
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
 
 
@@ -176,7 +180,10 @@ def propose(
 
     n = len(points)
     F, violation = surrogates.optimistic(np.vstack([points, tests.pending]))
-    candidates = _Candidates(goal.encode(points), F[:n], violation[:n])
+    log_chance = np.zeros(n)
+    if np.count_nonzero(tests.eligible) < _FEW_ELIGIBLE:
+        log_chance = surrogates.log_chance(points)
+    candidates = _Candidates(goal.encode(points), F[:n], violation[:n], log_chance)
     pending = F[n:][violation[n:] <= 0]
     front = np.vstack([tests.Y[tests.eligible, :n_obj], pending])
     scale = goal.ranges
@@ -265,13 +272,35 @@ class _Surrogates:
         """Return ``(n, m)`` objectives on their scales, and ``(n, c)`` the excess of each limit."""
         goal = self.goal
         Z = goal.encode(points)
-        T = np.column_stack([process(Z) for process in self._processes])
-        if goal.compute is not None:
-            Y = goal.compute(points, self._fit.back(T))
-            T = self._fit.to(Y)
+        T = self._predicted(points, Z)
         exceeded = goal.excess(T, self._fit)
         excess = np.hstack([exceeded, self._failure_risk(Z), goal.required(points)])
         return T[:, : goal.n_obj], excess
+
+    def _predicted(self, points: Array, Z: Array) -> Array:
+        """Return ``(n, q)`` outputs on their scales."""
+        T = np.column_stack([process(Z) for process in self._processes])
+        if self.goal.compute is not None:
+            Y = self.goal.compute(points, self._fit.back(T))
+            T = self._fit.to(Y)
+        return T
+
+    def log_chance(self, points: Array) -> Array:
+        """Return ``(n,)`` logarithms of the probability that designs keep each limit, summed."""
+        Z = self.goal.encode(points)
+        T = self._predicted(points, Z)
+        total = np.zeros(len(points))
+        for j, least, greatest in self.goal.limits:
+            deviation = np.maximum(self._processes[j].deviation(Z), _EQUALITY)
+            scale = self._fit.outputs[j].scale
+            if least == greatest:
+                total -= 0.5 * ((T[:, j] - scale.to(least)) / deviation) ** 2
+                continue
+            if greatest < np.inf:
+                total += log_ndtr((scale.to(greatest) - T[:, j]) / deviation)
+            if least > -np.inf:
+                total += log_ndtr((T[:, j] - scale.to(least)) / deviation)
+        return total
 
     def optimistic(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` objectives, better than their means, and ``(n,)`` violations."""
@@ -524,11 +553,14 @@ class _Candidates(NamedTuple):
         Z: ``(n, e)`` the designs as surrogates see them.
         F: ``(n, m)`` their objectives, predicted optimistically.
         violation: ``(n,)`` the sums of what exceeds limits.
+        log_chance: ``(n,)`` the logarithm of the probability that they keep all limits; 0 for all
+            where this does not count.
     """
 
     Z: Array
     F: Array
     violation: Array
+    log_chance: Array
 
 
 def _choice(
@@ -542,7 +574,7 @@ def _choice(
     """Return the indices of the candidates to be tested.
 
     One half promises the largest gain; the other half is farthest from all known objectives. If
-    all candidates exceed limits, those are taken that do so least.
+    all candidates exceed limits, those are taken that do so least, or least likely.
 
     Args:
         candidates: The candidates.
@@ -576,8 +608,10 @@ def _choice(
         if len(rows) == 0:
             rows = _apart(new, candidates.Z.shape[1], distance, place)
             score = -candidates.violation
+            if candidates.log_chance.any():
+                score = candidates.log_chance
         elif place < (batch + 1) // 2 and gain[rows].max() > 0:
-            score = gain
+            score = gain * np.exp(candidates.log_chance)
         else:
             score = np.where(np.isinf(gap), distance, gap)
         row = rows[score[rows].argmax()]

@@ -82,8 +82,8 @@ class SurrogatePSI(PointAlgorithm):
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.
         n_points: How many points of the sequence come first, 20 by default.
-        batch: How many designs a round proposes; by default 4 while fewer than 64 tests are known,
-            then 8. A smaller batch learns more from each test.
+        batch: How many designs a round proposes; by default 4 while fewer than 64 tests keep all
+            constraints and limits, then 8. A smaller batch learns more from each test.
         asynchronous: Whether the workers of a runner do not wait for the end of a round. As soon as
             one has nothing to do, the next round is proposed, as far as possible from designs that
             are being tested. Then proposals depend on the order in which tests end, and the study
@@ -248,27 +248,32 @@ class SurrogateSource(Source):
         is_due = not is_pending.any() or (self.eager and n_free >= 0)
         if self.n_left == 0 or not is_due:
             return Points.none()
-        size = self._size(n_free)
+        table = self._table()
+        size = self._size(n_free, int(table.eligible().sum()))
         first = int(self._points.numbers.max(initial=0)) + 1
         round_number = len(self._ends)
-        units = self._round(first, size, self._points.at(is_pending))
+        units = self._round(first, size, self._points.at(is_pending), table)
         self._ends.append(len(self._points) + len(units))
         units = units[: self.n_left]
         numbers = first + np.arange(len(units))
         return Points(numbers, self._n_dim, units, np.full(len(units), float(round_number)))
 
-    def _size(self, n_free: int) -> int:
-        """Return the size of the next round, for so many free workers."""
+    def _table(self) -> TestTable:
+        """Return the known tests, under the formulation."""
+        return under_known(_behind(self._others, by_number([self._tests])), self._asked)
+
+    def _size(self, n_free: int, n_eligible: int) -> int:
+        """Return the size of the next round, for so many free workers and eligible tests."""
         if self._batch is not None:
             return self._batch
         if self.eager:
             # A quarter more than are free, so that these need not wait for the next proposals.
             return n_free + max(1, self._executor.n_workers // 4)
-        if len(self._points) < _LITTLE:
+        if n_eligible < _LITTLE:
             return _FEW
         return _BATCH
 
-    def _round(self, first: int, size: int, pending: Points) -> Array:
+    def _round(self, first: int, size: int, pending: Points, table: TestTable) -> Array:
         """Return the points that a round proposes, those of the study if it has them."""
         round_number = len(self._ends)
         if self._proposals is None:
@@ -278,7 +283,7 @@ class SurrogateSource(Source):
             # Several threads would spin at matrices as small as these, ten times as long where
             # other work is going on, and their sums differ in the last digits from those of one.
             with threadpool_limits(limits=1, user_api="blas"):
-                units = self._proposed(size, pending)
+                units = self._proposed(size, pending, table)
             content = {}
             if len(pending):  # all tests before them were known but these
                 content["pending"] = pending.numbers.tolist()
@@ -293,12 +298,10 @@ class SurrogateSource(Source):
                 points.append(content["point"])
         return np.array(points)
 
-    def _proposed(self, size: int, pending: Points) -> Array:
+    def _proposed(self, size: int, pending: Points, table: TestTable) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        tested = by_number([self._tests])
-        is_first = np.isin(tested.numbers, self._sequence.numbers)
+        is_first = np.isin(self._tests.numbers, self._sequence.numbers)
         n_uniform = int(np.count_nonzero(is_first)) + len(self._others)
-        table = under_known(_behind(self._others, tested), self._asked)
         computed: Mapping[str, str] = {}
         if isinstance(self._asked, Formulation):
             computed = self._asked.computed
