@@ -146,6 +146,13 @@ def test_limits_may_be_on_variables_and_outputs():
     assert made["weight"].between(3, 5).mean() > 0.8
 
 
+def test_limits_on_texts_are_kept_by_proposals():
+    table = run(Mixed(), 44, formulation=Formulation(limits={"c": ["wood", "3"]})).table
+    texts = table.column("c").astype(str)
+    assert {*texts[20:]} == {"wood", "3"}
+    assert "steel" in texts[:20]
+
+
 def test_designs_without_a_value_that_has_a_limit_are_not_promising():
     """The best objectives are where the model gives no heat, and there the limit is not kept."""
 

@@ -105,11 +105,23 @@ class LearnedOutputs:
             limits,
             low,
             high,
-            required=lambda points: self._model.violations(space.matrix(points)),
+            required=self.violations,
             encode=partial(encoded, space),
             compute=compute,
             ranges=self._ranges(),
         )
+
+    def violations(self, points: Array) -> Array:
+        """Return ``(n, k)`` by how much points violate requirements, and limits on texts."""
+        X = self._model.space.matrix(points)
+        columns = [self._model.violations(X)]
+        variables = self._table.tested.layout.variables
+        for name, texts in self._table.allowed_texts.items():
+            if name in variables:
+                values = X[:, variables.index(name)].astype(str)
+                is_other = ~np.isin(values, texts)
+                columns.append(is_other[:, None].astype(float))
+        return np.hstack(columns)
 
     def _ranges(self) -> Array | None:
         """Return the ``(2, m)`` fixed ranges of the objectives, as these are minimised."""

@@ -49,6 +49,7 @@ from pymoo_psi.table import (
     ends,
     limit_text,
     limits_by_name,
+    limits_of,
     suffixes_for,
 )
 
@@ -335,11 +336,9 @@ def _by_surrogate(
 ) -> Search:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
-    categories = formulation.page.get("state", {}).get("categories")
-    if categories:
-        rule = "without texts ticked on the page, which do not direct a search"
-        received = Received(f"ticks in {', '.join(categories)}")
-        raise invalid("--decision", rule, received, "fix choices by --box name=option")
+    # The texts that are ticked on the page are limits, too.
+    categories = formulation.page.get("state", {}).get("categories", {})
+    formulation = replace(formulation, limits={**limits_of(formulation.limits), **categories})
     algorithm = SurrogatePSI(
         points,
         formulation=formulation,
