@@ -1,6 +1,6 @@
 """Processes that are killed repeatedly during their work, and what remains of it.
 
-    python -m benchmarks.kills [recorded] [surrogate] [asynchronous] [KILLS]
+    python -m benchmarks.kills [recorded] [surrogate] [asynchronous] [evidence] [KILLS]
 
 ``recorded``: NSGA-III on a ``Recorded`` problem. After every kill, each stored test must still be
 there with the same values, and must never be evaluated again. In the end, table and front must be
@@ -11,6 +11,10 @@ bit-identical to those of an undisturbed run. Otherwise an error is raised.
 ``asynchronous``: SurrogatePSI with four workers that never wait for one another. Its proposals
 depend on which design is finished first, so there is no undisturbed run to compare with. No test
 may be lost or evaluated again, and all proposals must be tested.
+
+``evidence``: eight processes with runs of their own on one study (three of PSI, two of
+SurrogatePSI, two of NSGA-II on a ``Recorded`` problem, and tests from a table). In the end every
+run is complete, and every design has one test with the right values.
 """
 
 from __future__ import annotations
@@ -27,12 +31,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
+from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
-from pymoo_psi import FailureTolerant, JoblibRunner, Recorded, SurrogatePSI, TestTable, nsga3
-from pymoo_psi.algorithms import _run
+from pymoo_psi import (
+    PSI,
+    FailureTolerant,
+    JoblibRunner,
+    Recorded,
+    Restricted,
+    SurrogatePSI,
+    TestTable,
+    nsga3,
+)
+from pymoo_psi.algorithms import RunOptions, _run, import_tests
 from pymoo_psi.study import Study
 from pymoo_psi.table import read_table
 
@@ -220,7 +235,87 @@ def _checked(
     return stored, n_checked
 
 
-CASES = {"recorded": recorded, "surrogate": surrogate, "asynchronous": asynchronous}
+def evidence(folder: Path, kills: int) -> None:
+    """Kill processes at random that write different runs of one study."""
+    log = folder / "log"
+    path = folder / "study.db"
+    options: dict[str, Any] = {"study": path, "study_wait": 600.0}
+    given = pd.DataFrame(np.random.default_rng(5).random((40, 3)), columns=["x1", "x2", "x3"])
+    given = given[given["x3"] <= 0.8]
+    out = [dict_of(Logged(folder / "log of given"), row) for row in given.to_numpy()]
+    given = given.assign(**pd.DataFrame(out, index=given.index))
+
+    def psi(problem: Any, **more: Any) -> Any:
+        return minimize(problem, PSI(64, block_size=8, **options, **more)).algorithm.table
+
+    def nsga2(seed: int) -> Any:
+        problem = Recorded(FailureTolerant(Logged(log)), **options)
+        return minimize(problem, NSGA2(16), ("n_gen", 4), seed=seed)
+
+    def learn(seed: int) -> Any:
+        return minimize(Logged(log), SurrogatePSI(48, **options), seed=seed).algorithm.table
+
+    jobs = [
+        lambda: psi(Logged(log)),
+        lambda: psi(Restricted(Logged(log), {"x1": (0.25, 0.5)})),
+        lambda: psi(Logged(log), sampling="halton", seed=3),
+        lambda: learn(1),
+        lambda: learn(2),
+        lambda: nsga2(1),
+        lambda: nsga2(2),
+        lambda: import_tests(Logged(log), given, RunOptions(**options)),
+    ]
+    chance = random.Random(2)
+    pids = {started(job): job for job in jobs}
+    n_killed = 0
+    while pids:
+        time.sleep(chance.uniform(0.1, 0.5))
+        for pid in [*pids]:
+            ended, status = os.waitpid(pid, os.WNOHANG)
+            if ended:
+                assert status == 0
+                del pids[pid]
+        if pids and n_killed < kills:
+            pid = chance.choice([*pids])
+            os.kill(pid, signal.SIGKILL)
+            _, status = os.waitpid(pid, 0)
+            job = pids.pop(pid)
+            if status == signal.SIGKILL:
+                pids[started(job)] = job
+                n_killed += 1
+    n_evaluated = len(lines(log))
+    for job in jobs:
+        job()
+    assert len(lines(log)) == n_evaluated, "a complete run was evaluated again"
+    table = read_table(path)
+    designs = [row.tobytes() for row in table.X.astype(float)]
+    assert len({*designs}) == len(designs), "a design has two tests"
+    problem = Logged(folder / "log of values")
+    for x, f, status in zip(table.X, table.F, table.status, strict=True):
+        if status == "failed":
+            assert x[2] > 0.8
+        else:
+            assert problem.evaluate(x, return_values_of=["F"]).tobytes() == f.tobytes()
+    n_tested = len(table) - len(given)
+    print(
+        f"evidence: {n_killed} kills of 8 processes, {len(table)} tests of "
+        f"{len(Study(path).facts()['runs'])} runs, each design once and right; "
+        f"{n_evaluated - n_tested} evaluations were interrupted or made by two at once"
+    )
+
+
+def dict_of(problem: Any, x: Any) -> dict[str, float]:
+    """Return the values of a design by name."""
+    F, G = problem.evaluate(x, return_values_of=["F", "G"])
+    return {"f1": F[0], "f2": F[1], "g1": G[0]}
+
+
+CASES = {
+    "recorded": recorded,
+    "surrogate": surrogate,
+    "asynchronous": asynchronous,
+    "evidence": evidence,
+}
 
 
 def main(words: list[str]) -> None:

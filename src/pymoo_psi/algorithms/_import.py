@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from dataclasses import replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
@@ -30,8 +31,8 @@ def import_tests(
 ) -> TestTable:
     """Take tests from elsewhere into a study, as a run of its own.
 
-    Designs that the study has already are not stored again. Rows without any result are left out.
-    Designs may lie outside the bounds of the problem.
+    Designs that the study has already are not stored again. Rows that lack an objective are left
+    out, which a remark says. Designs may lie outside the bounds of the problem.
 
     Args:
         problem: The problem whose tests they are.
@@ -64,24 +65,25 @@ def import_tests(
     for name in columns:
         known_name("a name of the problem", name, names)
     objectives = [names[name] for name in model.layout.objectives]
-    table = read_table(source, Formulation(objectives=objectives))
+    table = read_table(source, Formulation(objectives=objectives), drop_incomplete=True)
     needed = (*model.layout.variables, *_results(model))
     for name in needed:
         if names[name] not in (*table.layout.columns, *table.extra):
             rule = "a table with a column for each variable, objective and constraint"
             remedy = f"name the column that is {name}, as {{{name!r}: 'column'}}"
             raise invalid("the tests", rule, Received(f"none named {names[name]!r}"), remedy)
+    if table.problem is None:  # a file of designs, of which some lack a value
+        table = table.rows(table.status != "failed")
     results = {}
     for name in names:
         if name not in model.layout.variables and names[name] in table.layout.columns:
             results[name] = table.column(names[name])
-    is_known = np.isfinite(np.column_stack([results[name] for name in _results(model)])).any(axis=1)
-    failed = np.isin(table.numbers, list(table.reasons)) & (table.problem is not None)
-    rows = np.flatnonzero(is_known | failed)
+    failed = np.isin(table.numbers, list(table.reasons))
+    rows = np.arange(len(table))
     X = _designs(model, table, names)
     sampling = f"tests of {_name_of(source)} ({_fingerprint(X, results)})"
     store = StudyStore(table_of_run(model, options, lambda: sampling), options, model)
-    points = Points(rows + 1, 0, designs=X[rows])
+    points = Points(rows + 1, 0, designs=X)
     values = []
     for row in rows.tolist():
         reason = ""
@@ -92,7 +94,7 @@ def import_tests(
     with store.session() as recall:
         recall(points)  # designs that other runs have tested are theirs
         store.keep(tests)
-    return tests
+    return replace(tests, remarks=table.remarks)
 
 
 def _results(model: Model) -> tuple[str, ...]:

@@ -207,7 +207,7 @@ def _import(problem: Problem, options: Options, run: RunOptions) -> None:
     names += tuple(getattr(problem, "outputs", ()))
     columns = pairs_in("--from-names", options.from_names, "name=column", names)
     tests = import_tests(problem, source, run, columns)
-    say(f"{source}: {counted(len(tests), 'test')} taken into the study.")
+    say(f"{source}: {counted(len(tests), 'test')} taken into the study.", *tests.remarks)
 
 
 def _say_study(run: RunOptions, n_tests: int) -> None:

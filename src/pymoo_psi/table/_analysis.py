@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +31,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
 from pymoo_psi.table._designs import value_ranks
-from pymoo_psi.table._layout import Key
+from pymoo_psi.table._layout import RUN, Key
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
 PROPOSAL_ROUND = "proposal_round"
+_CHOSEN = ("an algorithm", "tests of ")  # samplings of runs whose points are of no sequence
 """Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 _COSINES = 10  # that show the effect of a variable with many values
 _LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
@@ -412,10 +413,14 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
         >>> len(table), sentences
         (64, ('It is unknown how designs were sampled; they lie evenly within their range.',))
     """
-    layout = instance("table", table, TestTable).layout
+    instance("table", table, TestTable)
     rule = "an even sample of one set of bounds"
-    sampling = str((table.problem or {}).get("sampling") or "")
     sentences = []
+    if RUN in table.extra:
+        table, sentence = _largest_sample(table)
+        sentences.append(sentence)
+    layout = table.layout
+    sampling = str((table.problem or {}).get("sampling") or "")
     n = len(table)
     if len(table.experiments) > 1:
         raise invalid("the tests", rule, Received(f"those of {listed(table.experiments)}"))
@@ -449,6 +454,27 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
             sentence += " The others are not spread evenly, so that sensitivities are rough."
         sentences.append(sentence)
     return table, tuple(sentences)
+
+
+def _largest_sample(table: TestTable) -> tuple[TestTable, str]:
+    """Return the tests of the run of a study that has most points of a sequence, and a sentence."""
+    runs = (table.problem or {}).get("runs", {})
+    counts = {}
+    for name, points in runs.items():
+        sampling = str(points.get("sampling"))
+        if not sampling.startswith(_CHOSEN):
+            counts[name] = np.count_nonzero(table.extra[RUN] == int(name))
+    if not counts or max(counts.values()) == 0:
+        received = Received("tests that algorithms or people have chosen")
+        raise invalid("the tests", "an even sample of one set of bounds", received)
+    run = max(counts, key=lambda name: counts[name])
+    points = runs[run]
+    lower, upper = (np.array(points[side], dtype=np.float64) for side in ("lower", "upper"))
+    layout = replace(table.layout, lower=lower, upper=upper)
+    part = table.rows(table.extra[RUN] == int(run))
+    part = replace(part, layout=layout, problem={"sampling": points["sampling"]})
+    tests = counted(len(part), "test")
+    return part, f"By {tests} of run {run} alone, {points['sampling']}."
 
 
 def _lies_evenly(table: TestTable, ordered: bool) -> bool:

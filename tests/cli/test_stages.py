@@ -1,0 +1,145 @@
+"""A study in stages: bounds, limits and outputs change, tests come from elsewhere; all is kept."""
+
+import shlex
+import sqlite3
+import sys
+from pathlib import Path
+
+import pytest
+
+from pymoo_psi.table import read_table
+
+SOLVER = """
+import sys
+width, height = map(float, sys.argv[1:])
+with open({log!r}, "a") as log:
+    print(width, height, file=log)
+print("tip =", 1000 / (width * height**3))
+print("stress =", 900 / (width * height**2))
+"""
+FILE = f"""
+[variables]
+width = {{bounds = [2, 4], unit = "mm"}}
+height = {{bounds = [1, 9]}}
+[program]
+command = "{shlex.quote(sys.executable)} solver.py {{width}} {{height}}"
+template = "model"
+keep = "all"
+[outputs]
+tip = {{file = "stdout.txt", pattern = 'tip = (\\S+)'}}
+mass = {{expression = "2*width*height", unit = "kg"}}
+[objectives]
+minimize = ["mass", "tip"]
+[limits]
+tip = "<= 4"
+"""
+
+
+@pytest.fixture
+def log(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("model").mkdir()
+    log = tmp_path / "log"
+    Path("model/solver.py").write_text(SOLVER.format(log=str(log)))
+    Path("beam.toml").write_text(FILE)
+    return log
+
+
+@pytest.fixture
+def said(run):
+    """Run the command; return all that it says."""
+
+    def command(*words, code=0):
+        ended, printed, err = run(*words)
+        assert ended == code, err
+        return printed + err
+
+    return command
+
+
+def edit(old, new):
+    text = Path("beam.toml").read_text()
+    assert old in text
+    Path("beam.toml").write_text(text.replace(old, new))
+
+
+def n_runs(log):
+    lines = log.read_text().splitlines()
+    assert len({*lines}) == len(lines), "a design ran twice"
+    return len(lines)
+
+
+def test_stages_share_one_study_and_no_design_runs_twice(log, said):
+    solve = ("solve", "beam.toml", "--study", "beam.db")
+    said(*solve, "--points", "12")
+    said(*solve, "--points", "6", "--box", "height=4:9")
+    text = said(*solve, "--points", "6", "--box", "height=5:9")
+    assert "of 3 runs" in text
+    assert n_runs(log) == 24
+    said(*solve, "--points", "12")
+    assert n_runs(log) == 24
+    # a limit, an expression and a unit are edited: nothing runs
+    edit("<= 4", "<= 2.5")
+    edit("2*width*height", "3*width*height")
+    text = said(*solve, "--points", "12")
+    assert "tip<=2.5 (beam.toml)" in text
+    table = read_table("beam.db")
+    assert table.limits == {"tip": (-float("inf"), 2.5)}
+    assert table["mass"].tolist() == (3 * table["width"] * table["height"]).tolist()
+    text = said(*solve, "--points", "12", "--limits", "tip<=3")
+    assert "tip<=3 (option or decision)" in text
+    # an output more: it is read from the folders that are kept
+    edit(
+        "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
+    )
+    edit('"mass", "tip"', '"mass", "stress"')
+    said(*solve, "--points", "12")
+    table = read_table("beam.db")
+    assert table.layout.objectives == ("mass", "stress")
+    assert table["stress"].tolist() == pytest.approx(
+        (900 / (table["width"] * table["height"] ** 2)).tolist()
+    )
+    said(*solve, "--points", "+4")
+    assert n_runs(log) == len(table) + 4 == 28
+    with sqlite3.connect("beam.db") as db:
+        assert db.execute("SELECT count(*), count(DISTINCT run) FROM tests").fetchone() == (28, 3)
+    db.close()
+
+
+def test_an_output_that_no_folder_has_is_said_and_tested_on_request(log, said):
+    solve = ("solve", "beam.toml", "--study", "beam.db", "--points", "6")
+    edit('"all"', '"none"')
+    said(*solve)
+    edit(
+        "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
+    )
+    edit('"mass", "tip"', '"mass", "stress"')
+    text = said(*solve, code=1)
+    assert "--retry incomplete tests them again" in text
+    assert n_runs(log) == 6
+    said(*solve, "--retry", "incomplete")
+    assert len(log.read_text().splitlines()) == 12
+    assert (read_table("beam.db")["stress"] > 0).all()
+    said(*solve, "--retry", "incomplete")
+    assert len(log.read_text().splitlines()) == 12
+
+
+def test_an_output_that_is_read_in_another_way_is_refused(log, said):
+    solve = ("solve", "beam.toml", "--study", "beam.db", "--points", "4")
+    said(*solve)
+    edit("'tip = (\\S+)'", "'stress = (\\S+)'")
+    text = said(*solve, code=2)
+    assert "problem.parameters.outputs.tip.pattern" in text
+
+
+def test_results_that_one_has_begin_a_study(log, said):
+    Path("old.csv").write_text("Breite;height;tip;mass\n2,5;8,5;0,8;42,5\n3;7;1,0;42\n2,2;;;\n")
+    text = said(
+        *("solve", "beam.toml", "--study", "beam.db", "--points", "4", "--algorithm", "surrogate"),
+        *("--from", "old.csv", "--from-names", "width=Breite"),
+    )
+    assert "old.csv: 2 tests taken into the study." in text
+    assert n_runs(log) == 4
+    assert read_table("beam.db").rows([0, 1])["tip"].tolist() == [0.8, 1.0]
+    text = said("solve", "beam.toml", "--from", "old.csv", code=2)
+    assert "--from must be used with --study" in text

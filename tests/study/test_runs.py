@@ -1,0 +1,174 @@
+"""Several runs in one study: a design is tested once, whichever run asks for it first."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
+
+from pymoo_psi import PSI, Recorded, Restricted, SurrogatePSI, investigate
+from pymoo_psi.algorithms import RunOptions, import_tests
+from pymoo_psi.errors import PsiError
+from pymoo_psi.study import Study
+from pymoo_psi.table import even_part, read_table, sensitivities
+from tests.study.studies import HEAD, begun, block, edit, read
+
+
+class Counted(ElementwiseProblem):
+    """A model that keeps every design that it evaluates."""
+
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0)
+        self.evaluated = []
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self.evaluated.append(tuple(x))
+        out["F"] = [x[0] + x[1] ** 2, 1 - x[0] + x[1] ** 2]
+        out["heat"] = x[0] - x[1]
+
+
+@pytest.fixture
+def model():
+    return Counted()
+
+
+@pytest.fixture
+def study(tmp_path):
+    return tmp_path / "study.db"
+
+
+def test_no_design_is_evaluated_twice_whatever_runs_ask_for_it(model, study):
+    investigate(model, 32, study=study)
+    investigate(Restricted(model, {"x1": (0, 0.5)}), 32, study=study)
+    minimize(model, PSI(64, study=study))
+    minimize(model, SurrogatePSI(24, study=study), seed=1)
+    minimize(Recorded(model, study), NSGA2(8), ("n_gen", 3), seed=1)
+    table = read_table(study)
+    assert len(model.evaluated) == len({*model.evaluated}) == len(table)
+    assert {tuple(x) for x in table.X} == {*model.evaluated}
+    assert (np.diff(table.numbers) > 0).all()
+    values = Counted().evaluate(table.X, return_values_of=["F"])
+    np.testing.assert_array_equal(table.F, values)
+
+
+@pytest.mark.parametrize("n_first", [8, 40])
+def test_a_run_has_the_points_that_it_would_have_alone(model, study, n_first):
+    investigate(model, n_first, study=study)
+    part = Restricted(model, {"x2": (0.5, 1)})
+    table = investigate(part, 16, study=study)
+    by_point = table.rows(np.argsort(table["test_point"]))
+    alone = investigate(part, 16)
+    np.testing.assert_array_equal(by_point.X, alone.X)
+    np.testing.assert_array_equal(by_point.F, alone.F)
+    assert table.numbers.min() > n_first
+    result = minimize(part, PSI(16, study=study))
+    assert result.algorithm.evaluator.n_eval == 0
+    expected = minimize(part, PSI(16)).opt.get("test_point")
+    assert sorted(result.opt.get("test_point")) == sorted(expected)
+
+
+def test_points_that_are_asked_for_later_get_numbers_behind_those_of_others(model, study):
+    first = investigate(model, 8, study=study)
+    investigate(Restricted(model, {"x1": (0.5, 1)}), 8, study=study)
+    longer = investigate(model, 16, study=study)
+    assert longer.numbers[:8].tolist() == first.numbers.tolist() == list(range(1, 9))
+    assert longer.numbers.min(initial=99, where=longer["test_point"].astype(int) > 8) > 16
+    np.testing.assert_array_equal(
+        longer.rows(np.argsort(longer["test_point"])).X, investigate(model, 16).X
+    )
+
+
+def test_more_points_continue_and_an_interrupted_run_is_finished_first(model, study):
+    assert len(investigate(model, 8, study=study, more=True)) == 8
+    assert len(investigate(model, 8, study=study, more=True)) == 16
+    algorithm = PSI(32, study=study, block_size=8)
+    algorithm.setup(model)
+    algorithm.next()  # of 32 points, 16 are known; then the run ends
+    algorithm.next()
+    algorithm.next()
+    assert len(investigate(model, 8, study=study, more=True)) == 32
+    assert len(investigate(model, 8, study=study, more=True)) == 40
+    with pytest.raises(PsiError, match="more must be used with a study"):
+        PSI(8, more=True)
+
+
+def test_surrogates_learn_from_all_tests_those_beyond_the_bounds_too(study):
+    problem = get_problem("bnh")
+    minimize(problem, PSI(40, study=study))
+    part = Restricted(problem, {"x1": (0, 2.5), "x2": (0, 1.5)})
+    table = minimize(part, SurrogatePSI(8, study=study), seed=1).algorithm.table
+    assert (table["proposal_round"] > 0).all()  # no point of a sequence is needed
+    alone = minimize(part, SurrogatePSI(8), seed=1).algorithm.table
+    assert (alone["proposal_round"] == 0).all()
+
+
+def test_results_from_elsewhere_are_tests_of_a_study(model, study):
+    results = pd.DataFrame(
+        {"x1": [0.25, 0.75, 2.0], "b": [0.5, 0.25, 1.5], "time": [1.0, 2.0, 9.0]}
+    )
+    results["f2"] = [3.0, np.nan, 4.0]
+    columns = {"x2": "b", "f1": "time"}
+    tests = import_tests(model, results, RunOptions(study=study), columns)
+    np.testing.assert_array_equal(tests["f1"], [1, 9])  # one result is not complete
+    import_tests(model, results, RunOptions(study=study), columns)
+    import_tests(model, results.iloc[:2], RunOptions(study=study), columns)
+    assert len(read_table(study)) == 2
+    table = investigate(model, 4, study=study)
+    assert table["f1"][(table.X == [0.25, 0.5]).all(axis=1)].tolist() == []
+    assert len(model.evaluated) == 4
+    again = investigate(Restricted(model, {"x1": 0.25, "x2": (0.5, 1)}), 1, study=study)
+    assert again["f1"].tolist() == [1.0]  # as the table has it, not as the model would
+    assert len(model.evaluated) == 4
+    with pytest.raises(PsiError, match="none named 'x2'; name the column that is x2"):
+        import_tests(model, results, RunOptions(study=study), {"f1": "time"})
+    with pytest.raises(PsiError, match="did you mean 'x1'"):
+        import_tests(model, results, RunOptions(study=study), {"x11": "b"})
+
+
+def test_analysis_says_which_tests_are_an_even_sample(model, study):
+    investigate(Restricted(model, {"x1": (0, 0.1)}), 16, study=study)
+    investigate(model, 64, study=study)
+    minimize(Recorded(model, study), NSGA2(8), ("n_gen", 12), seed=1)
+    part, sentences = even_part(read_table(study))
+    # The lower corner is a test of the first run.
+    assert sentences[0] == "By 63 tests of run 2 alone, LP-tau from point 1."
+    assert sorted(map(tuple, part.X)) == sorted(map(tuple, investigate(model, 64).X))[1:]
+    shares = sensitivities(read_table(study), ["heat"])["first_order"]
+    np.testing.assert_allclose(shares, 0.5, atol=0.1)
+
+
+def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, study, tmp_path):
+    investigate(model, 8, study=study)
+    investigate(Restricted(model, {"x1": (0, 0.5)}), 8, study=study)
+    table = read_table(study)
+    writers = {"copy.db": table.to_study, "copy.csv": table.to_csv, "copy.xlsx": table.to_xlsx}
+    for name, write in writers.items():
+        write(tmp_path / name)
+        assert read_table(tmp_path / name).equals(table), name
+    assert investigate(model, 8, study=tmp_path / "copy.db").X.tolist() == table.X[:8].tolist()
+    assert len(model.evaluated) == 15  # the corner of both is one design
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "UPDATE runs SET points = replace(points, '0.0', '0.1')",
+        "UPDATE runs SET segments = '[[1, 9, 0]]'",
+        "UPDATE tests SET run = 2 WHERE test = 3",
+        "UPDATE tests SET test_point = 5 WHERE test = 3",
+    ],
+)
+def test_runs_with_another_value_are_reported(tmp_path, statement):
+    path = tmp_path / "s.db"
+    begun(path, HEAD).append(block(1, 8))
+    edit(path, statement)
+    with pytest.raises(PsiError, match="changed"):
+        read(path)
+
+
+def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, study):
+    investigate(model, 4, study=study)
+    record = Study(study).facts()["runs"][0].record
+    assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
