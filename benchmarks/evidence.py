@@ -71,7 +71,7 @@ def main(words: list[str]) -> None:
             volumes = []
             for front in pair:
                 scaled = (front - low) / (high - low)
-                volumes.append(hypervolume(scaled, np.full(problem.n_obj, WORST)))
+                volumes.append(hypervolume(scaled, WORST)[0])
             shares.append(volumes[0] / volumes[1])
         least, middle, greatest = np.quantile(shares, [0, 0.5, 1])
         print(f"{name}: {middle:.3f} [{least:.3f}, {greatest:.3f}] of {n_seeds} seeds")
