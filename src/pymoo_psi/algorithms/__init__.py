@@ -75,7 +75,8 @@ adapter of a run to pymoo (``PointAlgorithm``), each with its source; :func:`inv
 :class:`Recorded` use runs directly.
 
 Public names: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
-:class:`RunOptions`; :func:`nsga3`; :class:`Recorded`; the samplings :class:`LPTauSampling`,
+:class:`RunOptions`; :func:`sections` through a design, from surrogates of the tests;
+:func:`nsga3`; :class:`Recorded`; the samplings :class:`LPTauSampling`,
 :class:`QMCSampling` and their base :class:`UniformSampling`.
 """
 

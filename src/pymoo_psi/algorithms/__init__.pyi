@@ -8,6 +8,7 @@ from ._recorded import Recorded as Recorded
 from ._sampling import LPTauSampling as LPTauSampling
 from ._sampling import QMCSampling as QMCSampling
 from ._sampling import UniformSampling as UniformSampling
+from ._sections import sections as sections
 from ._surrogate import SurrogatePSI as SurrogatePSI
 
 # Names that other subpackages share; they are no promise to users.

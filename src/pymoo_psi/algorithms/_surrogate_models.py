@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky, lapack, solve_triangular
 from scipy.optimize import minimize
 
-from pymoo_psi._validation import Array, Numbers
+from pymoo_psi._validation import Array, Numbers, Rows
 
 _ROOT5 = np.sqrt(5.0)
 # Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance
@@ -240,9 +240,7 @@ class Fit:
             n_uniform: Number of tests at uniform points, which come first.
             n_obj: Number of outputs that are objectives.
         """
-        # Evenly over all tests, so that points and proposals are both among them.
-        n_fitted = min(len(Z), _MOST)
-        rows = np.unique(np.linspace(0, len(Z) - 1, n_fitted).round().astype(int))
+        rows = fitted_rows(len(Z))
         Z = Z[rows]
         Y = Y[rows]
         n_uniform = max((rows < n_uniform).sum(), 1)
@@ -262,6 +260,14 @@ class Fit:
         """Return ``(n, k)`` values of the first k outputs, given on their scales."""
         columns = [fit.scale.back(t) for fit, t in zip(self.outputs, T.T, strict=False)]
         return np.column_stack(columns)
+
+
+def fitted_rows(n: int) -> Rows:
+    """Return the rows of the tests, of n, to which lengths are fitted.
+
+    They are spread evenly, so that points and proposals are both among them.
+    """
+    return np.unique(np.linspace(0, n - 1, min(n, _MOST)).round().astype(int))
 
 
 class Covariance:

@@ -296,6 +296,9 @@ def report(options: Options) -> int:
 def analyze(options: Options) -> int:
     """Analyze sensitivities, feasibility and convergence of tests.
 
+    Sections through the chosen design show each objective where one variable
+    changes, as surrogates of the tests expect it.
+
     FILE is a table or study ({sources}), or a folder of shares.
 
     Examples:

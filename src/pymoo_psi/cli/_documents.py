@@ -139,7 +139,8 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> str | 
 
 def run_analyze(options: Options) -> int:
     """Print sensitivities and convergence; write tables and figures."""
-    from pymoo_psi.plots import plot_sensitivities, save_figures
+    from pymoo_psi.algorithms import sections
+    from pymoo_psi.plots import plot_sections, plot_sensitivities, save_figures
     from pymoo_psi.table import convergence, even_part, sensitivities
 
     path = options.file
@@ -160,6 +161,17 @@ def run_analyze(options: Options) -> int:
         steps = convergence(table)
     except PsiError as error:
         remarks.append(f"Convergence not available: {error}.")
+    lines = None
+    try:
+        lines = sections(table, n_values=17)
+        for name in ("expected", "low", "high", "error"):  # more digits would be none
+            lines[name] = [float(f"{value:.4g}") for value in lines[name]]
+    except PsiError as error:
+        remarks.append(f"Sections not available: {error}.")
+    if out is not None and lines is not None:
+        write_frame(lines, out / "sections.csv")
+        figure = plot_sections(lines, title=path.name)
+        save_figures([("sections", figure)], out, 200, ".png")
     if out is not None and indices is not None:
         write_frame(indices.reset_index(), out / "sensitivities.csv")
         figure = plot_sensitivities(indices, title=path.name)
@@ -171,6 +183,8 @@ def run_analyze(options: Options) -> int:
     say(*remarks)
     if indices is not None:
         _say_sensitivities(indices)
+    if lines is not None:
+        _say_sections(lines)
     if steps is not None:
         frame = steps.to_frame().reset_index()
         print_frame(frame.round(4), "Convergence with the number of tests")
@@ -190,10 +204,29 @@ def _analysis_folder(path: Path, out: Path | None) -> Path | None:
     if out is None:
         return None
     folder = results_folder(out)
-    for name in ("sensitivities.csv", "convergence.csv"):
+    for name in ("sensitivities.csv", "convergence.csv", "sections.csv"):
         if path.resolve() == folder.resolve() / name:
             raise invalid("--out", "another folder than that of the file read", str(out))
     return folder
+
+
+def _say_sections(sections: pd.DataFrame) -> None:
+    """Print the least and the greatest value of each objective along each variable."""
+    columns = sections["column"].unique().tolist()
+    rows = []
+    for variable, of_variable in sections.groupby("variable", sort=False):
+        row = {"variable": variable}
+        for column in columns:
+            values = of_variable.loc[of_variable["column"] == column, "expected"]
+            row[column] = f"{values.min():.4g} … {values.max():.4g}"
+        rows.append(row)
+    title = "Sections through the design: each objective where one variable changes, as expected"
+    print_frame(pd.DataFrame(rows[:_N_PRINTED]), title)
+    errors = sections.groupby("column", sort=False)["error"].first()
+    texts = [f"{column} {error:.2g}" for column, error in errors.items()]
+    say(f"Errors of prediction, in standard deviations of the tests: {', '.join(texts)}.")
+    if len(rows) > _N_PRINTED:
+        say(f"({len(rows) - _N_PRINTED} variables not shown)")
 
 
 def _say_sensitivities(indices: pd.DataFrame) -> None:

@@ -4,6 +4,7 @@ from ._figures import plot_identification as plot_identification
 from ._figures import plot_indicators as plot_indicators
 from ._figures import plot_objectives as plot_objectives
 from ._figures import plot_ranking as plot_ranking
+from ._figures import plot_sections as plot_sections
 from ._figures import plot_sensitivities as plot_sensitivities
 from ._figures import plot_table as plot_table
 from ._paper import paper_figures as paper_figures

@@ -456,6 +456,67 @@ def _draw_sensitivities(ax: Axes, estimates: pd.DataFrame) -> None:
     ax.grid(visible=False, axis="y")
 
 
+def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
+    """Return the sections through a design: a row of panels for each column, one for each variable.
+
+    Args:
+        sections: From :func:`pymoo_psi.algorithms.sections`.
+        title: Subject of the tests, with which the caption begins.
+
+    Raises:
+        ArgumentTypeError: ``sections`` is not such a frame.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> from pymoo_psi.algorithms import sections
+        >>> figure = plot_sections(sections(investigate(VectorizedSphereChute(0.4), 64)))
+        >>> len(figure.axes)
+        8
+    """
+    names = getattr(sections, "columns", ())
+    if not {"column", "variable", "value", "design", "expected", "low", "high"} <= {*names}:
+        received = Received(type(sections).__name__)
+        raise wrong_type("sections", "a frame from sections(table)", received)
+    lines = [frame for _, frame in sections.groupby(["column", "variable"], sort=False)]
+    n_variables = sections["variable"].nunique()
+    n_columns = min(max(n_variables, 1), _PANELS + 1)
+    with panels(len(lines), n_columns, head=22, height=38.0) as (figure, axes):
+        for ax, line in zip(axes, lines, strict=True):
+            _draw_section(ax, line)
+            # The same for all variables, so that slopes can be compared.
+            expected = sections.loc[sections["column"] == line["column"].iloc[0], "expected"]
+            margin = 0.1 * np.ptp(expected)
+            if margin > 0:
+                ax.set_ylim(expected.min() - margin, expected.max() + margin)
+        figure.describe(
+            title,
+            "Sections through a design (dashed): what surrogates of the tests expect where one "
+            "variable changes, with a band of two standard deviations. Nothing was evaluated.",
+        )
+    return figure
+
+
+def _draw_section(ax: Axes, line: pd.DataFrame) -> None:
+    """Draw an expected curve and its band; of texts, points with bars."""
+    values = line["value"].tolist()
+    design = line["design"].iloc[0]
+    options: list[object] = []
+    if not all(isinstance(value, (int, float)) for value in values):
+        options = values
+        design = values.index(design)
+        values = list(range(len(values)))
+    expected, low, high = line[["expected", "low", "high"]].to_numpy(float).T
+    if options or len(values) < 3:
+        ax.vlines(values, low, high, color=BLUE, linewidth=3, alpha=0.4)
+        ax.plot(values, expected, "o", color=BLUE, markersize=3)
+    else:
+        ax.fill_between(values, low, high, color=BLUE, alpha=0.2, linewidth=0)
+        ax.plot(values, expected, color=BLUE)
+    ax.axvline(design, color="black", linewidth=0.8, linestyle="--")
+    name_axis(ax, "x", line["variable"].iloc[0], options)
+    name_axis(ax, "y", line["column"].iloc[0])
+
+
 # Fits to measurements
 
 

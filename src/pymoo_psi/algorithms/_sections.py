@@ -1,0 +1,208 @@
+"""Sections through a design: each objective along each variable, from surrogates of the tests.
+
+They are the graphs of criteria against parameters of Parameter Space Investigation, without an
+evaluation: the points of a sequence do not lie on lines through a design, and surrogates do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from threadpoolctl import threadpool_limits
+
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import AnyArray, Array, Received, instance, integer, invalid, known_name
+from pymoo_psi.algorithms._surrogate_models import (
+    Covariance,
+    GaussianProcess,
+    OutputFit,
+    bounded,
+    fitted_rows,
+    scales,
+)
+from pymoo_psi.table import PROPOSAL_ROUND, TestTable
+
+_LEAST_TESTS = 8
+_NEAREST = 512  # tests from which a section is predicted: more take seconds, and change little
+_DEVIATIONS = 2.0  # half of the width of a band, which holds 95 % of a normal distribution
+
+
+def sections(
+    table: TestTable,
+    design: int | str | None = None,
+    *,
+    row: int | None = None,
+    columns: Sequence[str] | None = None,
+    n_values: int = 33,
+) -> pd.DataFrame:
+    """Return what objectives do when one variable of a design changes, predicted by surrogates.
+
+    For each column a Gaussian process is fitted to the tests, as :class:`SurrogatePSI` does, and
+    evaluated on lines through the design within the bounds. Nothing is evaluated. Where designs
+    were tested nearby, the band is narrow; between tests that differ without a pattern it is wide.
+
+    Args:
+        table: Tests. Those that failed do not count; infeasible ones do.
+        design: The number of its test, or its label; the chosen design unless given, or the
+            Salukvadze optimum if none is chosen.
+        row: Its row in the table, from 0, instead of ``design``.
+        columns: Objectives, constraints or outputs; the objectives unless given.
+        n_values: Number of values of a variable that is real.
+
+    Returns:
+        A frame with the columns ``column``, ``variable``, ``value`` of the variable, ``design``,
+        its value in the design, ``expected``, and the band from ``low`` to ``high``, two standard
+        deviations to both sides, in the original units and direction. ``error`` is the error with
+        which tests are predicted from all others, in standard deviations of the column: near 0 a
+        section can be relied upon, near 1 nothing is known.
+
+    Raises:
+        ArgumentValueError: There are no variables, there are fewer than 8 tests, or a column or
+            design is unknown.
+
+    Example:
+        >>> from pymoo_psi import SphereChute, PSI
+        >>> from pymoo.optimize import minimize
+        >>> table = minimize(SphereChute(0.4), PSI(64)).algorithm.table
+        >>> frame = sections(table, columns=["f1"])
+        >>> frame.groupby("variable")["expected"].agg(["min", "max"]).round(1).rename_axis(None)
+            min  max
+        x1  1.8  4.2
+        x2  1.8  2.2
+    """
+    instance("table", table, TestTable)
+    integer("n_values", n_values, minimum=2)
+    layout = table.layout
+    if not layout.variables:
+        raise invalid("the variables of the table", "one or more", Received("none"))
+    if columns is None:
+        columns = layout.objectives
+    for name in columns:
+        known_name("columns", name, [*layout.objectives, *layout.constraints, *layout.outputs])
+    if row is None:
+        row = _row(table, design)
+    axes = [_Axis(table, j) for j in range(len(layout.variables))]
+    Z = np.hstack([axis.encoded(x) for axis, x in zip(axes, table.X.T, strict=True)])
+    usable = (table.status != "failed") & np.isfinite(Z).all(axis=1)
+    frames = []
+    with threadpool_limits(limits=1, user_api="blas"):
+        for name in columns:
+            model = _Model(table, name, Z, row, usable)
+            for j, axis in enumerate(axes):
+                values = axis.values(n_values)
+                line = np.repeat(table.X[[row]], len(values), axis=0)
+                line[:, j] = values
+                at = np.hstack([axis.encoded(x) for axis, x in zip(axes, line.T, strict=True)])
+                frame = model.predicted(at)
+                frame.insert(0, "column", name)
+                frame.insert(1, "variable", layout.variables[j])
+                frame.insert(2, "value", values)
+                frame.insert(3, "design", [table.X[row, j]] * len(values))
+                frames.append(frame)
+    return pd.concat(frames, ignore_index=True)
+
+
+def _row(table: TestTable, design: int | str | None) -> int:
+    """Return the row of a design: the one that is named, the chosen one, or the best one."""
+    if design is None:
+        design = table.formulation.chosen
+    if design is None:
+        design = int(table.best().numbers[0])
+        return int(np.flatnonzero(table.numbers == design)[0])
+    return table.row_of(design)
+
+
+class _Axis:
+    """A variable: its values, and these as surrogates see them.
+
+    Args:
+        table: The tests.
+        j: Place of the variable.
+    """
+
+    def __init__(self, table: TestTable, j: int) -> None:
+        self._column = table.X[:, j]
+        self._kind = table.kinds[j]
+        self._bounds = table.layout.lower[j], table.layout.upper[j]
+        if self._kind is not Kind.CHOICE and not np.isfinite(self._bounds).all():  # as of a file
+            numbers = self._column.astype(float)
+            self._bounds = numbers.min(), numbers.max()
+
+    def values(self, n: int) -> AnyArray:
+        """Return values along the axis: n of a real variable, all of a discrete one."""
+        if self._kind is Kind.CHOICE:
+            return np.array(sorted({*self._column}, key=str), dtype=object)
+        low, high = self._bounds
+        if self._kind is Kind.LOG:
+            return np.geomspace(low, high, n)
+        if self._kind is Kind.REAL:
+            return np.linspace(low, high, n)
+        steps = np.unique(np.linspace(low, high, min(n, int(high - low) + 1)).round())
+        return steps.astype(self._column.dtype)
+
+    def encoded(self, values: AnyArray) -> Array:
+        """Return ``(n, k)`` columns of values in [0, 1]; of a choice, one for each option."""
+        if self._kind is Kind.CHOICE:
+            options = self.values(0)
+            return np.asarray(values[:, None] == options).astype(float)
+        numbers = values.astype(float)[:, None]
+        low, high = self._bounds
+        if self._kind is Kind.LOG:
+            numbers, low, high = np.log(numbers), np.log(low), np.log(high)
+        return np.asarray((numbers - low) / max(high - low, 1e-300))
+
+
+class _Model:
+    """The surrogate of a column near a design.
+
+    Args:
+        table: The tests.
+        name: The column.
+        Z: ``(n, d)`` the tests as surrogates see them.
+        row: The row of the design.
+        usable: ``(n,)`` which tests count.
+    """
+
+    def __init__(self, table: TestTable, name: str, Z: Array, row: int, usable: Array) -> None:
+        y = np.asarray(table.column(name), dtype=float)
+        rows = np.flatnonzero(usable & np.isfinite(y))
+        if len(rows) < _LEAST_TESTS:
+            rule = f"{_LEAST_TESTS} or more with a value of {name!r}"
+            raise invalid("the tests of sections", rule, Received(f"{len(rows)}"))
+        self._sign = 1.0
+        if name in table.layout.maximize:  # on a logarithmic scale, the best values are finest
+            self._sign = -1.0
+        y = bounded(self._sign * y[rows, None])[:, 0]
+        is_even = np.full(len(rows), True)
+        if PROPOSAL_ROUND in table.layout.outputs:
+            is_even = table.column(PROPOSAL_ROUND)[rows] == 0
+        if is_even.sum() < _LEAST_TESTS:
+            is_even[:] = True
+        fitted = fitted_rows(len(rows))
+        constraint = name in table.layout.constraints
+        fits = []
+        for scale in scales(y, y[is_even], constraint=constraint):
+            fits.append(OutputFit.of(Z[rows][fitted], y[fitted], scale))
+        fit = max(fits, key=lambda fit: fit.log_density)
+        distance = ((Z[rows] - Z[row]) ** 2).sum(axis=1)
+        nearest = np.argsort(distance, kind="stable")[:_NEAREST]
+        covariance = Covariance(Z[rows][nearest], fit.lengths)
+        self._scale = fit.scale
+        self._error = fit.error
+        self._process = GaussianProcess(covariance, fit.scale.to(y[nearest]))
+
+    def predicted(self, Z: Array) -> pd.DataFrame:
+        """Return expectations and bands at designs."""
+        mean = self._process(Z)
+        width = _DEVIATIONS * self._process.deviation(Z)
+        lower = self._sign * self._scale.back(mean - width)
+        upper = self._sign * self._scale.back(mean + width)
+        columns = {
+            "expected": self._sign * self._scale.back(mean),
+            "low": np.minimum(lower, upper),
+            "high": np.maximum(lower, upper),
+            "error": self._error,
+        }
+        return pd.DataFrame(columns)

@@ -1,0 +1,95 @@
+"""Sections through a design: what surrogates expect, against the models themselves."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Choice, Integer, Real
+
+from pymoo_psi import PsiError, TestTable, investigate
+from pymoo_psi.algorithms import sections
+from pymoo_psi.plots import plot_sections
+
+
+class Bar(ElementwiseProblem):
+    """Smooth in three variables of different kinds; the gain is maximised."""
+
+    maximize = ("gain",)
+    log = ("a",)
+
+    def __init__(self):
+        self.names = {"f1": "mass", "f2": "gain"}
+        variables = {
+            "a": Real(bounds=(1, 3)),
+            "n": Integer(bounds=(2, 6)),
+            "c": Choice(options=["oak", "tin"]),
+        }
+        super().__init__(vars=variables, n_obj=2)
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        out["F"] = self.values(x["a"], x["n"], x["c"])
+
+    @staticmethod
+    def values(a, n, c):
+        density = 1.0 if c == "oak" else 3.0
+        return [density * a + 0.1 * n**2, -(np.sin(a) + 0.3 * n * density)]
+
+
+@pytest.fixture(scope="module")
+def table():
+    return investigate(Bar(), 96)
+
+
+def test_a_section_is_that_of_the_model_within_its_band(table):
+    frame = sections(table, 7)
+    design = dict(zip(table.layout.variables, table.X[table.row_of(7)], strict=True))
+    assert frame["variable"].unique().tolist() == ["a", "n", "c"]
+    for line in frame.to_dict("records"):
+        assert line["design"] == design[line["variable"]]
+        mass, loss = Bar.values(**design | {line["variable"]: line["value"]})
+        true = mass if line["column"] == "mass" else -loss
+        assert line["expected"] == pytest.approx(true, abs=0.1)
+        assert line["low"] <= line["expected"] <= line["high"]
+        assert line["low"] - 0.05 <= true <= line["high"] + 0.05
+    assert (frame["error"] < 0.05).all()
+    values = frame[frame["column"] == "mass"].groupby("variable")["value"].agg(list)
+    assert values["n"] == [2, 3, 4, 5, 6]
+    assert values["c"] == ["oak", "tin"]
+    assert (values["a"][0], values["a"][-1]) == (1, 3)
+
+
+def test_the_design_is_the_chosen_one_or_the_best(table):
+    chosen = table.under(chosen="test point 9")
+    pd.testing.assert_frame_equal(sections(chosen), sections(table, 9))
+    pd.testing.assert_frame_equal(sections(table), sections(table, int(table.best().numbers[0])))
+
+
+def test_noise_is_not_taken_for_a_section():
+    random = np.random.default_rng(1)
+    X = random.random((60, 2))
+    F = np.column_stack([random.normal(size=60), X.sum(axis=1)])
+    errors = sections(TestTable.of(np.arange(1, 61), X, F)).groupby("column")["error"].first()
+    assert errors["f1"] > 0.8
+    assert errors["f2"] < 0.1
+
+
+def test_panels_are_one_for_each_column_and_variable(table):
+    figure = plot_sections(sections(table, 7))
+    assert len(figure.axes) == 6
+    for row in (figure.axes[:3], figure.axes[3:]):
+        assert len({axes.get_ylim() for axes in row}) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"columns": ["mas"]}, "columns must be one of"),
+        ({"design": 500}, "design must be"),
+        ({"n_values": 1}, "n_values must be"),
+    ],
+)
+def test_what_has_no_section_is_refused(table, arguments, message):
+    with pytest.raises(PsiError, match=message):
+        sections(table, **arguments)
+    with pytest.raises(PsiError, match="8 or more with a value of"):
+        sections(table.rows(np.arange(5)))
