@@ -92,7 +92,7 @@ def create(
         if columns is not None:
             insert(db, facts["head"], columns, None, np.nan)
             for run in runs:
-                count_tests(db, run.number)
+                count_tests(db, run.number, int(np.count_nonzero(columns["run"] == run.number)))
         db.execute("COMMIT")
 
 
@@ -162,7 +162,7 @@ def convert(db: sqlite3.Connection, facts: Facts) -> None:
     for run in facts["runs"]:
         _write_run(db, run)
     insert(db, facts["head"], columns, rest["origin"], rest["seconds"])
-    count_tests(db, 1)
+    count_tests(db, 1, len(columns["test"]))
     add_proposals(db, 1, proposals)
     put(db)
     facts["format"] = _VERSION
@@ -268,12 +268,9 @@ def remember(db: sqlite3.Connection, run: StudyRun, name: str, value: Any) -> No
     _write_run(db, replace(run, record={**run.record, name: value}))
 
 
-def count_tests(db: sqlite3.Connection, run: int) -> None:
-    """Write how many tests a run has, by which others notice new ones."""
-    db.execute(
-        "UPDATE runs SET n_tests = (SELECT count(*) FROM tests WHERE run = ?) WHERE run = ?",
-        (run, run),
-    )
+def count_tests(db: sqlite3.Connection, run: int, n_new: int) -> None:
+    """Write that a run has more tests, by which others notice new ones."""
+    db.execute("UPDATE runs SET n_tests = n_tests + ? WHERE run = ?", (n_new, run))
 
 
 def tests_by_design(db: sqlite3.Connection, facts: Facts, run: int) -> dict[int, int]:
@@ -495,11 +492,14 @@ def numbered(db: sqlite3.Connection, facts: Facts, number: int, columns: Columns
     return columns | numbers
 
 
-def new_tests(db: sqlite3.Connection, path: str, facts: Facts, columns: Columns) -> Mask:
-    """``(n,)`` which tests are new, repeat failed ones, or have values that stored ones lack.
+def new_tests(
+    db: sqlite3.Connection, path: str, facts: Facts, columns: Columns
+) -> tuple[Mask, int]:
+    """Return ``(n,)`` which tests are to be written, and how many of these are new.
 
-    The latter two get the run and test point for which they were first made, and a test with more
-    values those that only the stored one has. The columns are changed.
+    Others repeat failed tests, or have values that the stored ones lack. They get the run and test
+    point for which they were first made; the latter keep what only the stored one has. The columns
+    are changed.
 
     Raises:
         ArgumentValueError: A test of this run that did not fail would change.
@@ -529,7 +529,7 @@ def new_tests(db: sqlite3.Connection, path: str, facts: Facts, columns: Columns)
     new[rows[~(differ | fills)]] = False
     for name in ("run", "test_point"):
         columns[name][rows] = stored[name][stored_rows]
-    return new
+    return new, len(numbers) - len(rows)
 
 
 def _fill(columns: Columns, rows: Rows, stored: Columns, stored_rows: Rows) -> None:
@@ -614,14 +614,14 @@ def selected(
         ValueError: A row has another checksum.
     """
     version = facts["format"]
+    number = "test_point" if version == OF_0_3 else "test"
+    ends = min(first, LAST), min(last, LAST)
     # By name: what is selected, and the type of its cells.
-    terms: dict[str, tuple[str, Any]] = {}
-    for name in _NUMBERS:
-        terms[name] = (name, np.int64)
-    number = "test"
-    if version == OF_0_3:
-        number = "test_point"
-        terms |= {"test": (number, np.int64), "run": ("1", np.int64), "repeat": ("1", np.int64)}
+    terms: dict[str, tuple[str, Any]] = {"test": (number, np.int64)}
+    is_numbered = version == _VERSION and _has_other_numbers(db, *ends)
+    if is_numbered:
+        for name in _NUMBERS[1:]:
+            terms[name] = (name, np.int64)
     for name, (column, kind) in _columns(facts["head"], version).items():
         # With the table: SQLite takes a quoted name that is no column for a text.
         terms[name] = (f"tests.{column}", DTYPES[kind])
@@ -632,7 +632,7 @@ def selected(
     query = ", ".join(term for term, _ in terms.values())
     cursor = db.execute(
         f"SELECT {checksum}, {query} FROM tests WHERE {number} BETWEEN ? AND ? ORDER BY {number}",
-        (min(first, LAST), min(last, LAST)),
+        ends,
     )
     stored_checksums: list[int] = []
     for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
@@ -641,12 +641,25 @@ def selected(
         for name, cells in zip(terms, parts, strict=True):
             columns[name].append(np.array(cells, terms[name][1]))
     whole = {name: np.concatenate(parts) for name, parts in columns.items()}
+    if not is_numbered:
+        ones = np.ones(len(whole["test"]), dtype=np.int64)
+        whole |= {"run": ones, "test_point": whole["test"].copy(), "repeat": ones}
     if version == _VERSION:
         _require_checksums(whole, np.array(stored_checksums, dtype=np.int64))
     if not with_unused:
         for name in facts["head"].get("unused", ()):
             del whole[name]
     return whole
+
+
+def _has_other_numbers(db: sqlite3.Connection, first: int, last: int) -> bool:
+    """Whether tests are of several runs, or numbered unlike their points; to read them is slow."""
+    query = (
+        "SELECT EXISTS (SELECT 1 FROM tests WHERE test BETWEEN ? AND ? "
+        "AND (run <> 1 OR test_point <> test OR repeat <> 1))"
+    )
+    (has_other,) = db.execute(query, (first, last)).fetchone()
+    return bool(has_other)
 
 
 def _require_checksums(columns: Columns, stored: Integers) -> None:

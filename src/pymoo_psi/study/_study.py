@@ -258,13 +258,13 @@ class Study:
         with self.writing(run), self._transaction(_WRITE) as (db, facts):
             self._adopt(db, facts, run, columns)
             columns = numbered(db, facts, run, columns)
-            new = new_tests(db, self.path, facts, columns)
+            new, n_new = new_tests(db, self.path, facts, columns)
             if new.any():
                 widen(db, facts, columns)
                 new_columns = {name: column[new] for name, column in columns.items()}
                 new_seconds = np.full(len(new), seconds, dtype=np.float64)[new]
                 insert(db, facts["head"], new_columns, origin, new_seconds)
-                count_tests(db, run)
+                count_tests(db, run, n_new)
         return int(new.sum())
 
     def adopt(self, columns: Columns, run: int) -> None:
