@@ -17,6 +17,7 @@ The names that one imports first
   ``table.under(...)`` asks it under another :class:`Formulation`.
 - Decision-making: :func:`rank_of_efficiency` and its :class:`EfficiencyRanking`, :func:`cautions`
   about its optimum; :func:`explain` a design, :func:`compare_designs`, :func:`representatives`;
+  :func:`acceptability`, for how many weights a design is the best;
   :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
   :class:`ReferencePoint`, :class:`Knee`; :func:`robustness`, :func:`switching_values`.
   More in :mod:`.selection`.

@@ -30,6 +30,7 @@ from .page import decision_page as decision_page
 from .parallel import ExecutorRunner as ExecutorRunner
 from .parallel import JoblibRunner as JoblibRunner
 from .pareto import EfficiencyRanking as EfficiencyRanking
+from .pareto import acceptability as acceptability
 from .pareto import cautions as cautions
 from .pareto import compare_designs as compare_designs
 from .pareto import explain as explain

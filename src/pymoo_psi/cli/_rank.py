@@ -20,6 +20,7 @@ from pymoo_psi.pareto import (
     measured_in,
     number,
     ranking_frame,
+    weights_sentence,
 )
 from pymoo_psi.table import TestTable, constraint_costs, number_column, suffixes_for
 
@@ -144,3 +145,6 @@ def say_best(
     units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
     explanation = explain(ranking, units=units)
     say(*explanation.sentences[:_N_REASONS])
+    weights = weights_sentence(ranking, int(ranking.salukvadze[0]))
+    if weights:
+        say(weights)

@@ -26,17 +26,18 @@ Example:
     4   <NA>   0.9  0.90  1.273  0.000  1.273                0   False
 
 :func:`cautions` returns reasons not to rely on the optimum, :func:`explain` why it is this design
-and what another would cost, :func:`compare_designs` gains and losses, :func:`representatives` a few
+and what another would cost, :func:`acceptability` for how many weights of the objectives each
+design is the best, :func:`compare_designs` gains and losses, :func:`representatives` a few
 designs that cover the set. They take arrays, frames, test tables, rankings and results of pymoo.
 
 For the other subpackages: the rule of feasibility (:func:`meets_constraints`, :func:`competes`),
 indicators of the quality of a set, :class:`Objectives` and :class:`UtopianFrame` behind a ranking,
 and the templates of all sentences (:data:`SENTENCES`).
 
-Public names: :func:`rank_of_efficiency` and :class:`EfficiencyRanking`; :func:`cautions` and
-:class:`Caution`; :func:`explain` and :class:`Explanation`; :func:`compare_designs` and
-:class:`DesignComparison`; :func:`representatives` and :class:`Representatives`;
-:func:`nondominated`; :func:`hypervolume`.
+Public names: :func:`rank_of_efficiency` and :class:`EfficiencyRanking`; :func:`acceptability` and
+:class:`Acceptability`; :func:`cautions` and :class:`Caution`; :func:`explain` and
+:class:`Explanation`; :func:`compare_designs` and :class:`DesignComparison`;
+:func:`representatives` and :class:`Representatives`; :func:`nondominated`; :func:`hypervolume`.
 """
 
 from pymoo_psi._names import attach_names

@@ -1,5 +1,7 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
+from ._acceptability import Acceptability as Acceptability
+from ._acceptability import acceptability as acceptability
 from ._cautions import Caution as Caution
 from ._cautions import cautions as cautions
 from ._dominance import nondominated as nondominated
@@ -16,6 +18,7 @@ from ._ranking import rank_of_efficiency as rank_of_efficiency
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._acceptability import weights_sentence as weights_sentence
 from ._dominance import EQ_TOLERANCE as EQ_TOLERANCE
 from ._dominance import LAST_PLACES as LAST_PLACES
 from ._dominance import competes as competes

@@ -26,6 +26,7 @@ from pymoo_psi.pareto import (
     percent,
     representatives,
     sentence,
+    weights_sentence,
 )
 from pymoo_psi.selection import (
     CompromiseProgramming,
@@ -144,6 +145,9 @@ class Choice:
         for name, rows in selected.items():
             text = alternative(self.ranking, rows, self.row, self.units)
             sentences.append(f"{name}: {text}")
+        weights = weights_sentence(self.ranking, self.row)
+        if weights:
+            sentences.append(f"weights: {weights}")
         return sentences
 
     def _selectors(self) -> dict[str, Any]:

@@ -1,0 +1,258 @@
+"""Acceptability: for how many weights of the objectives a design is the best, or near it.
+
+A weighted distance to the ideal point needs weights, which are seldom known. The rank
+acceptability of a design is the share of the possible weights for which it has a certain place;
+its central weights are the mean of those for which it is the best (SMAA-2; Lahdelma and Salminen,
+Operations Research 49, 2001). The weights are LPτ points, mapped to the simplex.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pymoo_psi._output import Shown
+from pymoo_psi._validation import Array, Integers, Received, integer, invalid
+from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
+from pymoo_psi.pareto._sentences import capital, percent, sentence
+from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
+
+_BLOCKS = 8  # parts of the weights whose differences give the error
+_PER_BLOCK = 1024  # weights in each, a power of 2: each block is evenly distributed itself
+_MANY = 10_000  # designs from which on a quarter of the weights must do
+_AT_ONCE = 1 << 18  # distances in memory, so that they fit in a cache
+_P = 32  # from here on powers of distances would underflow
+_SUM = 1e-9  # part of the sum that breaks ties of the Chebyshev distance
+_FACTOR = 2.0  # of the sentence
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Acceptability(Shown):
+    """How a ranking depends on the weights of the objectives.
+
+    Attributes:
+        shares: ``(n, k)`` share of the weights for which a design has place 1 … k. Equal designs
+            share a place; dominated ones have none.
+        errors: ``(n, k)`` standard errors of the shares, from the differences between eight parts
+            of the weights.
+        central: ``(n, m)`` the mean of the weights for which a design is the best, of sum 1; NaN
+            where there are none.
+
+    Example:
+        >>> result = Acceptability.of([[0.0, 1.0], [0.25, 0.25], [1.0, 0.0]], p=1)
+        >>> result.shares[:, 0].round(2), result.central.round(2).tolist()
+        (array([0.25, 0.5 , 0.25]), [[0.88, 0.12], [0.5, 0.5], [0.12, 0.88]])
+    """
+
+    shares: Array
+    errors: Array
+    central: Array
+
+    @classmethod
+    def of(
+        cls,
+        F: Any,
+        *,
+        factor: float | None = None,
+        p: float = 2,
+        places: int = 3,
+        normalize: bool = True,
+        maximize: Collection[Any] = (),
+    ) -> Acceptability:
+        """Return :func:`acceptability` with its errors, and the central weights."""
+        # The comparisons reject NaN, too.
+        if not (1 <= p <= _P or p == np.inf):
+            raise invalid("p", f"a number from 1 to {_P}, or inf", p)
+        if factor is not None and not factor > 1:
+            raise invalid("factor", "a number above 1, or None for all weights", factor)
+        places = integer("places", places, minimum=1)
+        ranking = ranking_from(F, normalize, maximize)
+        front, values = front_of(ranking)
+        terms = np.maximum(ranking.frame.scaled(values), 0.0)
+        terms /= terms.max() or 1.0  # no sum overflows
+        designs, design_of_row = np.unique(terms, axis=0, return_inverse=True)
+        per_block = _PER_BLOCK
+        if len(designs) > _MANY:
+            per_block = _PER_BLOCK // 4
+        weights = _weights(_BLOCKS * per_block, terms.shape[1], factor)
+        nearest = _nearest(designs, weights, p, min(places, len(designs)))
+        block = np.arange(len(weights)) // per_block
+        counts = np.zeros((len(designs), places, _BLOCKS))
+        for place, of_place in enumerate(nearest.T):
+            n_wins = np.bincount(of_place * _BLOCKS + block, minlength=len(designs) * _BLOCKS)
+            counts[:, place] = n_wins.reshape(-1, _BLOCKS) / per_block
+        sums = np.zeros(designs.shape)
+        np.add.at(sums, nearest[:, 0], weights)
+        central = np.full(sums.shape, np.nan)
+        is_first = sums.any(axis=1)
+        central[is_first] = sums[is_first] / sums[is_first].sum(axis=1)[:, None]  # the sum is 1
+        errors = counts.std(axis=2, ddof=1) / np.sqrt(_BLOCKS)
+
+        def of_all_rows(of_designs: Array, blank: float) -> Array:
+            whole = np.full((len(ranking.pareto), of_designs.shape[1]), blank)
+            whole[front] = of_designs[design_of_row.ravel()]
+            return whole
+
+        return cls(
+            of_all_rows(counts.mean(axis=2), 0.0),
+            of_all_rows(errors, 0.0),
+            of_all_rows(central, np.nan),
+        )
+
+    def __repr__(self) -> str:
+        """Return how many designs are the best for some weights."""
+        n_first = np.count_nonzero(self.shares[:, 0])
+        return f"Acceptability({n_first} of {len(self.shares)} designs are the best for weights)"
+
+
+def acceptability(
+    F: Any,
+    *,
+    factor: float | None = None,
+    p: float = 2,
+    places: int = 3,
+    normalize: bool = True,
+    maximize: Collection[Any] = (),
+) -> Array:
+    """Return the share of the weights for which each design is the best, the second, the third.
+
+    The distance is that of :class:`pymoo_psi.CompromiseProgramming`: the L_p norm of the weighted
+    differences from the ideal point. The weights have the sum 1 and are uniformly distributed:
+    8192 LPτ points, 2048 for more than 10 000 optimal designs.
+    :class:`pymoo_psi.pareto.Acceptability` has the errors, usually below 0.003, and central
+    weights.
+
+    Args:
+        F: ``(n, m)`` objective values, or anything else that
+            :func:`pymoo_psi.rank_of_efficiency` accepts, or a ranking; m at most 52.
+        factor: Only weights between 1 / factor and factor times equal ones; all unless given.
+        p: Order of the norm, from 1 to 32, or ``numpy.inf``; 2 is that of the Salukvadze optimum.
+        places: Number k of places.
+        normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
+        maximize: As for :func:`pymoo_psi.rank_of_efficiency`.
+
+    Returns:
+        ``(n, k)`` shares, from 0 to 1. Equal designs share a place; dominated ones have none.
+
+    Raises:
+        ArgumentValueError: ``F`` does not fit, or another argument is out of its range.
+
+    Example:
+        Known weights leave no doubt; weights within a factor of two leave some.
+
+        >>> F = [[0.0, 1.0], [0.3, 0.4], [1.0, 0.0]]
+        >>> acceptability(F)[:, 0].round(2), acceptability(F, factor=1.5)[:, 0].round(2)
+        (array([0.25, 0.46, 0.3 ]), array([0., 1., 0.]))
+    """
+    return Acceptability.of(
+        F, factor=factor, p=p, places=places, normalize=normalize, maximize=maximize
+    ).shares
+
+
+def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
+    """Say for how many weights within a factor of two a design is the best, and which one else.
+
+    Args:
+        ranking: The ranking.
+        row: Row of the design; a Pareto-optimal one.
+
+    Returns:
+        The sentence; none if there is nothing to weigh.
+    """
+    m = np.count_nonzero(ranking.frame.line)
+    if m < 2 or ranking.pareto.sum() < 2 or len(ranking.frame.line) > MAX_DIMENSIONS:
+        return ""
+    shares = Acceptability.of(ranking, factor=_FACTOR, places=1).shares[:, 0]
+    share = shares[row]
+    if share == 1.0:
+        return sentence("all weights", design=capital(ranking.name_of(row)))
+    others = shares.copy()
+    others[row] = 0.0
+    other = int(others.argmax())
+    return sentence(
+        "weights",
+        design=capital(ranking.name_of(row)),
+        share=percent(share),
+        other=ranking.name_of(other),
+        rest=percent(others[other]),
+    )
+
+
+def _weights(n: int, m: int, factor: float | None) -> Array:
+    """Return ``(n, m)`` weights of sum 1, uniformly distributed; n is a power of 2."""
+    if m == 1:
+        return np.ones((n, 1))
+    if m - 1 > MAX_DIMENSIONS:
+        rule = f"of at most {MAX_DIMENSIONS + 1} objectives"
+        raise invalid("F", rule, Received(f"{m}"), "leave out some of them")
+    low = 0.0
+    high = 1.0
+    if factor is not None:
+        low = 1 / (m * factor)
+        high = factor / m
+    blocks = []
+    first = 1
+    missing = n
+    while missing > 0:
+        cube = (lp_tau(n, m - 1, first=first) + 0.5 / n) % 1.0  # off the faces
+        first += n
+        weights = low + (1 - m * low) * _on_simplex(cube)
+        fits = np.flatnonzero((weights <= high).all(axis=1))[:missing]
+        blocks.append(weights[fits])
+        missing -= len(fits)
+    return np.concatenate(blocks)
+
+
+def _on_simplex(cube: Array) -> Array:
+    """Return ``(n, m)`` uniform points of the simplex from uniform ones of the unit cube.
+
+    Each coordinate breaks a part off what is left of 1, so that near points stay near.
+    """
+    n, last = cube.shape
+    weights = np.empty((n, last + 1))
+    left = np.ones(n)
+    for j in range(last):
+        weights[:, j] = left * (1 - cube[:, j] ** (1 / (last - j)))
+        left = left - weights[:, j]
+    weights[:, last] = left
+    return np.maximum(weights, 0.0)
+
+
+def _nearest(designs: Array, weights: Array, p: float, places: int) -> Integers:
+    """Return ``(k, places)`` the nearest design for each weight, the second nearest, ….
+
+    Args:
+        designs: ``(n, m)`` terms from 0 to 1, before they are weighted.
+        weights: ``(k, m)`` weights.
+        p: Order of the norm.
+        places: How many places; at most n.
+    """
+    weights = weights / weights.max(axis=1)[:, None]
+    if not np.isinf(p):
+        weights = weights**p
+        designs = designs**p  # no root is taken, as it changes no order
+    terms = np.ascontiguousarray(designs.T)
+    nearest = np.empty((len(weights), places), dtype=np.int64)
+    # A new array for each step would take most of the time.
+    step = max(1, _AT_ONCE // len(designs))
+    memory = np.empty((3, step, len(designs)))
+    for start in range(0, len(weights), step):
+        some = weights[start : start + step]
+        distances, term, largest = memory[:, : len(some)]
+        np.matmul(some, terms, out=distances)
+        if np.isinf(p):
+            largest[:] = 0.0
+            for j, row in enumerate(terms):
+                np.multiply(some[:, j, None], row, out=term)
+                np.maximum(largest, term, out=largest)
+            distances *= _SUM
+            distances += largest
+        rows = np.arange(len(some))
+        for place in range(places):
+            first = distances.argmin(axis=1)
+            nearest[start : start + len(some), place] = first
+            distances[rows, first] = np.inf
+    return nearest

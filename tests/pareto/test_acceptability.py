@@ -1,0 +1,98 @@
+"""Shares of the weights against closed forms and numerical integration, central weights, errors."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import CompromiseProgramming, acceptability
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.pareto import Acceptability
+
+# Two and three objectives whose range over the Pareto set is 0 to 1, and one in other units.
+TWO = np.array([[0.0, 1.0], [0.1, 0.7], [0.25, 0.4], [0.6, 0.15], [1.0, 0.0]])
+THREE = np.array(
+    [[0, 0.8, 1], [1, 0, 0.6], [0.7, 1, 0], [0.3, 0.35, 0.4], [0.5, 0.2, 0.5], [0.2, 0.6, 0.45]]
+)
+WIDE = TWO * [300.0, 0.02] + [5.0, -1.0]
+
+
+def integrated(F, p, factor=None, n=600):
+    """The shares by the midpoint rule on a grid of the simplex, a triangle or an interval."""
+    ideal = F.min(axis=0)
+    d = (F - ideal) / (F.max(axis=0) - ideal)
+    m = F.shape[1]
+    axes = np.meshgrid(*[(np.arange(n) + 0.5) / n] * (m - 1), indexing="ij")
+    first = np.stack([axis.ravel() for axis in axes], axis=1)
+    weights = np.column_stack([first, 1 - first.sum(axis=1)])
+    least, most = (0.0, 1.0) if factor is None else (1 / (m * factor), factor / m)
+    weights = weights[((weights >= least) & (weights <= most)).all(axis=1)]
+    places = np.linalg.norm(weights[:, None] * d, ord=p, axis=2).argsort(axis=1)
+    return np.array([np.bincount(column, minlength=len(F)) for column in places.T]).T / len(weights)
+
+
+@pytest.mark.parametrize("F", [TWO, THREE, WIDE], ids=["two", "three", "units"])
+@pytest.mark.parametrize("p", [1, 2, np.inf])
+@pytest.mark.parametrize("factor", [None, 2.0, 1.2])
+def test_shares_are_those_of_numerical_integration(F, p, factor):
+    result = Acceptability.of(F, p=p, factor=factor)
+    n = 600 if F.shape[1] == 3 else 100_000
+    difference = np.abs(result.shares - integrated(F, p, factor, n)[:, :3])
+    assert difference.max() < 0.005
+    assert (difference < 4 * result.errors + 0.003).all()
+
+
+def test_a_weighted_sum_of_two_objectives_has_intervals_of_weights():
+    """A design is the best between the weights at which it ties with its neighbours on the hull."""
+    d = np.diff(TWO, axis=0)
+    ties = -d[:, 1] / (d[:, 0] - d[:, 1])  # of the first objective; all five are on the hull
+    ends = np.concatenate([[1.0], ties, [0.0]])
+    result = Acceptability.of(TWO, p=1)
+    assert np.abs(result.shares[:, 0] + np.diff(ends)).max() < 1e-3
+    assert np.abs(result.central[:, 0] - (ends[1:] + ends[:-1]) / 2).max() < 1e-3
+
+
+def test_unit_designs_share_the_weights_evenly():
+    for m in (2, 3, 6):
+        result = Acceptability.of(np.eye(m), p=1)
+        assert np.abs(result.shares - 1 / m)[:, : min(m, 3)].max() < 0.005
+        assert np.allclose(result.central.sum(axis=1), 1)
+
+
+def test_equal_weights_are_the_limit_of_a_small_factor():
+    for p in (1, 2, np.inf):
+        shares = acceptability(THREE, p=p, factor=1.0001)
+        assert np.flatnonzero(shares[:, 0] == 1).tolist() == CompromiseProgramming(p).do(THREE)
+
+
+def test_central_weights_make_the_design_the_best():
+    result = Acceptability.of(THREE, p=1)  # for which the weights of a design are convex
+    won = np.flatnonzero(result.shares[:, 0])
+    assert len(won) > 3
+    for design in won:
+        assert CompromiseProgramming(1, weights=result.central[design]).do(THREE) == [design]
+
+
+def test_equal_designs_share_their_place_and_dominated_ones_have_none():
+    F = np.vstack([TWO, TWO[2], [2.0, 2.0]])
+    shares = acceptability(F)
+    assert np.array_equal(shares[:5], acceptability(TWO))
+    assert np.array_equal(shares[5], shares[2])
+    assert not shares[6].any()
+
+
+def test_directions_and_units_do_not_matter():
+    frame = pd.DataFrame({"cost": WIDE[:, 0], "gain": -WIDE[:, 1]})
+    shares = acceptability(frame, maximize=["gain"])
+    assert np.allclose(shares, acceptability(TWO), atol=1e-3)
+
+
+def test_many_designs():
+    designs = np.random.default_rng(1).exponential(size=(100_000, 4))
+    shares = acceptability(designs / designs.sum(axis=1)[:, None])  # all are Pareto optimal
+    assert np.allclose(shares.sum(axis=0), 1)
+
+
+@pytest.mark.parametrize("wrong", [{"factor": 1}, {"p": 0.5}, {"p": 40}, {"places": 0}])
+def test_wrong_arguments_are_refused_by_name(wrong):
+    with pytest.raises(ArgumentValueError, match=f"^{next(iter(wrong))} must be"):
+        acceptability(TWO, **wrong)
