@@ -55,6 +55,7 @@ function answer({payload, states, rows, pins, texts, typed}) {
         explained: count ? rows[k].map((row) => Logic.explain(data, ranking, row)) : [],
         instead: rows[k].map((row) => Logic.verdict(data, ranking, row)?.instead),
         compared: count ? Logic.compare(data, pins[k].slice(1), pins[k][0]) : null,
+        separation: Logic.separation(data, ranking, state.positions),
         switches: switched(data, state, ranking),
         nearest: count ? "" : Logic.nearestDesign(data, state, left),
         preferred: list(Logic.preference(data, ranking, state.preference).best),

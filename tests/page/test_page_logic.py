@@ -3,6 +3,7 @@
 import json
 import shutil
 import subprocess
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,12 @@ import pytest
 from pymoo_psi import compare_designs, explain, rank_of_efficiency
 from pymoo_psi.page import decision_page, kept_designs
 from pymoo_psi.pareto import SENTENCES, nondominated
-from pymoo_psi.selection import ReferencePoint, switching_sentences, switching_values
+from pymoo_psi.selection import (
+    ReferencePoint,
+    separation_sentences,
+    switching_sentences,
+    switching_values,
+)
 from pymoo_psi.table import Formulation, read_table
 from tests.page.documents import payload_of
 
@@ -142,7 +148,28 @@ class Case:
             "chosen": labels[0],
             "order": {"by": ["rank", "distance", "preference", "column"][k], "name": "heat"},
             "preference": wish,
+            "positions": [self.position(name, k) for name in ("Ann", "Ben", "Cy", "Ann")],
+            "decided": {"date": "2026-02-01", "chosen": labels[0], "agree": ["Ann"], "dissent": []},
             "reason": "Größe \u2028 </script>",
+        }
+
+    def position(self, name, k):
+        rng, frame = self.rng, self.frame
+        optimal = np.flatnonzero(self.whole.pareto)
+        limits = {}
+        for column in rng.choice([*self.names, "x"], size=k, replace=False):
+            value = float(rng.choice(frame[column].dropna()))
+            limits[str(column)] = [(None, value), (value, None)][rng.integers(2)]
+        if k == 2:
+            limits["kind"] = ["steel", ""]
+        return {
+            "name": name,
+            "date": f"2026-01-{rng.integers(10, 30)}T{rng.integers(10, 24)}:00:00.000Z",
+            "chosen": str(frame.index[rng.choice(optimal)]),
+            "limits": limits,
+            "weights": {n: float(rng.integers(0, 4)) for n in self.names[:k]},
+            "aspiration": {n: float(rng.choice(frame[n])) for n in self.names[-k:]} if k else {},
+            "reason": f"{name}'s",
         }
 
     def mask(self, state):
@@ -403,6 +430,23 @@ def test_switching_values_are_those_of_python(rankings):
     assert changed > 200
 
 
+def test_what_separates_positions_is_that_of_python(rankings):
+    kinds = Counter()
+    for case, k, found, *_ in rankings:
+        state = case.states[k]
+        if state["fixed"]:
+            continue
+        limits = {**state["limits"], **state["categories"]}
+        asked = Formulation(case.names, maximize=case.maximize, normalize=case.normalize, limits=limits, positions=found["state"]["positions"])  # fmt: skip
+        table = read_table(case.frame, asked, variables=["x"])
+        layout = replace(table.layout, units={**table.layout.units, **case.units})
+        expected = separation_sentences(replace(table, layout=layout).under(asked))
+        assert found["separation"] == expected
+        for text in expected:
+            kinds[text.split(" ")[0] if text.startswith(("With", "No")) else text[:3]] += 1
+    assert min(kinds["With"], kinds["No"]) > 20
+
+
 def test_where_nothing_is_left_it_is_said_what_brings_a_design_back(cases, answers):
     for case, answer in zip(cases, answers, strict=True):
         for state, found in zip(case.states, answer["states"], strict=True):
@@ -442,7 +486,15 @@ def test_states_come_back_from_files(cases, answers):
     for case, answer in zip(cases, answers, strict=True):
         for given, found in zip(case.states, answer["states"], strict=True):
             assert found["opened"] == {"state": found["state"], "remarks": []}
-            for key in ("limits", "categories", "pins", "chosen", "preference", "reason"):
+            for key in (
+                "limits",
+                "categories",
+                "pins",
+                "chosen",
+                "preference",
+                "reason",
+                "decided",
+            ):
                 expected = json.loads(json.dumps(given[key]))
                 assert found["state"][key] == expected
 
@@ -452,6 +504,7 @@ def test_python_keeps_the_designs_that_a_saved_decision_keeps(cases, answers):
     for case, answer in zip(cases, answers, strict=True):
         for state, found in zip(case.states, answer["states"], strict=True):
             decision = {**json.loads(found["written"]), "ranges": None}
+            assert decision.pop("version") == 2
             table = read_table(case.frame, Formulation(**decision), variables=["x"])
             assert table.eligible().tolist() == case.mask(state).tolist()
             former = {**decision, "limits": {name: limit for name, limit in decision["limits"].items() if name != "kind"}}  # fmt: skip

@@ -22,6 +22,7 @@ from pymoo_psi.pareto import (
     ranking_frame,
     weights_sentence,
 )
+from pymoo_psi.selection import group_sentences
 from pymoo_psi.table import TestTable, constraint_costs, number_column, suffixes_for
 
 _N_REASONS = 4  # sentences that a reader takes in at a glance
@@ -77,6 +78,7 @@ def run_rank(options: Options) -> int:
         write_frame(frame, out, designs)
 
     say_source(path, table, formulation)
+    say(*group_sentences(table))
     _say_set(path, designs, ranking)
     title = "The best compromises, by place:"
     say_best(frame, title, ranking, designs.layout.units, out)

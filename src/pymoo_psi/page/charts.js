@@ -671,14 +671,13 @@ const Charts = (() => {
     function drawEdges(g) {
       const [w, h] = frame()
       const [across, up] = [x, y].map((column, k) => beyond(column, model.values(column), model.left, scales()[k]))
-      const text = (count, word) => `${count} ${word}`
       const ends = [[across[0], "◂ beyond", LEFT + 4, TOP + h / 2, "left"], [across[1], "beyond ▸", LEFT + w - 4, TOP + h / 2, "right"],
         [up[1], "beyond ▴", LEFT + w / 2, TOP + 9, "center"], [up[0], "beyond ▾", LEFT + w / 2, TOP + h - 9, "center"]]
-      for (const [count, word, u, v, align] of ends) if (count) written(g, text(count, word), u, v, align, "middle", INK.accent)
+      for (const [count, word, u, v, align] of ends) if (count) written(g, `${count} ${word}`, u, v, align, "middle", INK.accent)
       const [xs, ys] = [model.values(x), model.values(y)]
       let missing = 0
       if (across[2] + up[2]) for (const row of model.left) if (xs[row] !== xs[row] || ys[row] !== ys[row]) missing++
-      if (missing) written(g, text(missing, "without a value"), LEFT + w - 4, TOP + h - 9, "right")
+      if (missing) written(g, `${missing} without a value`, LEFT + w - 4, TOP + h - 9, "right")
       drawn = {points: model.left.length - missing, missing, beyond: [...across.slice(0, 2), ...up.slice(0, 2)]}
     }
 
@@ -700,7 +699,7 @@ const Charts = (() => {
         for (const [r, dx, dy] of places) {
           const box = {row, x: u + dx, y: v + dy, width, height: 12}
           if (box.x < LEFT + 2 || box.x + width > LEFT + w - 2 || box.y < TOP + 1 || box.y + 12 > TOP + h - 1 || hits(box)) continue
-          if (r > 18) ruled(g, INK.field, u, v, dx > 0 ? box.x - 2 : dx < -width ? box.x + width + 2 : u, dx > 0 || dx < -width ? box.y + 6 : dy > 0 ? box.y : box.y + 12)
+          if (r > 18) ruled(g, INK.field, u, v, Math.min(Math.max(u, box.x), box.x + width), Math.min(Math.max(v, box.y), box.y + 12))
           written(g, text, box.x, box.y + 6, "left", "middle", isMark ? INK.text : INK.muted)
           taken.push(box)
           found.push(box)

@@ -421,8 +421,8 @@ function left(data, state) {
   return {mask, count: sum(mask) - (total - n), rejected, times}
 }
 
-const limitText = ({name, unit}, end, value) =>
-  `${name} ${end ? "at most" : "at least"} ${apart(local(String(value)))}${unit ? ` ${unit}` : ""}`
+const limitText = ({name, unit}, end, value, text = apart(local(String(value)))) =>
+  `${name} ${end ? "at most" : "at least"} ${text}${unit ? ` ${unit}` : ""}`
 
 // A value with six digits, upwards (1) or downwards (0), so that a limit there lets it pass.
 function outward(value, end) {
@@ -498,23 +498,21 @@ function staying(data, now, found) {
   return until.length && now.best.length ? sentence(data, "stays", {design: capital(data.names[now.best[0]]), changes: listed(until, "or")}) : ""
 }
 
-// Where nothing is left and no single limit helps: the design that breaks fewest limits, and these
-// by the least share of a range; a sentence, or "" without such a design.
+// Where nothing is left and no single limit helps: a design that breaks fewest limits, and these; a
+// sentence, or "" without such a design.
 function nearestDesign(data, state, {times, rejected}) {
-  const least = leastOf(times)
-  if (least === 0) return ""
-  const broken = (i) => Object.entries(state.limits).flatMap(([name, ends]) => {
+  const row = times.indexOf(leastOf(times))
+  const ends = Object.entries(state.limits).flatMap(([name, pair]) => pair.flatMap((end, k) => {
     const column = data.by.get(name)
-    const [value, length] = [column.values[i], column.range[1] - column.range[0] || 1]
-    return ends.map((end, k) => ({column, k, value, excess: (k ? value - end : end - value) / length}))
-      .filter(({k, excess}) => ends[k] !== null && excess > 0)
+    const value = column.values[row]
+    return end !== null && (k ? value > end : value < end) ? [limitText(column, k, outward(value, k))] : []
+  }))
+  const texts = Object.keys(state.categories).filter((name) => rejected.get(name)[row]).map((name) => {
+    const {texts, values} = data.by.get(name)
+    return `${name} = ${texts[values[row]] || "(missing)"}`
   })
-  const worst = (i) => Math.max(0, ...broken(i).map(({excess}) => excess))
-  const rows = [...picked(data.designs, (i) => times[i] === least)]
-  const row = rows.reduce((a, b) => (worst(b) < worst(a) ? b : a))
-  const changes = [...broken(row).map(({column, k, value}) => limitText(column, k, outward(value, k))),
-    ...Object.keys(state.categories).filter((name) => rejected.get(name)[row]).map((name) => categoryText(data, name, row))]
-  return changes.length < least ? "" : sentence(data, "nearest", {design: data.names[row], changes: listed(changes)})
+  const changes = [...ends, ...texts]
+  return changes.length && changes.length === times[row] ? sentence(data, "nearest", {design: data.names[row], changes: listed(changes)}) : ""
 }
 
 // ------------------------------------------------------------------------------------- the orders
@@ -703,12 +701,11 @@ function gainsOf(data, rows) {
 const shareOf = (difference, length) =>
   length === Infinity && difference !== 0 ? NaN : difference / length + 0
 
-function against(data, key, row, other) {
+function against(data, key, row, other, parts = {}) {
   const {gains, shares} = gainsOf(data, [other, row])
   const name = data.names[row]
   const design = data.sentences[key].startsWith("{design}") ? capital(name) : name
-  return sentence(data, key, {design, other: data.names[other],
-    difference: difference(data, gains[1], shares[1])})
+  return sentence(data, key, {design, other: data.names[other], difference: difference(data, gains[1], shares[1]), ...parts})
 }
 
 // The rows to compare, the base first: the existing design, or else the best. Beside it stand the
@@ -872,20 +869,6 @@ function verdict(data, ranking, chosen, key = "instead") {
   return {...found, proposed, remarks, instead: isProposed ? "" : against(data, key, row, proposed)}
 }
 
-// What a change of the limits has done, as a sentence; `before` is the ranking of then.
-function since(data, ranking, before) {
-  const more = ranking.count - before.count
-  const best = ranking.best[0] ?? -1
-  const parts = [more ? `${counted(Math.abs(more), "design")} ${more > 0 ? "more" : "fewer"}.` : ""]
-  const former = before.best[0] ?? -1
-  if (best >= 0 && former >= 0) {
-    const fits = ranking.mask[former]
-    const key = best === former ? "same proposed" : fits && before.mask[best] ? "new by ends" : "new"
-    parts.push(against(data, key, best, former))
-  }
-  return parts.filter(Boolean).join(" ") || "Still no design is left."
-}
-
 // ------------------------------------------------------------------------------------ typed numbers
 
 // A number as a reader typed it: {value}, which is null for nothing, or {wrong}, what to type instead.
@@ -935,6 +918,15 @@ function checked(data, anything) {
   const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.some((end) => end !== null) &&
     pair.every((end) => end === null || Number.isFinite(end)) && !(pair.every(Number.isFinite) && pair[0] > pair[1])
   const isObjective = ({role}) => role === "objective"
+  const isText = (value) => typeof value === "string"
+  // What somebody holds at a date, checked as a state is.
+  const position = (one) => {
+    const {state: {limits, categories, chosen, reason, preference}, remarks} = checked(data, {...limitsOf(one.limits), chosen: one.chosen,
+      reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}})
+    if (remarks.length) lost.add("positions")
+    const [name, date] = [one.name, one.date].map((text) => (isText(text) ? text.slice(0, 60) : ""))
+    return {name, date, chosen, limits: joined(limits, categories), ...preference, reason}
+  }
 
   // Texts that no design has any more allow none; if no text is known, the choice is foreign.
   const categories = entries("categories", ({texts}, list) => texts !== null && Array.isArray(list) &&
@@ -947,7 +939,7 @@ function checked(data, anything) {
     || (order.by === "column" && data.by.has(order.name)))
   const order = fitting("order", isOrder, {by: "distance"})
   const preference = entryOf(anything, "preference")
-  if (entryOf(anything, "kept")) lost.add("kept") // designs by name, of former pages
+  for (const key of ["kept", "snapshots"]) if (entryOf(anything, key)?.length) lost.add(key) // of former pages
   const state = {
     limits: entries("limits", ({texts, role}, pair) => texts === null && role !== "geometric" && isPair(pair)),
     categories,
@@ -960,7 +952,9 @@ function checked(data, anything) {
       weights: entries("weights", (column, weight) => isObjective(column) && Number.isFinite(weight) && weight >= 0, preference),
       aspiration: entries("aspiration", (column, value) => isObjective(column) && Number.isFinite(value), preference),
     },
-    snapshots: items("snapshots", (one) => isObject(one) && typeof one.name === "string" && isObject(one.state)),
+    positions: [...new Map([...items("positions", isObject)].map(position).map((one) => [`${one.date} ${one.name}`, one])).values()]
+      .filter(({name}) => name).sort((a, b) => (a.date < b.date ? -1 : a.date > b.date ? 1 : 0)),
+    decided: fitting("decided", (one) => isObject(one) && isDesign(one.chosen) && isText(one.date) && [one.agree, one.dissent].every((list) => Array.isArray(list) && list.every(isText)), null),
     reason: fitting("reason", (text) => typeof text === "string", "").slice(0, 10000),
   }
   return {state, remarks: lost.size ? [`Not applied, as it does not fit these designs: ${[...lost].join(", ")}.`] : []}
@@ -1040,7 +1034,7 @@ const rangesOf = (data, {fixed}) => !fixed ? {} : byName(data.objectives.map(({n
 // The decision as a formulation in JSON, for people, the page and the commands (table's Formulation);
 // what only the page knows stands under "page". Nothing is chosen that nobody has chosen.
 function decision(data, state, ranking, date) {
-  const {limits, categories, reason, chosen, ...view} = state
+  const {limits, categories, reason, chosen, positions, decided, ...view} = state
   const row = data.rowOf.get(chosen)
   const proposed = ranking.best[0]
   const valueOf = ({texts, values}) => texts ? texts[values[row]] : Number.isFinite(values[row]) ? values[row] : null
@@ -1049,9 +1043,12 @@ function decision(data, state, ranking, date) {
     ranges: rangesOf(data, state),
     units: byName(data.columns.filter(({name, role, unit}) => unit && (role === "objective" || entryOf(limits, name)))
       .map(({name, unit}) => [name, unit])),
-    limits: byName([...Object.entries(limits), ...Object.entries(categories)]),
+    limits: joined(limits, categories),
     chosen,
     reason,
+    positions,
+    decided,
+    version: 2,
     page: {
       title: data.title,
       date,
@@ -1090,11 +1087,62 @@ function limitsOf(limits) {
   return {limits: byName(entries.filter((entry) => !isText(entry))), categories: byName(entries.filter(isText))}
 }
 
+const joined = (limits, categories) => byName([...Object.entries(limits), ...Object.entries(categories)])
+
+// Positions: what each name holds last, what separates two of them, and what all regret least
+// (selection's separation_sentences).
+const latest = (positions) => [...new Map(positions.map((one) => [one.name, one])).values()]
+
+function separation(data, ranking, positions) {
+  const held = latest(positions).filter(({chosen}) => data.rowOf.has(chosen))
+  const row = ({chosen}) => data.rowOf.get(chosen)
+  const sentences = held.flatMap((one, k) => held.slice(0, k).flatMap((other) => one.chosen === other.chosen ? [] : [
+    against(data, "apart", row(one), row(other), {name: one.name, other: other.name, base: other.chosen}),
+    reconciled(data, one, other), reconciled(data, other, one)]))
+  if (!sentences.length || !ranking.count) return sentences
+  const regret = (i, {weights, chosen}) => {
+    const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
+    const most = Math.max(...given) || 1
+    return Math.max(0, ...data.F.map((column, j) => given[j] / most * (column[i] - column[data.rowOf.get(chosen)]) / data.lengths[j]))
+  }
+  let [best, least] = [-1, [Infinity, Infinity]]
+  for (const i of ranking.front) {
+    const regrets = held.map((one) => regret(i, one))
+    const key = [Math.max(...regrets), sum(regrets)].map((value) => Math.round(value / TIE))
+    if (key[0] < least[0] || (key[0] === least[0] && key[1] < least[1])) [best, least] = [i, key]
+  }
+  const regrets = held.map((one) => `${one.name} ${percent(regret(best, one))}`)
+  return [...sentences, sentence(data, "least regret", {design: capital(data.names[best]), regrets: regrets.join(", ")})]
+}
+
+// The limit or the weight with which the choice of another comes first for one: where that is better.
+function reconciled(data, one, other) {
+  const [own, wanted] = [one, other].map(({chosen}) => data.rowOf.get(chosen))
+  const parts = {name: one.name, other: other.name, design: other.chosen}
+  const {limits, categories} = limitsOf(one.limits)
+  const better = data.objectives.filter((_, j) => data.F[j][wanted] < data.F[j][own])
+  const rank = (more) => ranked(data, left(data, {limits: {...limits, ...more}, categories}).mask)
+  for (const column of better) {
+    const end = column.maximize ? 0 : 1
+    const pair = [...(entryOf(limits, column.name) ?? [null, null])]
+    const limit = pair[end] = outward(column.values[wanted], end)
+    if (rank(byName([[column.name, pair]])).place[wanted] === 1) return sentence(data, "by limit", {...parts, limit: limitText(column, end, limit, short(limit, 6))})
+  }
+  const ranking = rank({})
+  for (const {name} of better) {
+    for (let k = 1, weight = entryOf(one.weights, name) || 1; k <= 10; k++) {
+      const {best} = preference(data, ranking, {weights: {...one.weights, [name]: weight *= 2}, aspiration: one.aspiration})
+      if (best.includes(wanted)) return sentence(data, "by weight", {...parts, objective: name, weight: short(weight)})
+    }
+  }
+  return sentence(data, "not by one", parts)
+}
+
 // The state of a formulation, and what a reader must know of it.
-function decided(data, {limits, chosen, reason, ranges, page: {values, state: view}}) {
+function decided(data, {limits, chosen, reason, ranges, positions, decided, page: {values, state: view}}) {
   const own = limitsOf(limits)
   const categories = {...entryOf(view, "categories"), ...own.categories} // in the view as former pages had them
-  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), limits: own.limits, categories, chosen, reason})
+  const {state, remarks} = checked(data, {...view, fixed: isFixed(ranges), limits: own.limits, categories, chosen, reason, positions, decided})
   const row = data.rowOf.get(state.chosen)
   const changes = data.objectives.filter((column) => row !== undefined && isObject(values) &&
     entryOf(values, column.name) !== column.values[row])
@@ -1106,7 +1154,7 @@ function decided(data, {limits, chosen, reason, ranges, page: {values, state: vi
 
 return {
   decode, initial, checked, parsed, values, left, ranked, order, preference, verdict, explain,
-  compared, compare, limitText, switches, staying, nearestDesign, since, typed, written, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
+  compared, compare, limitText, switches, staying, latest, limitsOf, joined, separation, sentence, listed, nearestDesign, typed, written, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
   csv, metadata, decision, opened, MOST_PINS,
 }
 })()

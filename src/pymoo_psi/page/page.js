@@ -75,7 +75,6 @@ const page = (() => {
   let at = -1 // the present one
   let saved = "" // the state that a file has
   let left, ranking, verdict, order
-  let before = null // the ranking when the limits rested last
   let filtered = "" // the part of the state that left and ranking were made from
   let hovered = -1
   let inspected = -1 // what is looked at, which chooses nothing
@@ -124,17 +123,13 @@ const page = (() => {
       renew($("stays"))
     }
     verdict = Logic.verdict(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
-    if (!dragging) { // what the last change of the limits has done; announced, too
-      if (before && ranking !== before) renew($("since"), readable(`Since the last change: ${Logic.since(data, ranking, before)}`))
-      before = ranking
-    }
     order = Logic.order(data, ranking, state)
     showLimits()
     showCounts()
     showVerdict()
     showCompare()
     showPreference()
-    showSnapshots()
+    showPositions()
     $("fixed").checked = state.fixed
     showCharts(everything)
     table.show()
@@ -229,7 +224,7 @@ const page = (() => {
   function choose(row) {
     if (row < 0) return
     inspected = -1
-    change({chosen: state.chosen === called(row) ? null : called(row), reason: ""})
+    change({chosen: state.chosen === called(row) ? null : called(row), reason: "", decided: null})
     if (state.chosen !== null) update(), $("reason").focus({preventScroll: true})
   }
 
@@ -472,17 +467,10 @@ const page = (() => {
     const ticked = () => allow(column, boxes.filter((box) => box.checked).map((box) => box.value))
     const boxes = found.length > MOST_BOXES ? [] : found.map((text) => make("input", {type: "checkbox", value: text, onchange: ticked}))
     const note = make("p.hint.note", {})
-    const field = boxes.length ? null : make("input", {type: "text", placeholder: "texts, by commas", "aria-label": column.label, onchange: () => {
-      const wanted = field.value.split(",").map((text) => text.trim()).filter(Boolean)
-      const strange = wanted.filter((text) => !found.includes(text))
-      field.setAttribute("aria-invalid", String(strange.length > 0))
-      if (strange.length) say([`${column.label}: no design has ${strange.join(", ")}.`])
-      else allow(column, wanted.length ? wanted : found)
-    }})
-    controls.set(column, {column, boxes, note, found, field})
+    controls.set(column, {column, boxes, note, found})
     return make("fieldset.limit.categories", {}, make("legend", {}, column.label),
       make("div.boxes", {}, boxes.map((box) => make("label", {}, box, box.value || "(missing)")),
-        field), note)
+        boxes.length ? null : make("span.hint", {}, `${countText(found.length)} different texts are too many to tick`)), note)
   }
 
   function showLimits() {
@@ -495,7 +483,6 @@ const page = (() => {
       if (boxes) {
         const allowed = own(state.categories, column.name)
         for (const box of boxes) box.checked = !allowed || allowed.includes(box.value)
-        if (control.field && control.field !== document.activeElement) control.field.value = allowed?.join(", ") ?? ""
       } else {
         const share = Charts.place(control.scale)
         fields.forEach((field, k) => {
@@ -634,9 +621,6 @@ const page = (() => {
     const former = ends()
     scales = new Map()
     const all = everything || isOther || former !== ends()
-    const lines = [["6", "proposed", ranking.count], ["chosen", "chosen", chosenRow() >= 0], ["inspected", "inspected", inspected >= 0],
-      ["pinned", "compared", state.pins.length], ["prototype", "prototype", data.total > data.n]]
-    renew($("lines"), ...lines.filter(([, , has]) => has).map(([look, text]) => make("span", {}, make(`i.line-${look}`, {}), text)))
     for (const chart of [parallel, ...plots]) chart.draw(model, all)
   }
 
@@ -878,24 +862,62 @@ const page = (() => {
     script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
     download(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html", `${data.file}.html`)
     isSaved()
-    say([`Saved as ${data.file}.html: this page with its limits, choice, comparison, snapshots and reason.`])
+    say([`Saved as ${data.file}.html: this page with its limits, choice, comparison, positions and reason.`])
   }
 
-  // Snapshots: states under names, in the decision and in the saved page.
-  function showSnapshots() {
-    renew($("snapshot-count"), state.snapshots.length ? String(state.snapshots.length) : "")
-    renew($("snapshot-list"), ...state.snapshots.map((one) => {
-      const others = state.snapshots.filter((other) => other !== one)
-      return make("li", {}, make("span", {}, one.name),
-        button("Go back", () => take({...Logic.checked(data, {...one.state, snapshots: state.snapshots})}), {"aria-label": `Go back: ${one.name}`}),
-        button("×", () => change({snapshots: others}), {"aria-label": `× ${one.name}`}))
-    }))
+  // Positions: what somebody holds at a date, under one name a history.
+  const dated = (date) => date.slice(0, 10)
+  const boxesOfPositions = () => [...$("position-table").querySelectorAll("input")]
+  let agreeing // what the ticks were last set for: whose choice is the present one agrees
+  function showPositions() {
+    const {positions, decided, chosen} = state
+    const held = Logic.latest(positions)
+    const row = (head, cell) => make("tr", {}, make("th", {scope: "row"}, head), held.map((one) => make("td", {}, cell(one))))
+    const gives = (column) => ({chosen}) => {
+      const at = rowOf(chosen)
+      if (at < 0) return "–"
+      const best = data.whole.ideal[data.objectives.indexOf(column)]
+      const away = Math.abs(column.values[at] - best)
+      return `${cellText(column, at)}, ${away ? `gives up ${difference(column, away)}` : "the best"}`
+    }
+    const words = ({limits}) => Object.entries(limits).map(([name, limit]) => limit.every((end) => typeof end === "string") ? `${name}: ${limit.join(", ")}`
+      : limit.flatMap((end, k) => end === null ? [] : [Logic.limitText(data.by.get(name), k, end)]).join(", ")).join("; ") || "–"
+    const numbers = (key) => (one) => Object.entries(one[key]).map(([name, value]) => `${name} ${countText(value)}`).join(", ") || "–"
+    const moved = ({name}) => positions.filter((one) => one.name === name).map((one) => `${dated(one.date)} ${one.chosen ?? "none"}`).join(" → ")
+    renew($("position-table"), ...(held.length ? [make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Position"), held.map((one) =>
+      make("th", {scope: "col"}, make("b", {}, one.name), make("div.tools", {},
+        button("Show", () => change({...Logic.limitsOf(one.limits), chosen: one.chosen, reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
+        button("×", () => change({positions: positions.filter((other) => other !== one)}), {"aria-label": `Remove: ${one.name}, ${dated(one.date)}`})))))),
+    make("tbody", {}, row("Choice", (one) => make("b", {}, one.chosen ?? "none")), data.objectives.map((column) => row(column.label, gives(column))),
+      row("Limits", words), row("Weights", numbers("weights")), row("Aspirations", numbers("aspiration")), row("Reason", (one) => one.reason || "–"), row("Moved", moved),
+      row("Agrees", (one) => make("input", {type: "checkbox", "aria-label": `${one.name} agrees`})))] : []))
+    const key = JSON.stringify([chosen, held])
+    if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
+    agreeing = key
+    renew($("separation"), ...Logic.separation(data, ranking, positions).map((text) => make("li", {}, readable(text))))
+    $("decide").disabled = chosen === null || !held.length
+    renew($("decide"), `Decide for ${chosen ?? "a choice"}`)
+    renew($("decided"), ...(decided ? [[Logic.sentence(data, "decided", {date: dated(decided.date), design: decided.chosen, agree: Logic.listed(decided.agree) || "nobody"}),
+      decided.dissent.length ? Logic.sentence(data, "dissent", {dissent: Logic.listed(decided.dissent)}) : ""].join(" ")] : []))
   }
-  function keepSnapshot() {
-    const {snapshots, ...rest} = state
-    const name = $("snapshot-name").value.trim() || `Snapshot ${snapshots.length + 1}`
-    $("snapshot-name").value = ""
-    change({snapshots: [...snapshots.filter((one) => one.name !== name), {name, state: rest}]})
+  function record() {
+    const name = $("position-name").value.trim()
+    if (!name) return say(["Give the position a name."])
+    const {limits, categories, chosen, reason, preference} = state
+    change({positions: [...state.positions, {name, date: new Date().toISOString(), chosen, limits: Logic.joined(limits, categories), ...preference, reason}]})
+  }
+  function decide() {
+    const names = Logic.latest(state.positions).map(({name}) => name)
+    const agrees = boxesOfPositions().map((box) => box.checked)
+    change({decided: {date: new Date().toISOString(), chosen: state.chosen, agree: names.filter((_, k) => agrees[k]), dissent: names.filter((_, k) => !agrees[k])}})
+  }
+  // Of a colleague's file the positions come to ours; a file without any is taken whole.
+  function merge(text) {
+    const {state: next, remarks} = Logic.opened(data, text)
+    if (!next || !state.positions.length || !next.positions.length) return take({state: next && {...next, positions: [...state.positions, ...next.positions]}, remarks})
+    const {state: all} = Logic.checked(data, {...state, decided: state.decided ?? next.decided, positions: [...state.positions, ...next.positions]})
+    change(all)
+    say([...remarks, "Positions are merged. Limits and choice are as before."])
   }
 
   function reset() {
@@ -913,14 +935,13 @@ const page = (() => {
       undo: goes(-1), redo: goes(1), reset, save: saveDecision, print: () => print(),
       export: exportRows,
       open: () => $("file").click(), pin: () => pin(table.current()),
-      "save-page": savePage, snapshot: keepSnapshot, skip: () => $("verdict").focus(),
+      "save-page": savePage, keep: record, decide, skip: () => $("verdict").focus(),
       "by-preference": () => change({order: {by: state.order.by === "preference" ? "distance" : "preference", down: false}}),
     }
     for (const [id, action] of Object.entries(clicks)) $(id).addEventListener("click", action)
     $("file").addEventListener("change", async () => {
-      const [file] = $("file").files
+      for (const file of [...$("file").files]) merge(await file.text())
       $("file").value = ""
-      if (file) take(Logic.opened(data, await file.text()))
     })
     $("preferences").addEventListener("toggle", soon)
     for (const id of ["fixed", "dominated"]) $(id).addEventListener("change", () => change({[id]: $(id).checked}))

@@ -21,7 +21,7 @@ for _group in json.loads(Path(__file__).with_name("sentences.json").read_text("u
 _LONG = 1e9  # from here on numbers have an exponent
 
 
-def sentence(name: str, **values: object) -> str:
+def sentence(name: str, /, **values: object) -> str:
     """Return a template of :data:`SENTENCES`, filled."""
     return SENTENCES[name].format(**values)
 

@@ -14,4 +14,9 @@ from ._switching import switching_values as switching_values
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._switching import decision_sentences as decision_sentences
+from ._switching import group_sentences as group_sentences
+from ._switching import latest_positions as latest_positions
+from ._switching import position_sentences as position_sentences
+from ._switching import separation_sentences as separation_sentences
 from ._switching import switching_sentences as switching_sentences

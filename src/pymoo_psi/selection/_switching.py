@@ -6,8 +6,9 @@ the first by the achievement function. Every answer comes from ranking again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
+from itertools import compress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,14 +17,16 @@ from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._validation import Array, Mask, Rows, instance, known_name, mapping
 from pymoo_psi.pareto import (
     capital,
+    compare_designs,
     listed,
     nondominated,
     number,
+    percent,
     rank_of_efficiency,
     sentence,
 )
 from pymoo_psi.selection._selectors import ReferencePoint
-from pymoo_psi.table import Limit, TestTable
+from pymoo_psi.table import Limit, TestTable, ends
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,6 +35,7 @@ _MOST_STEPS = 200  # up to so many values each is tried; of more every 64th part
 _PARTS = 64
 _TRIED_VALUES = 16  # of an objective of the recommended design, on each side
 _HALVINGS = 16
+_TIE = 1e-9  # regrets that differ by less are equal
 _GREATEST_FACTOR = 1024.0  # of a weight
 
 _COLUMNS = ("kind", "column", "end", "direction", "present", "value", "design", "exact")
@@ -388,3 +392,179 @@ def switching_sentences(table: TestTable, frame: pd.DataFrame) -> list[str]:
         if changes:
             sentences.append(sentence(template, design=design, changes=listed(changes, "or")))
     return sentences
+
+
+# Positions of several people
+
+
+def latest_positions(positions: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return what each name holds last, in the order in which the names first occur.
+
+    Args:
+        positions: Those of a :class:`~pymoo_psi.table.Formulation`, in the order of their dates.
+    """
+    return [*{one["name"]: one for one in positions}.values()]
+
+
+def position_sentences(positions: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return what each name holds since when, and what it held before."""
+    sentences = []
+    for held in latest_positions(positions):
+        history = [one for one in positions if one["name"] == held["name"]]
+        parts = {
+            "name": held["name"],
+            "date": held["date"][:10],
+            "design": held["chosen"] or "none",
+        }
+        if len(history) == 1:
+            sentences.append(sentence("position", **parts))
+            continue
+        former = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
+        sentences.append(sentence("moved", former=", ".join(former), **parts))
+    return sentences
+
+
+def decision_sentences(decided: Mapping[str, Any] | None) -> list[str]:
+    """Return what a group has decided, and who dissents."""
+    if decided is None:
+        return []
+    agree = listed(decided["agree"] or ["nobody"])
+    parts = {"date": decided["date"][:10], "design": decided["chosen"], "agree": agree}
+    sentences = [sentence("decided", **parts)]
+    if decided["dissent"]:
+        sentences.append(sentence("dissent", dissent=listed(decided["dissent"])))
+    return sentences
+
+
+def group_sentences(table: TestTable) -> list[str]:
+    """Return the positions of a table's formulation, what separates them, and what was decided."""
+    formulation = table.formulation
+    sentences = position_sentences(formulation.positions)
+    sentences += separation_sentences(table)
+    return sentences + decision_sentences(formulation.decided)
+
+
+def separation_sentences(table: TestTable) -> list[str]:
+    """Return what separates the positions of a table's formulation, and what all regret least.
+
+    The regret of a design for a position is its greatest loss against the choice of the position,
+    in shares of the ranges, each multiplied by the weight of the objective over the greatest one.
+    """
+    if not table.formulation.positions:
+        return []
+    free = table.under(limits={}).feasible_ranking()
+    rows = dict(zip(map(free.name_of, range(len(free.rows))), range(len(free.rows)), strict=True))
+    held = []
+    for one in latest_positions(table.formulation.positions):
+        if one["chosen"] in rows:
+            held.append(one)
+    sentences = []
+    for k, one in enumerate(held):
+        for other in held[:k]:
+            if one["chosen"] == other["chosen"]:
+                continue
+            places = [rows[other["chosen"]], rows[one["chosen"]]]
+            pair = compare_designs(free, rows=places, units=_objective_units(table))
+            names = {"name": one["name"], "other": other["name"]}
+            designs = {"design": one["chosen"], "base": other["chosen"]}
+            difference = pair.difference(1)
+            sentences.append(sentence("apart", **names, **designs, difference=difference))
+            sentences.append(_reconciled(table, one, other, pair.gains[1] < 0))
+            sentences.append(_reconciled(table, other, one, pair.gains[1] > 0))
+    if not sentences or not table.eligible().any():
+        return sentences
+    ranking = table.feasible_ranking()
+    minimized = ranking.objectives.minimized[ranking.pareto]
+    regrets = []
+    for one in held:
+        choice = free.objectives.minimized[rows[one["chosen"]]]
+        given = np.array([one["weights"].get(name, 1.0) for name in table.layout.objectives])
+        losses = (minimized - choice) / free.lengths * (given / (given.max() or 1.0))
+        regrets.append(np.maximum(losses.max(axis=1), 0.0))
+    matrix = np.array(regrets)
+    keys = (matrix.sum(axis=0), matrix.max(axis=0))
+    best = np.lexsort(tuple(np.round(key / _TIE) for key in keys))[0]
+    texts = []
+    for one, share in zip(held, matrix[:, best].tolist(), strict=True):
+        texts.append(f"{one['name']} {percent(share)}")
+    design = capital(ranking.name_of(int(np.flatnonzero(ranking.pareto)[best])))
+    return [*sentences, sentence("least regret", design=design, regrets=", ".join(texts))]
+
+
+def _objective_units(table: TestTable) -> dict[str, str]:
+    units = table.layout.units
+    return {name: units[name] for name in table.layout.objectives if name in units}
+
+
+def _reconciled(
+    table: TestTable, one: Mapping[str, Any], other: Mapping[str, Any], is_better: Mask
+) -> str:
+    """Return the limit or the weight with which the choice of another comes first for one.
+
+    Tried are a limit at each value in which that choice is better, then twice to 1024 times the
+    weight of each such objective.
+
+    Args:
+        table: The tests.
+        one: A position.
+        other: Another one.
+        is_better: ``(m,)`` in which objectives the choice of the other is better.
+    """
+    wanted = other["chosen"]
+    layout = table.layout
+    names = {"name": one["name"], "other": other["name"], "design": wanted}
+    row = table.names.index(wanted)
+    better = [*compress(layout.objectives, is_better)]
+    for name in better:
+        is_upper = name not in layout.maximize
+        value = _outward(float(table.column(name)[row]), is_upper)
+        low, high = ends(name, one["limits"].get(name, (None, None)))
+        pair = [low, value]
+        words = "at most"
+        if name in layout.maximize:
+            pair = [value, high]
+            words = "at least"
+        if pair[0] > pair[1]:  # the other end rejects that choice
+            continue
+        limits = {**one["limits"], name: tuple(None if np.isinf(x) else x for x in pair)}
+        if wanted in _proposed(table, limits):
+            unit = layout.units.get(name, "")
+            limit = f"{name} {words} {number(value, 6)} {unit}".strip()
+            return sentence("by limit", **names, limit=limit)
+    tests = table.under(limits=one["limits"])
+    if not tests.eligible().any():
+        return sentence("not by one", **names)
+    ranking = tests.feasible_ranking()
+    pairs = zip(layout.objectives, ranking.ideal, strict=True)
+    point = [one["aspiration"].get(name, ideal) for name, ideal in pairs]
+    for name in better:
+        weights = [one["weights"].get(objective, 1.0) for objective in layout.objectives]
+        j = layout.objectives.index(name)
+        weights[j] = weights[j] or 1.0
+        for _ in range(10):
+            weights[j] *= 2
+            selector = ReferencePoint(point, weights=weights, normalize=table.formulation.normalize)
+            if wanted in map(ranking.name_of, selector.do(ranking).tolist()):
+                weight = number(weights[j])
+                return sentence("by weight", **names, objective=name, weight=weight)
+    return sentence("not by one", **names)
+
+
+def _outward(value: float, is_upper: bool) -> float:
+    """Return a value with six digits, so that a limit there lets it pass."""
+    near = float(f"{value:.6g}")
+    if near == value or (near > value) == is_upper:
+        return near
+    step = 10.0 ** (np.floor(np.log10(abs(value))) - 5)
+    if not is_upper:
+        step = -step
+    return float(f"{near + step:.6g}")
+
+
+def _proposed(table: TestTable, limits: Mapping[str, Any]) -> list[str]:
+    """Return the names of the designs that are proposed under limits."""
+    tests = table.under(limits=dict(limits))
+    if not tests.eligible().any():
+        return []
+    ranking = tests.feasible_ranking()
+    return [ranking.name_of(row) for row in ranking.salukvadze.tolist()]

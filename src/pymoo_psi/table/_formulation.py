@@ -23,7 +23,9 @@ from pymoo_psi._validation import (
     AnyArray,
     Received,
     boolean,
+    collection,
     distinct,
+    finite_number,
     flat,
     instance,
     invalid,
@@ -37,6 +39,8 @@ from pymoo_psi.table._layout import RESERVED, Layout, column_names, unit_texts
 from pymoo_psi.table._limits import Limits, ends, is_of_texts, limits_of, plain_number
 
 Columns: TypeAlias = Mapping[str, AnyArray]
+
+_VERSION = 2  # of the file; 1 had no positions
 
 
 class FormulationFields(TypedDict, total=False):
@@ -52,6 +56,8 @@ class FormulationFields(TypedDict, total=False):
     ranges: Mapping[str, Sequence[float]] | None
     chosen: str | None
     reason: str
+    positions: Sequence[Mapping[str, Any]]
+    decided: Mapping[str, Any] | None
     page: Mapping[str, Any]
 
 
@@ -88,6 +94,12 @@ class Formulation:
             objective in which designs differ.
         chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
         reason: Why it was chosen.
+        positions: What people hold, one mapping for each person and date: ``name``; ``date``, as
+            ISO 8601 has it, or empty; ``chosen``, the name of a design or None; ``limits``,
+            ``weights`` and ``aspiration`` of objectives by name; ``reason``. Under one name they
+            are a history.
+        decided: The decision of a group, None if there is none: ``date``; ``chosen``, the name of
+            a design; ``agree`` and ``dissent``, lists of names.
         page: What else the decision page showed; changes no decision.
 
     Raises:
@@ -117,6 +129,8 @@ class Formulation:
     ranges: Mapping[str, Sequence[float]] | None = None
     chosen: str | None = None
     reason: str = ""
+    positions: Sequence[Mapping[str, Any]] = ()
+    decided: Mapping[str, Any] | None = None
     page: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -148,6 +162,11 @@ class Formulation:
         if self.chosen is not None:
             instance("chosen", self.chosen, str)
         instance("reason", self.reason, str)
+        rule = "a list of mappings, one for each person and date"
+        positions = [_position(one) for one in collection("positions", self.positions, rule)]
+        self._set("positions", sorted(positions, key=lambda one: str(one["date"])))
+        if self.decided is not None:
+            self._set("decided", _decided(self.decided))
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
@@ -205,6 +224,8 @@ class Formulation:
             if value != getattr(default, name):
                 text = json.dumps(value, ensure_ascii=False, allow_nan=False)
                 lines.append(f'"{name}": {text}')
+        if self.positions or self.decided:
+            lines.append(f'"version": {_VERSION}')
         content = ",\n ".join(lines)
         with whole_file(path) as file:
             file.write_text(f"{{\n {content}\n}}\n", encoding="utf-8")
@@ -234,6 +255,10 @@ class Formulation:
             )
             if not isinstance(entries, dict):
                 raise invalid("it", "an object of JSON", entries)
+            version = entries.pop("version", 1)
+            if version not in range(1, _VERSION + 1):
+                remedy = "a newer pymoo-psi reads it"
+                raise invalid("its version", f"1 to {_VERSION}", version, remedy)
             for name in entries:
                 known_name("an entry", name, ATTRIBUTES)
             for place, text in flat(entries).items():
@@ -245,6 +270,54 @@ class Formulation:
                 f"{path} must be a formulation, as Formulation.to_json and 'Save decision' of the "
                 f"page write it: {error}"
             ) from None
+
+
+def _position(entries: Any) -> dict[str, Any]:
+    """Return a position of somebody, checked and complete."""
+    given = mapping_of("a position", entries, "name, date, chosen, limits, weights, … to values")
+    whole: dict[str, Any] = {
+        "name": "",
+        "date": "",
+        "chosen": None,
+        "limits": {},
+        "weights": {},
+        "aspiration": {},
+        "reason": "",
+    }
+    for key in given:
+        known_name("an entry of a position", key, whole)
+    whole |= given
+    for key in ("name", "date", "reason"):
+        instance(f"the {key} of a position", whole[key], str)
+    if not whole["name"]:
+        raise invalid("the name of a position", "a text that is not empty", "")
+    if whole["chosen"] is not None:
+        instance("the choice of a position", whole["chosen"], str)
+    limits = limits_of(whole["limits"], "the limits of a position")
+    whole["limits"] = {name: _json_limit(name, limit) for name, limit in limits.items()}
+    for key in ("weights", "aspiration"):
+        numbers = mapping_of(f"the {key} of a position", whole[key], "objectives to numbers")
+        whole[key] = {}
+        for name, value in numbers.items():
+            number = finite_number(f"the {key} of {name!r} in a position", value)
+            if key == "weights" and number < 0:
+                raise invalid(f"the weight of {name!r} in a position", "0 or more", value)
+            whole[key][name] = number
+    return whole
+
+
+def _decided(entries: Any) -> dict[str, Any]:
+    """Return the decision of a group, checked."""
+    keys = ("date", "chosen", "agree", "dissent")
+    given = dict(mapping_of("decided", entries, "date, chosen, agree and dissent to values"))
+    if {*given} != {*keys}:
+        raise invalid("decided", f"of the entries {', '.join(keys)}", [*given])
+    for key in ("date", "chosen"):
+        instance(f"decided[{key!r}]", given[key], str)
+    for key in ("agree", "dissent"):
+        names = collection(f"decided[{key!r}]", given[key], "a list of names")
+        given[key] = [instance(f"a name in decided[{key!r}]", name, str) for name in names]
+    return given
 
 
 ATTRIBUTES = [attribute.name for attribute in fields(Formulation)]
