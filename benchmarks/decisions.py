@@ -41,6 +41,9 @@ from pymoo_psi.pareto import nondominated
 Array = NDArray[np.float64]
 
 KEPT = Path(__file__).parent / "decisions.jsonl"
+README = Path(__file__).parent / "README.md"
+BEGIN = "<!-- decisions -->"
+END = "<!-- end decisions -->"
 # Ways to direct a search were compared on these, so that their numbers are optimistic.
 TUNED = ("osy", "truss2d", "welded_beam", "dtlz2", "bnh")
 HELD_OUT = (
@@ -223,7 +226,7 @@ def table(frame: pd.DataFrame) -> list[str]:
 def summary(frame: pd.DataFrame) -> list[str]:
     """Return what the runs say, of problems for tuning and of the others."""
     lines = []
-    for title, names in (("tuned", TUNED), ("held out", HELD_OUT)):
+    for title, names in (("Problems used for choosing", TUNED), ("Others", HELD_OUT)):
         runs = frame[frame["problem"].isin(names)]
         if runs.empty:
             continue
@@ -234,11 +237,11 @@ def summary(frame: pd.DataFrame) -> list[str]:
         near = (excess[["directed", "undirected"]] <= NEAR).mean()
         shortfall = ((1 - shares["undirected"]) / (1 - shares["directed"]).clip(1e-4)).median()
         lines.append(
-            f"{title}: {len(shares)} cases; directed ahead in {100 * ahead:.0f} %; "
-            f"shortfall {shortfall:.1f} times smaller in the median; best compromise within "
+            f"- {title}: {len(shares)} cases; directed ahead in {100 * ahead:.0f} %; what is "
+            f"missing {shortfall:.1f} times smaller in the median; best compromise within "
             f"{NEAR}: {100 * near['directed']:.0f} % against {100 * near['undirected']:.0f} %; "
-            f"least share {shares['directed'].min():.3f}, {(shares['directed'] < 0.05).sum()} "
-            f"below 0.05, undirected {(shares['undirected'] < 0.05).sum()}"
+            f"shares below 0.05: {(shares['directed'] < 0.05).sum()} against "
+            f"{(shares['undirected'] < 0.05).sum()}"
         )
     return lines
 
@@ -265,7 +268,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
                     file.writelines(json.dumps(row) + "\n" for row in rows)
                 print(name, seed, [row["hypervolume"] for row in rows], flush=True)
     frame = results(options.out)
-    print("\n".join([*table(frame), "", *summary(frame)]))
+    lines = [*summary(frame), "", *table(frame)]
+    print("\n".join(lines))
+    if options.out == KEPT:
+        before, rest = README.read_text("utf-8").split(BEGIN)
+        after = rest.split(END)[1]
+        text = "\n".join([BEGIN, "", *lines, "", END])
+        README.write_text(before + text + after, "utf-8")
 
 
 if __name__ == "__main__":

@@ -109,6 +109,7 @@ class LearnedOutputs:
             encode=partial(encoded, space),
             compute=compute,
             ranges=self._ranges(),
+            narrowed=bool(table.limits),
         )
 
     def violations(self, points: Array) -> Array:

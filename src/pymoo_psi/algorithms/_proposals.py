@@ -60,8 +60,8 @@ _APART = (0.01, 0.03, 0.1)
 # If the errors of the surrogates of objectives reach this many standard deviations, only the middle
 # of the front is searched. They are 0.2 on DTLZ2 with 13 variables and 0.04 on the chute.
 _DOUBTFUL = 0.2
-# With fewer tests than this that keep all constraints and limits, the search counts how likely
-# designs keep them.
+# If limits narrow a problem, and fewer tests than this keep all of them, the search counts how
+# likely designs keep them. For the constraints of a problem alone this gains nothing.
 _FEW_ELIGIBLE = 8
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
 
@@ -83,6 +83,7 @@ class Goal:
             some outputs are known functions of the variables and of other outputs.
         ranges: ``(2, m)`` lower and upper values by which objectives are scaled; ``None`` for those
             of the Pareto set.
+        narrowed: Whether limits narrow the problem, which tests so far may have been far from.
     """
 
     n_obj: int
@@ -93,6 +94,7 @@ class Goal:
     encode: ArrayFunction
     compute: Callable[[Array, Array], Array] | None = None
     ranges: Array | None = None
+    narrowed: bool = False
 
     def excess(self, T: Array, fit: Fit) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit."""
@@ -181,7 +183,7 @@ def propose(
     n = len(points)
     F, violation = surrogates.optimistic(np.vstack([points, tests.pending]))
     log_chance = np.zeros(n)
-    if np.count_nonzero(tests.eligible) < _FEW_ELIGIBLE:
+    if goal.narrowed and np.count_nonzero(tests.eligible) < _FEW_ELIGIBLE:
         log_chance = surrogates.log_chance(points)
     candidates = _Candidates(goal.encode(points), F[:n], violation[:n], log_chance)
     pending = F[n:][violation[n:] <= 0]
