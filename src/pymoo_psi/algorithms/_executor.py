@@ -111,7 +111,8 @@ class _Executor:
     - ``room``: how many more points to submit now; 0 while enough of them wait.
     - ``submit(points)``: take points to evaluate, with numbers above those of all before, also
       while others are evaluated.
-    - ``wait()``: wait until more is evaluated; return what it took, in seconds of a worker.
+    - ``wait()``: wait until more is evaluated, or for a moment; return what it took, in seconds of
+      a worker.
     - ``take()``: return the tests of the evaluated points, in the order of their evaluation.
 
     Attributes:
@@ -372,10 +373,12 @@ class OneByOne(_Executor):
         self._waiting.extend(zip(numbers, designs, strict=True))
 
     def wait(self) -> float:
-        """Wait for the values of another design."""
+        """Wait for the values of another design, or for a moment."""
         if self._results is None:
             self._results = stream_designs(self._model.inner, self._waiting)
         result = next(self._results)
+        if result is None:
+            return 0.0
         self._evaluated.append(result)
         number, _, seconds = result
         del self._pending[number]

@@ -199,7 +199,7 @@ class Run:
                 computed = 0.0
                 while executor.n_pending:
                     computed += executor.wait()
-                    if self._is_commit_due(began, computed):
+                    if executor.n_evaluated and self._is_commit_due(began, computed):
                         yield self._keep(executor.take())
                         began = time.monotonic()
                         computed = 0.0

@@ -35,6 +35,7 @@ Result = tuple[int, Any, float]  # a design's index, its values, the seconds of 
 MOMENT = 1e-3  # seconds between two measurements: long beside one, short beside sending a design
 # Seconds that a chunk of designs takes: long beside the message that brings it, some 0.1 ms.
 CHUNK = 0.05
+MOMENTS = 0.05  # seconds in which nothing is done, after which a reader of results may do something
 _LONGEST = 10_000  # characters of an error's message that are looked at
 
 

@@ -32,6 +32,7 @@ from pymoo_psi._validation import Received, integer, invalid, positive_number, w
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     CHUNK,
+    MOMENTS,
     Cost,
     Function,
     Result,
@@ -53,7 +54,7 @@ _VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_vers
 _TASK_SECONDS = 0.002
 # Tasks for each worker that are under way: one is evaluated while the next one waits beside it.
 _TASKS_AHEAD = 2
-_MOMENT = 0.2  # seconds between two looks at the number of workers, and at futures without calls
+_ASKING = 0.2  # seconds between two looks at the number of workers, and at futures without calls
 _SMALL = 10_000  # bytes of a function that travels with each task: it costs less than to ask for it
 _LARGE = 100_000  # bytes of one that Dask takes from worker to worker
 _KEPT = 4  # functions that a worker keeps: of the runs that share it
@@ -137,19 +138,19 @@ class ExecutorRunner(Runner):
         self.has_answered = False  # any worker, so that tasks can be done at all
         self._count = workers
         self._n_workers = 0
-        self._asked = -_MOMENT
+        self._asked = -_ASKING
 
     @property
     def n_workers(self) -> int:
         """How many workers there are now; 0 if the first ones have not joined."""
         now = time.monotonic()
-        if now - self._asked >= _MOMENT:
+        if now - self._asked >= _ASKING:
             self._n_workers = integer("the result of workers", self._count(), minimum=0)
             self._asked = now
         return self._n_workers
 
-    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result]:
-        """Yield what :meth:`stream` yields; no design is evaluated in this process."""
+    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Yield what :meth:`moments` yields; no design is evaluated in this process."""
         tasks = _Tasks(self, f, waiting)
         try:
             yield from tasks.results()
@@ -202,11 +203,12 @@ class _Tasks:
         self._tickets = itertools.count()
         self._sent: dict[int, _Task] = {}
         self._polled: set[int] = set()  # whose futures call nobody when they are done
+        self._last_poll = 0.0
         self._done: SimpleQueue[int] = SimpleQueue()
         self._sent_again: set[int] = set()  # designs of tasks that the engine gave up
 
-    def results(self) -> Iterator[Result]:
-        """Yield the result of every design as it comes, until none waits or is evaluated."""
+    def results(self) -> Iterator[Result | None]:
+        """Yield the result of every design, until none waits or is evaluated; see ``moments``."""
         while True:
             self._fill()
             if not self._sent:
@@ -214,6 +216,8 @@ class _Tasks:
             ticket = self._next_done()
             if ticket is not None:
                 yield from self._results_of(self._sent.pop(ticket))
+            else:
+                yield None
 
     def cancel(self) -> None:
         """Give up what was sent; what has begun goes on, and nobody reads it."""
@@ -265,13 +269,14 @@ class _Tasks:
 
     def _next_done(self) -> int | None:
         """Return a task that is done; ``None`` after a moment, as workers may have joined."""
-        if self._polled and self._done.empty():
+        if self._polled and time.monotonic() - self._last_poll > _ASKING:
+            self._last_poll = time.monotonic()
             for ticket in list(self._polled):
                 if self._sent[ticket].future.done():
                     self._polled.remove(ticket)
                     self._done.put(ticket)
         try:
-            return self._done.get(timeout=_MOMENT)
+            return self._done.get(timeout=MOMENTS)
         except Empty:
             return None
 
@@ -405,7 +410,8 @@ def evaluate(
     try:
         with closing(_results(pickled, designs, work.timeout)) as stream:
             for result in stream:
-                results.append(result)
+                if result is not None:
+                    results.append(result)
                 if time.perf_counter() > end:
                     designs.clear()
     except EvaluationError as error:
@@ -413,7 +419,7 @@ def evaluate(
     return _VERSIONS, cloudpickle.dumps((results, failure))
 
 
-def _results(pickled: bytes, designs: Waiting, timeout: float | None) -> Generator[Result]:
+def _results(pickled: bytes, designs: Waiting, timeout: float | None) -> Generator[Result | None]:
     if sys.platform == "win32":
         yield from evaluate_here(cloudpickle.loads(pickled), designs, moment=0.0)
     else:

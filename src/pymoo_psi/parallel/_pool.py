@@ -38,11 +38,10 @@ import cloudpickle
 
 from pymoo_psi.errors import WorkerError
 from pymoo_psi.parallel import _worker
-from pymoo_psi.parallel._evaluation import Cost, Result, Values, Waiting
+from pymoo_psi.parallel._evaluation import MOMENTS, Cost, Result, Values, Waiting
 
 Lost = Callable[[Any, str], Values]
 
-_LONG = 1e6  # seconds to wait where nothing has a deadline; infinity is none to the system
 _PATIENCE = 2.0  # seconds for a worker to end by itself, which takes some hundredths
 # Seconds for a guard to end its worker with all that was started there, as many as a busy machine
 # may need. Some of it is left behind if the guard is killed before.
@@ -82,8 +81,8 @@ class ProcessPool:
         workers: int,
         timeout: float | None,
         threads: int | None = None,
-    ) -> Generator[Result]:
-        """Evaluate designs; yield the results as they come.
+    ) -> Generator[Result | None]:
+        """Evaluate designs; yield the results as they come, and ``None`` after idle moments.
 
         Args:
             pickled: The function to evaluate, as :func:`pickled_function` returns it.
@@ -226,8 +225,11 @@ class _Run:
     workers: list[_Worker] = field(default_factory=list)
     tried: set[int] = field(default_factory=set)  # designs whose process died once
 
-    def results(self) -> Iterator[Result]:
-        """Yield the result of every design as it comes, until none waits or is evaluated."""
+    def results(self) -> Iterator[Result | None]:
+        """Yield the result of every design as it comes, until none waits or is evaluated.
+
+        After a moment without a message, ``None`` is yielded.
+        """
         while True:
             n_busy = sum(1 for worker in self.workers if worker.designs)
             n_useful = len(self.waiting) + n_busy
@@ -245,7 +247,9 @@ class _Run:
             now = monotonic()
             seconds_left = min(worker.deadline for worker in self.workers) - now
             channels = [worker.channel for worker in self.workers]
-            ready = connection.wait(channels, max(0.0, min(seconds_left, _LONG)))
+            ready = connection.wait(channels, max(0.0, min(seconds_left, MOMENTS)))
+            if not ready:
+                yield None
             for worker in list(self.workers):
                 if worker.channel in ready:  # what has arrived counts, even if it is read late
                     yield from self._handle(worker, *worker.receive())

@@ -53,7 +53,7 @@ class Runner:
     A subclass writes
 
     - ``n_workers``: how many workers there are now; 0 if the first ones have not joined.
-    - ``by_workers(f, waiting)``: what :meth:`stream` does, with no design evaluated here.
+    - ``by_workers(f, waiting)``: what :meth:`moments` does, with no design evaluated here.
 
     Attributes:
         elastic: Whether workers may join and leave during a run.
@@ -66,9 +66,16 @@ class Runner:
         """How many workers there are now."""
         raise NotImplementedError
 
-    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result]:
-        """Yield what :meth:`stream` yields; no design is evaluated in this process."""
+    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Yield what :meth:`moments` yields; no design is evaluated in this process."""
         raise NotImplementedError
+
+    def moments(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Yield what :meth:`stream` yields, and ``None`` after every moment without a result.
+
+        So the reader can do something else while it waits.
+        """
+        return self.by_workers(f, waiting)
 
     def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
         """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
@@ -78,11 +85,11 @@ class Runner:
             results[index] = values
         return results
 
-    def batch(self, f: Function, waiting: Waiting) -> Iterator[Result]:
+    def batch(self, f: Function, waiting: Waiting) -> Generator[Result]:
         """Yield what :meth:`stream` yields, for designs to which none is added."""
         return self.stream(f, waiting)
 
-    def stream(self, f: Function, waiting: Waiting) -> Iterator[Result]:
+    def stream(self, f: Function, waiting: Waiting) -> Generator[Result]:
         """Evaluate the designs of a queue; yield each result as soon as it is there.
 
         Designs are taken from the queue when a worker is free for them. More may be added while the
@@ -113,7 +120,7 @@ class Runner:
             1 {'F': 4.0}
             2 {'F': 6.0}
         """
-        return self.by_workers(f, waiting)
+        return _results_of(self.moments(f, waiting))
 
     def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
         """Do the tasks of a queue; yield the index and the result of each as soon as it is done.
@@ -131,13 +138,21 @@ class Runner:
             Exception: What the function raises.
         """
         try:
-            with closing(self.by_workers(function, waiting)) as results:
+            with closing(_results_of(self.by_workers(function, waiting))) as results:
                 for index, result, _ in results:
                     yield index, result
         except EvaluationError as error:
             if error.original is None:
                 raise WorkerError(f"a worker process failed: {error.reason}") from error
             raise error.original from error.original.__cause__
+
+
+def _results_of(moments: Generator[Result | None]) -> Generator[Result]:
+    """Yield the results alone, without the moments between them."""
+    with closing(moments):
+        for result in moments:
+            if result is not None:
+                yield result
 
 
 class JoblibRunner(Runner):
@@ -214,16 +229,16 @@ class JoblibRunner(Runner):
         """Whether workers may join and leave during a run."""
         return self._cluster() is not None
 
-    def batch(self, f: Function, waiting: Waiting) -> Iterator[Result]:
+    def batch(self, f: Function, waiting: Waiting) -> Generator[Result]:
         """Yield what :meth:`stream` yields, for designs to which none is added."""
-        return self._results(f, waiting, _START_SECONDS / 10)
+        return _results_of(self._moments(f, waiting, _START_SECONDS / 10))
 
-    def stream(self, f: Function, waiting: Waiting) -> Iterator[Result]:
-        """Evaluate the designs of a queue; see :meth:`Runner.stream`."""
-        return self._results(f, waiting, _START_SECONDS)
+    def moments(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Yield results, and ``None`` after moments without one; see :meth:`Runner.moments`."""
+        return self._moments(f, waiting, _START_SECONDS)
 
-    def _results(self, f: Function, waiting: Waiting, starting: float) -> Iterator[Result]:
-        """Yield what :meth:`stream` yields; workers take ``starting`` seconds to start."""
+    def _moments(self, f: Function, waiting: Waiting, starting: float) -> Generator[Result | None]:
+        """Yield what :meth:`moments` yields; workers take ``starting`` seconds to start."""
         count = self.n_workers
         overhead = starting
         if self._started:
@@ -238,8 +253,8 @@ class JoblibRunner(Runner):
             self._started = True
             yield from self.by_workers(f, waiting)
 
-    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result]:
-        """Yield what :meth:`stream` yields; no design is evaluated in this process."""
+    def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Yield what :meth:`moments` yields; no design is evaluated in this process."""
         cluster = self._cluster()
         if cluster is not None:
             yield from cluster.by_workers(f, waiting)

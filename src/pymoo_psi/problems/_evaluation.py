@@ -122,8 +122,10 @@ def _is_one_by_one(problem: Any) -> bool:
     return bool(problem.elementwise) and type(problem).do is Problem.do
 
 
-def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result]:
+def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result | None]:
     """Evaluate the designs of a queue and yield the values of each as soon as they are there.
+
+    Where workers evaluate, ``None`` is yielded after every moment without a result.
 
     A design that fails has its reason as ``failure``, as in :func:`evaluate_designs`.
 
@@ -134,7 +136,7 @@ def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result]:
     model = _Model(problem, (), {}, stop=False)
     runner = problem.elementwise_runner
     if isinstance(runner, Runner):
-        yield from runner.stream(model, waiting)
+        yield from runner.moments(model, waiting)
     else:
         yield from evaluate_here(model, waiting)
 
