@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -274,18 +275,27 @@ def test_a_run_killed_again_and_again_is_one_run(tmp_path, case):
 
 
 class InAnyOrder(JoblibRunner):
-    """So many designs at a time, which end in any order, until it is interrupted."""
+    """So many designs at a time, which end in any order, until it is interrupted.
 
-    def __init__(self, n_jobs, until=10**9):
+    None ends while a worker waits for the next proposals, unless all ``total`` designs are there.
+    """
+
+    def __init__(self, n_jobs, total, until=10**9):
         super().__init__(n_jobs)
-        self.random, self.until, self.most = np.random.default_rng(1), until, 0
+        self.random, self.total, self.until = np.random.default_rng(1), total, until
+        self.most = self.given = 0
 
-    def stream(self, f, waiting):
+    def moments(self, f, waiting):
         at = []
         while waiting or at:
             while waiting and len(at) < self.n_jobs:
                 at.append(waiting.popleft())
+                self.given += 1
             self.most = max(self.most, len(at))
+            if len(at) < self.n_jobs and self.given < self.total:
+                time.sleep(0.001)
+                yield None
+                continue
             if (until := self.until) == 0:
                 raise KeyboardInterrupt
             self.until = until - 1
@@ -296,7 +306,7 @@ class InAnyOrder(JoblibRunner):
 @pytest.mark.parametrize("workers", [3, 30])
 @pytest.mark.parametrize("options", [{}, {"termination": ("n_gen", 100)}], ids=["", "ended"])
 def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, options):
-    path, first = tmp_path / "run.db", InAnyOrder(workers, 40)
+    path, first = tmp_path / "run.db", InAnyOrder(workers, 70, until=40)
     options |= {"study": path, "asynchronous": True, "limits": {"weight": (2, 5)}}
     with pytest.raises(KeyboardInterrupt):
         run(Mixed(elementwise_runner=first), 70, **options)
@@ -305,9 +315,9 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     assert first.most == workers
     # each was made from all tests before it but for those that were being made
     pending = [(number, content["pending"]) for number, *_, content in proposed[3:]]
-    assert all(0 < len(those) < workers + 8 for _, those in pending)
+    assert all(0 < len(those) <= 2 * workers for _, those in pending)
     assert all(max(those) < number for number, those in pending)
-    last = InAnyOrder(workers)
+    last = InAnyOrder(workers, 30)
     algorithm = run(Mixed(elementwise_runner=last), 70, **options)
     assert last.most == min(workers, 30)
     assert algorithm.evaluator.n_eval == 30

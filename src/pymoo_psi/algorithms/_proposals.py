@@ -200,6 +200,17 @@ def propose(
     return proposals
 
 
+def best_and_spread(Y: Array, fit: Fit, goal: Goal, size: int) -> Rows:
+    """Return the rows of ``(n, q)`` outputs of the best tests, and of as many among the others."""
+    T = fit.to(bounded(Y))
+    contraction = _contraction(fit, goal.n_obj)
+    order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), len(T), contraction)
+    half = size // 2
+    others = np.sort(order[half:])
+    spread = np.linspace(0, len(others) - 1, size - half).round().astype(int)
+    return np.sort(np.concatenate([order[:half], others[spread]]))
+
+
 def encoded(space: DesignSpace, points: Array) -> Array:
     """Return points of the unit cube as surrogates see them.
 

@@ -110,7 +110,7 @@ class Run:
         least = count or 1
         while len(self._points) < least:
             points = self.source.ask(least - len(self._points), self._n_free)
-            if len(points) == 0:
+            if len(points) == 0 and not self.source.wait():
                 break
             self._points = self._points.joined(points)
         return self._points.at(slice(0, count))
@@ -238,7 +238,9 @@ class Run:
         n_new = min(count - self._n_started, self.executor.room)
         if n_new <= 0:
             return Points.none()
-        if self._n_started == len(self._points) and self.source.n_left > 0:
+        # a source that is eager to learn from tests knows all that are there before it is asked
+        is_informed = not (self.source.eager and self.executor.n_evaluated)
+        if self._n_started == len(self._points) and self.source.n_left > 0 and is_informed:
             points = self.source.ask(n_new, self._n_free)
             self._points = self._points.joined(points)
         points = self._points.at(slice(self._n_started, self._n_started + n_new))

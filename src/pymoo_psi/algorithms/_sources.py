@@ -115,8 +115,8 @@ class Source:
     A subclass writes ``n_left`` and ``ask``, and ``tell`` if its points depend on tests.
 
     Attributes:
-        eager: Whether a test may change the next points before all earlier ones are tested; each
-            test is then reported at once.
+        eager: Whether the next points are due before all earlier ones are tested, and depend on
+            tests; these are then reported at once.
     """
 
     eager = False
@@ -134,6 +134,10 @@ class Source:
             n_free: How many workers are idle; negative while designs wait for workers.
         """
         raise NotImplementedError
+
+    def wait(self) -> bool:
+        """Wait for points that are in the making; return whether there were any."""
+        return False
 
     def tell(self, tests: TestTable) -> None:
         """Learn from tests of the points returned by :meth:`ask`, in any order."""

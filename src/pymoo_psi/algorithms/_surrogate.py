@@ -8,8 +8,10 @@ not been interrupted.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import Future, wait
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from threading import Thread
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -19,7 +21,7 @@ from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._limits import under_known
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs
-from pymoo_psi.algorithms._proposals import Goal, KnownTests, propose
+from pymoo_psi.algorithms._proposals import Goal, KnownTests, best_and_spread, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence, total_points
 from pymoo_psi.algorithms._sources import Points, Source
@@ -40,6 +42,9 @@ _GROWTH = 1.1
 # test, which matters most while little is known.
 _BATCH, _FEW, _LITTLE = 8, 4, 64
 _POINTS = 20  # enough to show a heavy tail; more would tell less than as many proposals
+# Tests of which the surrogates of an asynchronous run are made when lengths are fitted again: a
+# round takes longer with their second power, and thousands of workers wait for it.
+_MOST_LEARNED = 2048
 _LEAST = 4  # known tests, below which there is no surrogate
 
 
@@ -179,6 +184,20 @@ class SurrogatePSI(PointAlgorithm):
         return int(store.remembered("points left out of the sequence", n_left_out))
 
 
+class _Making(NamedTuple):
+    """A round of proposals that is made.
+
+    Attributes:
+        pending: The points that were being tested when it began.
+        n_tests: How many tests were known then.
+        units: The ``(n, d)`` points that it proposes.
+    """
+
+    pending: Points
+    n_tests: int
+    units: Future[Array]
+
+
 class SurrogateSource(Source):
     """Points of a sequence, then rounds of proposals from surrogates of all tests.
 
@@ -214,16 +233,25 @@ class SurrogateSource(Source):
         self._seed = seed
         self._batch = batch
         self._executor = run.executor
-        self.eager = is_asynchronous
+        self._is_asynchronous = is_asynchronous
         self._points = self._sequence.at(slice(0, 0))  # all that were returned
         self._tests = run.store.empty
         self._ends = [len(sequence)]  # how many points there are at the start, after each round
         self._fitted: tuple[int, Learned | None] = (0, None)  # to how many of the first tests
         self._proposals: list[Proposal] | None = None  # of the study
+        self._making: _Making | None = None
+        self._n_meanwhile: int | None = None  # tests that ended while the last round was made
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
-        return self.__dict__ | {"_fitted": (0, None)}
+        return self.__dict__ | {"_fitted": (0, None), "_making": None}
+
+    @property
+    def eager(self) -> bool:  # type: ignore[override]
+        """Whether a round is due, although points are being tested; it begins with all tests."""
+        if not self._is_asynchronous or self._making is not None or self.n_left == 0:
+            return False
+        return self._executor.n_workers - self._executor.n_pending >= -self._n_ahead
 
     @property
     def n_left(self) -> int:
@@ -244,15 +272,15 @@ class SurrogateSource(Source):
     def _next(self, n_free: int) -> Points:
         if len(self._points) == 0 and len(self._sequence) > 0:
             return self._sequence
-        is_pending = ~np.isin(self._points.numbers, self._tests.numbers)
-        is_due = not is_pending.any() or (self.eager and n_free >= 0)
+        pending = self._points.at(~np.isin(self._points.numbers, self._tests.numbers))
+        is_due = len(pending) == 0 or self.eager or self._making is not None
         if self.n_left == 0 or not is_due:
             return Points.none()
-        table = self._table()
-        size = self._size(n_free, int(table.eligible().sum()))
         first = int(self._points.numbers.max(initial=0)) + 1
         round_number = len(self._ends)
-        units = self._round(first, size, self._points.at(is_pending), table)
+        units = self._round(first, n_free, pending)
+        if len(units) == 0:
+            return Points.none()
         self._ends.append(len(self._points) + len(units))
         units = units[: self.n_left]
         numbers = first + np.arange(len(units))
@@ -266,29 +294,52 @@ class SurrogateSource(Source):
         """Return the size of the next round, for so many free workers and eligible tests."""
         if self._batch is not None:
             return self._batch
-        if self.eager:
-            # A quarter more than are free, so that these need not wait for the next proposals.
-            return n_free + max(1, self._executor.n_workers // 4)
+        if self._is_asynchronous:
+            # Enough for the free workers, for those that end before it is there, and while the
+            # next round is in the making.
+            return max(1, n_free + 2 * self._n_ahead)
         if n_eligible < _LITTLE:
             return _FEW
         return _BATCH
 
-    def _round(self, first: int, size: int, pending: Points, table: TestTable) -> Array:
-        """Return the points that a round proposes, those of the study if it has them."""
+    @property
+    def _n_ahead(self) -> int:
+        """How many designs are tested while a round is in the making, so that no worker waits."""
+        n_workers = self._executor.n_workers
+        n_ahead = self._n_meanwhile
+        if n_ahead is None:
+            n_ahead = n_workers // 4
+        return max(1, min(n_ahead, n_workers))
+
+    def wait(self) -> bool:
+        """Wait for proposals that are in the making; return whether there were any."""
+        if self._making is None:
+            return False
+        wait([self._making.units])
+        return True
+
+    def _round(self, first: int, n_free: int, pending: Points) -> Array:
+        """Return the points that a round proposes, those of the study if it has them.
+
+        There are none while they are in the making.
+        """
         round_number = len(self._ends)
         if self._proposals is None:
             self._proposals = self._store.proposals()
         stored = [proposal for proposal in self._proposals if proposal[0] >= first]
         if not stored:
-            # Several threads would spin at matrices as small as these, ten times as long where
-            # other work is going on, and their sums differ in the last digits from those of one.
-            with threadpool_limits(limits=1, user_api="blas"):
-                units = self._proposed(size, pending, table)
+            if self._making is None:
+                self._making = self._begin(n_free, pending)
+            making = self._making
+            if not making.units.done():
+                return np.zeros((0, 0))
+            self._making = None
+            self._n_meanwhile = len(self._tests) - making.n_tests
             content = {}
-            if len(pending):  # all tests before them were known but these
-                content["pending"] = pending.numbers.tolist()
+            if len(making.pending):  # all tests before them were known but these
+                content["pending"] = making.pending.numbers.tolist()
             proposals = []
-            for number, point in enumerate(units.tolist(), first):
+            for number, point in enumerate(making.units.result().tolist(), first):
                 proposals.append((number, round_number, "surrogates", {"point": point} | content))
             # Another process may have proposed the same meanwhile: one file, one truth.
             stored = self._store.propose(proposals)
@@ -298,10 +349,32 @@ class SurrogateSource(Source):
                 points.append(content["point"])
         return np.array(points)
 
-    def _proposed(self, size: int, pending: Points, table: TestTable) -> Array:
-        """Return ``(size, d)`` points that surrogates of the tests propose."""
+    def _begin(self, n_free: int, pending: Points) -> _Making:
+        """Begin to make a round: in another thread if tests are to be stored meanwhile."""
+        units: Future[Array] = Future()
+        table = self._table()
+        size = self._size(n_free, int(table.eligible().sum()))
         is_first = np.isin(self._tests.numbers, self._sequence.numbers)
         n_uniform = int(np.count_nonzero(is_first)) + len(self._others)
+
+        def make() -> None:
+            try:
+                # Several threads would spin at matrices as small as these, ten times as long where
+                # other work is going on, and their sums differ in the last digits from those of
+                # one.
+                with threadpool_limits(limits=1, user_api="blas"):
+                    units.set_result(self._proposed(size, pending, table, n_uniform))
+            except BaseException as error:
+                units.set_exception(error)
+
+        if self._is_asynchronous:
+            Thread(target=make, daemon=True).start()
+        else:
+            make()
+        return _Making(pending, len(self._tests), units)
+
+    def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
+        """Return ``(size, d)`` points that surrogates of the tests propose."""
         computed: Mapping[str, str] = {}
         if isinstance(self._asked, Formulation):
             computed = self._asked.computed
@@ -336,6 +409,9 @@ class SurrogateSource(Source):
                 Z = goal.encode(tests.points[rows])
                 fit = Fit.of(Z, bounded(tests.Y[rows]), n_known_uniform, goal.n_obj)
                 learned = Learned(fit)
+                if self._is_asynchronous and len(rows) > _MOST_LEARNED:
+                    chosen = rows[best_and_spread(tests.Y[rows], fit, goal, _MOST_LEARNED)]
+                    learned.leave_out(tests.numbers[np.setdiff1d(rows, chosen)])
             self._fitted = n_fitted, learned
         learned = self._fitted[1]
         if learned is not None:

@@ -412,16 +412,22 @@ class Learned:
     def __init__(self, fit: Fit) -> None:
         self.fit = fit
         self.numbers = np.zeros(0, dtype=np.int64)
+        self._left_out = self.numbers
         self.covariances: list[Covariance] = []
+
+    def leave_out(self, numbers: Numbers) -> None:
+        """Learn nothing from tests."""
+        self._left_out = numbers
 
     def extend(self, numbers: Numbers, Z: Array) -> None:
         """Append those of ``(k,)`` tests, with ``(k, d)`` designs, that are new."""
-        is_new = ~np.isin(numbers, self.numbers)
+        is_new = ~np.isin(numbers, np.append(self.numbers, self._left_out))
         if not is_new.any():
             return
         self.numbers = np.append(self.numbers, numbers[is_new])
         if not self.covariances:
-            self.covariances = [Covariance(Z, output.lengths) for output in self.fit.outputs]
+            designs = Z[is_new]
+            self.covariances = [Covariance(designs, output.lengths) for output in self.fit.outputs]
             return
         for covariance in self.covariances:
             covariance.append(Z[is_new])

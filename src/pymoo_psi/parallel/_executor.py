@@ -9,6 +9,7 @@ engine's own worker goes on.
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import importlib
 import itertools
@@ -17,8 +18,8 @@ import secrets
 import sys
 import time
 from collections import OrderedDict, deque
-from collections.abc import Callable, Generator, Iterator
-from concurrent.futures import BrokenExecutor, CancelledError, Executor
+from collections.abc import Callable, Generator, Iterator, Mapping
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import closing, suppress
 from functools import partial
 from pickle import PickleError
@@ -121,8 +122,9 @@ class ExecutorRunner(Runner):
         if isinstance(executor, type) or not callable(getattr(executor, "submit", None)):
             rule = "an executor, which has a method submit, such as Dask's client.get_executor()"
             raise wrong_type("executor", rule, executor)
-        if hasattr(executor, "get_executor"):  # a client of Dask, whose own futures are others
-            executor = executor.get_executor()
+        client = getattr(executor, "_client", executor)
+        if hasattr(client, "nthreads"):  # Dask's executor, or its client
+            executor = DaskExecutor(client, getattr(executor, "_kwargs", None))
         if workers is None:
             workers = _count_in(executor)
         elif not callable(workers):
@@ -145,7 +147,11 @@ class ExecutorRunner(Runner):
         """How many workers there are now; 0 if the first ones have not joined."""
         now = time.monotonic()
         if now - self._asked >= _ASKING:
-            self._n_workers = integer("the result of workers", self._count(), minimum=0)
+            try:
+                count = self._count()
+            except (OSError, asyncio.TimeoutError) as error:  # of a scheduler that is gone
+                raise _gone(error) from error
+            self._n_workers = integer("the result of workers", count, minimum=0)
             self._asked = now
         return self._n_workers
 
@@ -230,10 +236,7 @@ class _Tasks:
         if not self._waiting:
             return
         cost = self._runner.cost
-        try:
-            n_workers = max(1, self._runner.n_workers)  # one task calls for the first of a cluster
-        except OSError as error:
-            raise _gone(error) from error
+        n_workers = max(1, self._runner.n_workers)  # one task calls for the first of a cluster
         lasting = max(CHUNK, _TASK_SECONDS * n_workers)
         while self._waiting and len(self._sent) < _TASKS_AHEAD * n_workers:
             size = cost.chunk(len(self._waiting), n_workers, lasting)
@@ -262,9 +265,9 @@ class _Tasks:
         """Return the pickled function, where Dask can keep it, as a future of its own."""
         if self._payload is None:
             self._payload = self._pickled
-            client = _dask_client(self._runner.executor)
-            if client is not None and len(self._pickled) > _LARGE:
-                self._payload = client.scatter(self._pickled)
+            executor = self._runner.executor
+            if isinstance(executor, DaskExecutor) and len(self._pickled) > _LARGE:
+                self._payload = executor.client.scatter(self._pickled)
         return self._payload
 
     def _next_done(self) -> int | None:
@@ -434,18 +437,11 @@ def _lost(design: Any, reason: str) -> Any:
 # Engines
 
 
-def _dask_client(executor: Any) -> Any:
-    """Return the client of Dask's executor, or a client itself; ``None`` for another engine."""
-    client = getattr(executor, "_client", executor)
-    return client if hasattr(client, "nthreads") else None
-
-
 def _count_in(engine: Any) -> Callable[[], int] | None:
     """Return a function that returns how many tasks an engine runs at the same time, if known."""
-    client = _dask_client(engine)
-    if client is not None:
-        return lambda: sum(client.nthreads().values())
-    # of MPI, executorlib, Python's executors and Python's pools
+    if hasattr(engine, "nthreads"):  # a client of Dask
+        engine = DaskExecutor(engine)
+    # of clusters and MPI, executorlib, Python's executors and Python's pools
     for name in ("num_workers", "max_workers", "_max_workers", "_processes"):
         if isinstance(getattr(engine, name, None), int):
             return partial(getattr, engine, name)
@@ -468,6 +464,52 @@ def worker_count(runner: Any) -> int:
     if count is None:
         return active_workers(getattr(runner, "n_jobs", -1))
     return max(1, count())
+
+
+class DaskExecutor(Executor):
+    """An executor on the workers of Dask.
+
+    Futures of Dask's own are never done if their tasks are cancelled by the scheduler, for example
+    as data was lost with a worker.
+
+    Args:
+        client: A client of Dask.
+        options: Those of Dask's ``client.submit``, such as ``resources``.
+    """
+
+    def __init__(self, client: Any, options: Mapping[str, Any] | None = None) -> None:
+        self.client = client
+        self._options = {**(options or {}), "pure": False}
+
+    @property
+    def num_workers(self) -> int:
+        """The number of threads of all workers."""
+        return sum(self.client.nthreads().values())
+
+    def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Return the future of a call."""
+        task = self.client.submit(fn, *args, **kwargs, **self._options)
+        future: Future[Any] = Future()
+
+        async def pass_on() -> None:
+            try:
+                (result,) = await self.client.gather([task], asynchronous=True)
+            except BaseException as error:
+                if isinstance(error, asyncio.CancelledError):  # no Exception, to be handled as one
+                    error = CancelledError(str(error))
+                if future.set_running_or_notify_cancel():
+                    future.set_exception(error)
+            else:
+                if future.set_running_or_notify_cancel():
+                    future.set_result(result)
+
+        def cancel(future: Future[Any]) -> None:
+            if future.cancelled():
+                task.cancel()
+
+        future.add_done_callback(cancel)
+        self.client.loop.add_callback(pass_on)
+        return future
 
 
 class RayExecutor(Executor):
@@ -494,7 +536,7 @@ def executor_of_backend(backend: Any) -> Any:
         ArgumentValueError: It is neither Dask's nor Ray's.
     """
     if hasattr(backend, "client"):
-        return backend.client.get_executor()
+        return DaskExecutor(backend.client)
     if type(backend).__name__ == "RayBackend":
         return RayExecutor()
     name = type(backend).__name__

@@ -1,0 +1,320 @@
+"""Runs on a cluster: the share of the workers' time, what is lost with them, a thousand workers.
+
+    python -m benchmarks.cluster [shares] [kills] [thousand]
+
+``shares``: 8 and 16 workers of Dask in processes of their own, over TCP. A design takes 0.2 s,
+exponentially distributed, asleep, so that a few cores suffice. In turns, 240 designs by Dask alone
+as they are completed, and by PSI with a study; then SurrogatePSI with designs of 1 s. The share is
+what the designs take together, divided by what the workers have. Tables must be those of a serial
+run.
+
+``kills``: three of eight workers are killed during a run; workers join; the driver is killed twice
+and called again; two drivers use one study. Tables must be those of a serial run; repeated
+evaluations are counted.
+
+``thousand``: SurrogatePSI on a simulated executor of 1000 workers, where a design takes 10 s, in
+real time; the simulated workers take no time of the processor. Every ten seconds it prints the
+share of their time that is used, and how many designs end in a second.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import cloudpickle
+import numpy as np
+from distributed import Client, as_completed
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
+
+from benchmarks.machine import describe_machine
+from pymoo_psi import PSI, ExecutorRunner, SurrogatePSI, investigate, read_table
+
+N = 240
+
+
+class Asleep(ElementwiseProblem):
+    """Two objectives; a design sleeps for an exponentially distributed time that follows from it.
+
+    Args:
+        mean: Its mean in seconds.
+        log: Name of a file that gets a line for each evaluation.
+    """
+
+    def __init__(self, mean: float = 0.0, log: str | None = None, **kwargs: Any) -> None:
+        super().__init__(n_var=4, n_obj=2, xl=0, xu=1, **kwargs)
+        self.mean = mean
+        self.log = log
+
+    def fingerprint(self) -> dict[str, Any]:
+        """Say that the arguments change no value."""
+        return {}
+
+    def seconds(self, x: Any) -> Any:
+        """Return what designs take."""
+        return -self.mean * np.log1p(-((np.asarray(x) @ [7919.13, 31.7, 577.1, 1.3]) % 1))
+
+    def _evaluate(self, x: Any, out: Any, *args: Any, **kwargs: Any) -> None:
+        if self.log is not None:
+            with open(self.log, "a") as file:
+                file.write(f"{x.tolist()}\n")
+        time.sleep(self.seconds(x))
+        out["F"] = [x[0] + ((x[1:] - 0.3) ** 2).sum(), 1 - x[0] + (x[2:] ** 2).sum()]
+
+
+def alone(problem: Asleep, x: Any) -> Any:
+    """Return the objectives of a design, by Dask alone."""
+    out: dict[str, Any] = {}
+    problem._evaluate(x, out)
+    return out["F"]
+
+
+class Processes:
+    """A scheduler of Dask and its workers."""
+
+    def __init__(self, n_workers: int) -> None:
+        self.folder = tempfile.mkdtemp()
+        self.file = f"{self.folder}/scheduler.json"
+        self.all = [self._started("dask_scheduler", "--port", "0")]
+        while not os.path.exists(self.file):
+            time.sleep(0.05)
+        for _ in range(n_workers):
+            self.join()
+
+    def join(self) -> None:
+        """Start another worker."""
+        options = ["--nthreads", "1", "--no-nanny", "--local-directory", self.folder]
+        self.all.append(self._started("dask_worker", *options))
+
+    def _started(self, module: str, *options: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.{module}", "--no-dashboard"]
+        command += ["--scheduler-file", self.file, *options]
+        return subprocess.Popen(command, stderr=subprocess.DEVNULL)
+
+
+@contextmanager
+def cluster(n_workers: int) -> Iterator[tuple[Processes, Client]]:
+    """Yield processes and a client of them; they end with the body."""
+    processes = Processes(n_workers)
+    try:
+        with Client(scheduler_file=processes.file) as client:
+            client.wait_for_workers(n_workers)
+            yield processes, client
+    finally:
+        for process in processes.all:
+            process.kill()
+            process.wait()
+
+
+def new_study() -> str:
+    return tempfile.mkdtemp() + "/study.db"
+
+
+def shares(n_workers: int) -> None:
+    """Print shares of the workers' time."""
+    serial = investigate(Asleep(), N)
+    taken = Asleep(0.2).seconds(serial.X).sum() / n_workers
+    with cluster(n_workers) as (_, client):
+        runner = ExecutorRunner(client)
+        problem = Asleep(0.2, elementwise_runner=runner)
+        designs = list(serial.X)
+        client.gather(client.map(alone, [Asleep(0.2)] * 2 * n_workers, designs[: 2 * n_workers]))
+        investigate(problem, 4 * n_workers)  # which starts the processes of the workers
+        best = Counter()
+        for _ in range(3):
+            began = time.perf_counter()
+            for future in as_completed(client.map(alone, [Asleep(0.2)] * N, designs, pure=False)):
+                future.result()
+            best["dask"] = max(best["dask"], taken / (time.perf_counter() - began))
+            began = time.perf_counter()
+            table = minimize(problem, PSI(N, study=new_study())).algorithm.table
+            best["psi"] = max(best["psi"], taken / (time.perf_counter() - began))
+            assert table.equals(serial), "not the table of a serial run"
+        print(
+            f"{n_workers} workers: Dask alone {best['dask']:.2f}, PSI with a study "
+            f"{best['psi']:.2f}, ratio {best['psi'] / best['dask']:.2f}",
+            flush=True,
+        )
+        problem = Asleep(1.0, elementwise_runner=runner)
+        marks: list[tuple[float, float]] = []
+
+        def mark(algorithm: Any) -> None:
+            done = problem.seconds(algorithm.table.X).sum()
+            marks.append((time.perf_counter(), done))
+
+        n_tests = 20 * n_workers
+        minimize(problem, SurrogatePSI(n_tests, study=new_study()), callback=mark)
+        # after the start, before the end, where workers run out of designs
+        first, last = len(marks) // 4, 3 * len(marks) // 4
+        seconds = marks[last][0] - marks[first][0]
+        share = (marks[last][1] - marks[first][1]) / seconds / n_workers
+        print(
+            f"{n_workers} workers: SurrogatePSI, {n_tests} designs of 1 s: {share:.2f}", flush=True
+        )
+
+
+DRIVER = """
+import sys
+from distributed import Client
+from benchmarks.cluster import Asleep
+from pymoo_psi import ExecutorRunner, investigate
+file, study, log, n = sys.argv[1:]
+runner = ExecutorRunner(Client(scheduler_file=file))
+investigate(Asleep(0.2, log, elementwise_runner=runner), int(n), study=study, study_wait=600)
+"""
+
+
+def driver(processes: Processes, study: str, log: str, n: int = N) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-c", DRIVER, processes.file, study, log, str(n)]
+    return subprocess.Popen(command, stderr=subprocess.DEVNULL)
+
+
+def repeated(log: str) -> int:
+    """Return how many evaluations were repetitions."""
+    lines = Path(log).read_text().splitlines()
+    return len(lines) - len({*lines})
+
+
+def kills() -> None:
+    """Kill workers and drivers; the tables must be those of a serial run."""
+    serial = investigate(Asleep(), N)
+    with cluster(8) as (processes, client):
+        runner = ExecutorRunner(client)
+        log = f"{processes.folder}/log"
+        study = new_study()
+
+        def disturb() -> None:
+            for process in processes.all[1:4]:
+                time.sleep(1)
+                process.kill()
+            for _ in range(3):
+                processes.join()
+
+        thread = threading.Thread(target=disturb)
+        thread.start()
+        problem = Asleep(0.2, log, elementwise_runner=runner)
+        table = minimize(problem, PSI(N, study=study)).algorithm.table
+        thread.join()
+        assert table.equals(serial), "not the table of a serial run"
+        print(f"3 of 8 workers killed, 3 joined: {repeated(log)} evaluations repeated", flush=True)
+
+        log, study = f"{processes.folder}/log2", new_study()
+        for seconds, how in ((6, signal.SIGKILL), (6, signal.SIGKILL), (6, signal.SIGINT)):
+            run = driver(processes, study, log)
+            time.sleep(seconds)
+            run.send_signal(how)
+            run.wait()
+        assert driver(processes, study, log).wait() == 0
+        assert read_table(study).equals(serial), "not the table of a serial run"
+        print(f"driver killed twice, interrupted: {repeated(log)} evaluations repeated", flush=True)
+
+        log, study = f"{processes.folder}/log3", new_study()
+        drivers = [driver(processes, study, log) for _ in range(2)]
+        assert [run.wait() for run in drivers] == [0, 0]
+        assert read_table(study).equals(serial), "not the table of a serial run"
+        print(f"two drivers on one study: {repeated(log)} evaluations repeated", flush=True)
+
+
+class Simulated:
+    """An executor of many workers that only sleep: each task ends after what its design takes."""
+
+    def __init__(self, n_workers: int, problem: Asleep) -> None:
+        self.max_workers = n_workers
+        self.problem = problem
+        self.computed = 0.0  # seconds of the workers
+        self.ended = 0  # designs
+        self._free = n_workers
+        self._queue: list[tuple[Any, Future[Any]]] = []
+        self._running: list[tuple[float, int, Any, Future[Any]]] = []
+        self._numbers = itertools.count()
+        self._changed = threading.Condition()
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def submit(self, _: Any, versions: Any, name: str, work: Any, function: bytes) -> Future[Any]:
+        """Take a task; see :mod:`pymoo_psi.parallel`."""
+        future: Future[Any] = Future()
+        with self._changed:
+            self._queue.append(((versions, work, function), future))
+            self._changed.notify()
+        return future
+
+    def _serve(self) -> None:
+        while True:
+            with self._changed:
+                now = time.monotonic()
+                while self._free and self._queue:
+                    (versions, work, function), future = self._queue.pop(0)
+                    designs = cloudpickle.loads(work.designs)
+                    seconds = sum(self.problem.seconds(x) for _, x in designs)
+                    task = versions, designs, function
+                    heapq.heappush(
+                        self._running, (now + seconds, next(self._numbers), task, future)
+                    )
+                    self._free -= 1
+                pause = 1.0
+                if self._running:
+                    pause = self._running[0][0] - now
+                if pause > 0:
+                    self._changed.wait(min(pause, 1.0))
+                    continue
+                _, _, (versions, designs, function), future = heapq.heappop(self._running)
+                self._free += 1
+            f = cloudpickle.loads(function)
+            f.problem.mean = 0.0  # it has slept
+            results = []
+            for index, x in designs:
+                seconds = float(self.problem.seconds(x))
+                self.computed += seconds
+                self.ended += 1
+                results.append((index, f(x), seconds))
+            if future.set_running_or_notify_cancel():
+                future.set_result((versions, cloudpickle.dumps((results, None))))
+
+
+def thousand(n_workers: int = 1000, n_tests: int = 12_000) -> None:
+    """Print the share of a thousand workers' time that SurrogatePSI uses."""
+    executor = Simulated(n_workers, Asleep(10.0))
+    problem = Asleep(10.0, elementwise_runner=ExecutorRunner(executor))
+
+    def watch() -> None:
+        began = time.monotonic()
+        while True:
+            computed, ended = executor.computed, executor.ended
+            time.sleep(10)
+            share = (executor.computed - computed) / 10 / n_workers
+            text = f"{share:.2f} of the time, {(executor.ended - ended) / 10:.0f} designs a second"
+            now = time.monotonic() - began
+            print(f"{now:.0f} s: {executor.ended} tests, {text}", flush=True)
+
+    threading.Thread(target=watch, daemon=True).start()
+    minimize(problem, SurrogatePSI(n_tests, n_points=2 * n_workers, study=new_study()))
+
+
+def main(parts: list[str]) -> None:
+    """Run the parts named, or all."""
+    print(describe_machine(), flush=True)
+    if not parts or "shares" in parts:
+        shares(8)
+        shares(16)
+    if not parts or "kills" in parts:
+        kills()
+    if not parts or "thousand" in parts:
+        thousand()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
