@@ -1,5 +1,6 @@
 """``pymoo-psi solve``: the library's run, limits, boxes, studies, failures, interruption."""
 
+import json
 import os
 import shlex
 import signal
@@ -299,3 +300,14 @@ def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, 
     assert err.startswith("pymoo-psi: interrupted; nothing is kept") == (how == signal.SIGINT)
     assert "s.db" not in more or len(read_table("s.db")) > 1
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
+
+
+@pytest.mark.parametrize("algorithm", ["psi", "surrogate"])
+def test_texts_that_a_decision_keeps_are_limits_of_every_search(run, algorithm):
+    decision = {"page": {"state": {"categories": {"steel": ["S355"]}}}}
+    Path("d.json").write_text(json.dumps(decision | {"objectives": ["f1", "f2"]}))
+    options = ("--points", 24, "--decision", "d.json", "--algorithm", algorithm, "--out", "o.csv")
+    code, printed, err = run("solve", "models:Mixed", *options)
+    assert (code, err) == (0, "")
+    assert "steel=S355 (option or decision)" in printed
+    assert set(read_table("o.csv")["steel"]) == {"S355"}

@@ -10,7 +10,8 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, Recorded, Restricted, SurrogatePSI, investigate
 from pymoo_psi.algorithms import RunOptions, import_tests
-from pymoo_psi.errors import PsiError
+from pymoo_psi.errors import EvaluationError, PsiError
+from pymoo_psi.problems import NamedProblem
 from pymoo_psi.study import Study
 from pymoo_psi.table import even_part, read_table, sensitivities
 from tests.study.studies import HEAD, begun, block, edit, read
@@ -172,3 +173,41 @@ def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, 
     investigate(model, 4, study=study)
     record = Study(study).facts()["runs"][0].record
     assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
+
+
+class Weighed(NamedProblem):
+    """A model with an output that its first version had not."""
+
+    def __init__(self, has_mass):
+        limits = {"mass": "<= 3"} if has_mass else None
+        super().__init__({"width": (1.0, 2.0)}, ["a", "b"], limits=limits, units={}, name="weighed")
+        self.has_mass = has_mass
+        self.n_evaluated = 0
+
+    def values(self, design):
+        self.n_evaluated += 1
+        outputs = {"a": design["width"], "b": -design["width"]}
+        if self.has_mass:
+            outputs["mass"] = 2 * design["width"]
+        return outputs
+
+    def fingerprint(self):
+        return {}
+
+
+def test_tests_that_lack_an_output_with_a_limit_are_made_again_on_request_only(study):
+    investigate(Weighed(False), 4, study=study)
+    model = Weighed(True)
+    table = investigate(model, 4, study=study)
+    assert (model.n_evaluated, table.feasible().sum()) == (0, 0)
+    assert "Not known is mass of 4 tests" in table.remarks[0]
+    X = table.X[:2]
+    with pytest.raises(EvaluationError, match="an output with a limit is not known"):
+        Recorded(model, study).evaluate(X, return_values_of=["F", "G"])
+    assert model.n_evaluated == 0
+    again = Recorded(model, study, retry="incomplete")
+    np.testing.assert_array_equal(again.evaluate(X, return_values_of=["G"]), 2 * X - 3)
+    assert model.n_evaluated == 2
+    table = investigate(model, 4, study=study, retry="incomplete")
+    assert model.n_evaluated == 4
+    np.testing.assert_array_equal(table["mass"], 2 * table["width"])

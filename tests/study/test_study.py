@@ -243,7 +243,6 @@ def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
     with_heat = block(1, 3) | {"heat": np.array([1.0, 2.0, 3.0])}
     study.append(with_heat)
     assert study.append(block(1, 3)) == 0
-    assert study.append(block(1, 3) | {"noise": np.zeros(3)}) == 0
     # nor does a value that only one of both knows make another test
     assert study.append(with_heat | {"heat": np.array([1.0, np.nan, 3.0])}) == 0
     study.append(block(4, 2) | {"heat": np.array([np.nan, 5.0])})

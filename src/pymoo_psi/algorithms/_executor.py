@@ -272,8 +272,16 @@ class Model:
     def values(self, tests: TestTable) -> list[Values]:
         """Return the values of each test as its evaluation returned them."""
         names = ("F", "G", "H", *tests.layout.outputs, "failure")
-        reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
-        arrays = tests.F, self.constraints(tests), tests.H
+        constraints = self.constraints(tests)
+        has_run = np.isfinite(tests.F).all(axis=1)
+        is_unknown: Mask = np.asarray(has_run & np.isnan(constraints).any(axis=1))
+        reasons = []
+        for number, lacks_output in zip(tests.numbers.tolist(), is_unknown, strict=True):
+            reason = tests.reasons.get(number, "")
+            if lacks_output:
+                reason = "an output with a limit is not known; retry='incomplete' tests it again"
+            reasons.append(reason)
+        arrays = tests.F, constraints, tests.H
         rows = zip(*arrays, *tests.outputs.T.tolist(), reasons, strict=True)
         return [dict(zip(names, row, strict=True)) for row in rows]
 

@@ -54,7 +54,8 @@ class LearnedOutputs:
             operands |= {*output.operands}
         names = operands & {*tested.outputs}
         for expression in self._computed.values():
-            names |= {*expression.columns} & {*tested.columns} - {*tested.variables}
+            results = {*tested.columns} - {*tested.variables}
+            names |= {*expression.columns} & results
         names -= {*self._expressions}
         self._places = {}
         self.operands: list[str] = []

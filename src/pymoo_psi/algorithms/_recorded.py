@@ -196,12 +196,11 @@ class Recorded(WrappedProblem):
     def _read(self) -> None:
         """Take over stored tests that are not known yet, of this run or others."""
         answers = self._answers
-        stored = self._store.stored(next(answers.free()))
-        answers.add(stored, self._store.to_retry(stored), self._store.numbers(stored.numbers))
+        stored, is_retried = self._store.stored(next(answers.free()))
+        answers.add(stored, is_retried, self._store.numbers(stored.numbers))
         others = self._store.others()
         if len(others) > answers.n_others:
-            is_left_out = self._store.to_retry(others)
-            answers.add_others(others.rows(~is_left_out))
+            answers.add_others(others)
 
     def _evaluate(self, designs: Designs, keys: list[_Key]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.

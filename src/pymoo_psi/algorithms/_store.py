@@ -215,12 +215,10 @@ class StudyStore(Store):
 
     def known(self, first: int = 1, count: int = LAST) -> TestTable:
         """Return stored tests of the run, without those to be retried; see :meth:`stored`."""
-        columns = self.study.contents(first, count, run=self._run)[1]
-        tests = self._table(columns, POINT)
-        retried = columns[POINT][self._is_retried(columns)]
-        if len(retried) == 0:
+        tests, is_retried = self.stored(first, count)
+        if not is_retried.any():
             return tests
-        return tests.rows(~np.isin(tests.numbers, retried))
+        return tests.rows(~is_retried)
 
     def _is_retried(self, columns: Columns) -> Mask:
         """``(n,)`` which of stored tests are to be evaluated once more."""
@@ -229,13 +227,20 @@ class StudyStore(Store):
             return failed
         is_retried: Mask = np.zeros(len(failed), dtype=bool)
         if self._retry == "incomplete":
-            for name in {*self.empty.layout.objectives, *self._model.limits} & columns.keys():
-                is_retried |= columns[name] != columns[name]  # NaN
+            for name in (*self.empty.layout.objectives, *self._model.default_limits):
+                unknown = columns.get(name, np.full(len(failed), np.nan))
+                is_retried |= unknown != unknown  # NaN
         return np.asarray(is_retried & ~failed)
 
-    def stored(self, first: int = 1, count: int = LAST) -> TestTable:
-        """Return what is stored of ``count`` test points of the run from number ``first`` on."""
-        return self._table(self.study.contents(first, count, run=self._run)[1], POINT)
+    def stored(self, first: int = 1, count: int = LAST) -> tuple[TestTable, Mask]:
+        """Return what is stored of ``count`` test points of the run from number ``first`` on.
+
+        And ``(n,)`` which of these tests are to be evaluated once more.
+        """
+        columns = self.study.contents(first, count, run=self._run)[1]
+        tests = self._table(columns, POINT)
+        retried = columns[POINT][self._is_retried(columns)]
+        return tests, np.isin(tests.numbers, retried)
 
     def whole(self) -> TestTable:
         """Return all tests of the study, of whatever run, by their numbers."""
@@ -247,14 +252,14 @@ class StudyStore(Store):
         return _with_origin(tests, columns["run"][rows], columns[POINT][rows])
 
     def others(self) -> TestTable:
-        """Return the tests of other runs of the same model."""
+        """Return the tests of other runs of the same model, without those to be retried."""
         if not self._has_others:
             return self.empty
         n_tests = sum(run.n_tests for run in self.study.facts()["runs"] if run.number != self._run)
         if n_tests == len(self._others):
             return self._others
         columns = self.study.contents()[1]
-        is_of_other = columns["run"] != self._run
+        is_of_other = (columns["run"] != self._run) & ~self._is_retried(columns)
         columns = {name: column[is_of_other] for name, column in columns.items()}
         self._others = self._table(columns, "test")
         return self._others
@@ -262,6 +267,8 @@ class StudyStore(Store):
     def _table(self, columns: Columns, number: str) -> TestTable:
         """Return the table of columns of the study; ``number`` is the column that numbers them."""
         layout = self.empty.layout
+        unknown = np.full(len(columns["test"]), np.nan)
+        columns = dict.fromkeys(self._model.default_limits, unknown) | columns
         promised = kinds_of_columns(layout)
         # Tests of another run may have outputs that this one does not know yet.
         outputs = []
@@ -275,12 +282,6 @@ class StudyStore(Store):
         # Those that a test was made under may be others.
         columns = columns | self._model.requirement_columns(columns) | {POINT: columns[number]}
         return table_of(head, columns, self.study.path, remarks, is_derived=True)
-
-    def to_retry(self, tests: TestTable) -> Mask:
-        """``(n,)`` which of stored tests are to be evaluated once more."""
-        if self._retry == "failed":
-            return np.asarray(tests.status == "failed")
-        return np.zeros(len(tests), dtype=bool)
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""

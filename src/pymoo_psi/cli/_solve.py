@@ -46,11 +46,12 @@ from pymoo_psi.table import (
     Formulation,
     TestTable,
     alike,
+    allowed_text,
     ends,
     limit_text,
     limits_by_name,
-    limits_of,
     suffixes_for,
+    texts_of,
 )
 
 _N_REASONS = 3  # of failures, the most frequent ones
@@ -181,20 +182,29 @@ def _points(options: Options) -> int:
 
 
 def _limits(problem: Problem, formulation: Formulation) -> dict[str, Any]:
-    """Return the limits of a search: those of the problem, where options say no others."""
+    """Return the limits of a search: those of the problem, where options say no others.
+
+    The texts that are ticked on the page are limits, too.
+    """
     limits = limits_of_problem(known_limits(with_requirements(problem)))
-    return limits | limits_by_name(formulation.limits, formulation.objectives)
+    categories: dict[str, Any] = formulation.page.get("state", {}).get("categories", {})
+    return limits | limits_by_name(formulation.limits, formulation.objectives) | categories
 
 
 def _sources_of_limits(problem: str, given: Formulation, limits: Mapping[str, Any]) -> str:
     """Return a line on which limits apply, and where each is from."""
-    names_given = limits_by_name(given.limits, given.objectives)
+    limits_given = limits_by_name(given.limits, given.objectives)
+    allowed = texts_of(limits)
     texts = []
     for name, limit in limits.items():
         source = problem
-        if name in names_given:
+        if name in limits_given or name in allowed:
             source = "option or decision"
-        texts.append(f"{limit_text(name, *ends(name, limit))} ({source})")
+        if name in allowed:
+            text = allowed_text(name, allowed[name])
+        else:
+            text = limit_text(name, *ends(name, limit))
+        texts.append(f"{text} ({source})")
     return f"Limits: {', '.join(texts)}."
 
 
@@ -336,9 +346,6 @@ def _by_surrogate(
 ) -> Search:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
-    # The texts that are ticked on the page are limits, too.
-    categories = formulation.page.get("state", {}).get("categories", {})
-    formulation = replace(formulation, limits={**limits_of(formulation.limits), **categories})
     algorithm = SurrogatePSI(
         points,
         formulation=formulation,

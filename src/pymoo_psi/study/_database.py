@@ -492,14 +492,16 @@ def numbered(db: sqlite3.Connection, facts: Facts, number: int, columns: Columns
     return columns | numbers
 
 
-def new_tests(
+def to_write(
     db: sqlite3.Connection, path: str, facts: Facts, columns: Columns
-) -> tuple[Mask, int]:
-    """Return ``(n,)`` which tests are to be written, and how many of these are new.
+) -> tuple[Columns, int]:
+    """Return the tests that are to be written, with all that the study knows of them.
 
-    Others repeat failed tests, or have values that the stored ones lack. They get the run and test
-    point for which they were first made; the latter keep what only the stored one has. The columns
-    are changed.
+    These are new ones, repetitions of failed ones, and stored ones that have more values now. Those
+    that are stored keep the run and the test point for which they were first made.
+
+    Returns:
+        The columns of these tests, and how many of them are new.
 
     Raises:
         ArgumentValueError: A test of this run that did not fail would change.
@@ -507,10 +509,12 @@ def new_tests(
     numbers = columns["test"]
     stored = selected(db, facts, int(numbers.min()), int(numbers.max()))
     _, rows, stored_rows = np.intersect1d(numbers, stored["test"], return_indices=True)
-    differ = differing(stored, stored_rows, columns, rows)
+    has_failed = _failed(stored, stored_rows)
+    is_of_run = stored["run"][stored_rows] == columns["run"][rows]
+    differs = differing(stored, stored_rows, columns, rows)
     # What another run has tested meanwhile stays.
-    differ &= (stored["run"][stored_rows] == columns["run"][rows]) | _failed(stored, stored_rows)
-    changed = numbers[rows][differ & ~_failed(stored, stored_rows)]
+    replaces = differs & (is_of_run | has_failed)
+    changed = numbers[rows][replaces & ~has_failed]
     if len(changed):
         raise invalid(
             "block",
@@ -518,29 +522,47 @@ def new_tests(
             Received(f"other values for test point {changed[0]}"),
             f"use another file if the model has changed; study {path} is as it was",
         )
-    fills = np.zeros(len(rows), dtype=bool)
-    for name in columns.keys() & stored.keys():
-        one = stored[name][stored_rows]
+    adds = _adds_values(stored, stored_rows, columns, rows) & ~differs
+    written = _with_stored(columns, rows, stored, stored_rows, adds)
+    is_written = np.ones(len(numbers), dtype=bool)
+    is_written[rows[~(replaces | adds)]] = False
+    return _rows(written, is_written), len(numbers) - len(rows)
+
+
+def _adds_values(stored: Columns, stored_rows: Rows, columns: Columns, rows: Rows) -> Mask:
+    """``(n,)`` which of n pairs of tests have a value that the stored one lacks."""
+    adds = np.zeros(len(rows), dtype=bool)
+    for name in columns.keys() - {*_FIXED}:
+        is_unknown = np.ones(len(rows), dtype=bool)
+        if name in stored:
+            one = stored[name][stored_rows]
+            is_unknown = one != one  # NaN differs from itself
         other = columns[name][rows]
-        fills |= (one != one) & (other == other)  # NaN differs from itself
-    fills &= (stored["run"][stored_rows] == columns["run"][rows]) & ~differ
-    _fill(columns, rows[fills], stored, stored_rows[fills])
-    new = np.ones(len(numbers), dtype=bool)
-    new[rows[~(differ | fills)]] = False
-    for name in ("run", "test_point"):
-        columns[name][rows] = stored[name][stored_rows]
-    return new, len(numbers) - len(rows)
+        adds |= is_unknown & (other == other)
+    return adds
 
 
-def _fill(columns: Columns, rows: Rows, stored: Columns, stored_rows: Rows) -> None:
-    """Give tests what only the stored ones have."""
+def _with_stored(
+    columns: Columns, rows: Rows, stored: Columns, stored_rows: Rows, adds: Mask
+) -> Columns:
+    """Return columns of tests, with what only the stored ones among them have.
+
+    Args:
+        columns: The columns.
+        rows: ``(n,)`` the rows of tests that are stored.
+        stored: The columns of stored tests.
+        stored_rows: ``(n,)`` the rows of these tests there.
+        adds: ``(n,)`` which of them are stored tests with more values.
+    """
+    whole = {**columns}
     for name, values in stored.items():
-        if name not in columns:
-            columns[name] = np.full(len(columns["test"]), np.nan)
-        filled = np.array(columns[name])
-        is_unknown = filled[rows] != filled[rows]
-        filled[rows[is_unknown]] = values[stored_rows[is_unknown]]
-        columns[name] = filled
+        cells = np.array(columns.get(name, np.full(len(columns["test"]), np.nan)))
+        if name in ("run", "test_point"):
+            cells[rows] = values[stored_rows]
+        is_unknown = adds & (cells[rows] != cells[rows])
+        cells[rows[is_unknown]] = values[stored_rows[is_unknown]]
+        whole[name] = cells
+    return whole
 
 
 def _failed(columns: Columns, rows: Rows) -> Mask:

@@ -54,7 +54,6 @@ from pymoo_psi.study._database import (
     design_checksums,
     insert,
     new_run,
-    new_tests,
     numbered,
     put,
     read_facts,
@@ -69,6 +68,7 @@ from pymoo_psi.study._database import (
     stored_proposals,
     stored_test_points,
     tests_by_design,
+    to_write,
     widen,
     with_outputs,
     with_stored_columns,
@@ -258,14 +258,14 @@ class Study:
         with self.writing(run), self._transaction(_WRITE) as (db, facts):
             self._adopt(db, facts, run, columns)
             columns = numbered(db, facts, run, columns)
-            new, n_new = new_tests(db, self.path, facts, columns)
-            if new.any():
+            columns["seconds"] = np.full(len(columns["test"]), seconds, dtype=np.float64)
+            columns, n_new = to_write(db, self.path, facts, columns)
+            n_written = len(columns["test"])
+            if n_written:
                 widen(db, facts, columns)
-                new_columns = {name: column[new] for name, column in columns.items()}
-                new_seconds = np.full(len(new), seconds, dtype=np.float64)[new]
-                insert(db, facts["head"], new_columns, origin, new_seconds)
+                insert(db, facts["head"], columns, origin, columns["seconds"])
                 count_tests(db, run, n_new)
-        return int(new.sum())
+        return n_written
 
     def adopt(self, columns: Columns, run: int) -> None:
         """Take tests of other runs for those of points of a run that have the same designs.

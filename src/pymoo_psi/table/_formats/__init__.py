@@ -41,7 +41,7 @@ STUDY = StudyFile()
 
 FORMATS: list[FileFormat] = [STUDY, WORKBOOK, JsonFile(), CSV]
 """All formats, in the order in which they are asked whether a file is theirs. CSV comes last, as
-any text could be CSV; insert a further format before it."""
+any text could be CSV, and what begins like JSON is JSON: insert a further format in front."""
 
 
 def recognized(file: SourceFile) -> FileFormat:
