@@ -240,7 +240,7 @@ class SurrogateSource(Source):
         self._fitted: tuple[int, Learned | None] = (0, None)  # to how many of the first tests
         self._proposals: list[Proposal] | None = None  # of the study
         self._making: _Making | None = None
-        self._n_meanwhile: int | None = None  # tests that ended while the last round was made
+        self._n_meanwhile = 0  # tests that ended while the last round was made
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
@@ -306,10 +306,7 @@ class SurrogateSource(Source):
     def _n_ahead(self) -> int:
         """How many designs are tested while a round is in the making, so that no worker waits."""
         n_workers = self._executor.n_workers
-        n_ahead = self._n_meanwhile
-        if n_ahead is None:
-            n_ahead = n_workers // 4
-        return max(1, min(n_ahead, n_workers))
+        return max(1, n_workers // 4, min(self._n_meanwhile, n_workers))
 
     def wait(self) -> bool:
         """Wait for proposals that are in the making; return whether there were any."""
