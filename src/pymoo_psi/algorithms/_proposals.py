@@ -97,17 +97,24 @@ class Goal:
     narrowed: bool = False
 
     def excess(self, T: Array, fit: Fit) -> Array:
-        """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit."""
+        """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit.
+
+        Where limits narrow a problem, an excess counts less if surrogates predict the output badly:
+        otherwise a search would avoid what they wrongly take for infeasible.
+        """
         columns = [np.zeros((len(T), 0))]
         for j, least, greatest in self.limits:
             scale = fit.outputs[j].scale
             tolerance = 0.0
             if least == greatest:
                 tolerance = _EQUALITY
+            unit = 1.0
+            if self.narrowed:
+                unit = np.sqrt(max(fit.outputs[j].error, _EQUALITY))
             if least > -np.inf:
-                columns.append(scale.to(least) - T[:, j] - tolerance)
+                columns.append((scale.to(least) - T[:, j] - tolerance) / unit)
             if greatest < np.inf:
-                columns.append(T[:, j] - scale.to(greatest) - tolerance)
+                columns.append((T[:, j] - scale.to(greatest) - tolerance) / unit)
         return np.column_stack(columns)
 
 
@@ -619,10 +626,12 @@ def _choice(
         rows = new[candidates.violation[new] <= 0]
         gain = (np.maximum(best - values, 0) * units).sum(axis=1)
         if len(rows) == 0:
-            rows = _apart(new, candidates.Z.shape[1], distance, place)
+            n_chosen = place
             score = -candidates.violation
             if candidates.log_chance.any():
+                n_chosen = min(place, 1)  # all at the same distance, where they are likeliest
                 score = candidates.log_chance
+            rows = _apart(new, candidates.Z.shape[1], distance, n_chosen)
         elif place < (batch + 1) // 2 and gain[rows].max() > 0:
             score = gain * np.exp(candidates.log_chance)
         else:
