@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,6 +33,7 @@ from pymoo_psi.table import (
 )
 
 Recall = Callable[[Points], TestTable]
+Head: TypeAlias = dict[str, Any]
 
 
 class Store:
@@ -127,30 +128,14 @@ class StudyStore(Store):
         self._stored = np.zeros(0, dtype=np.int64)  # test points, as far as they are known
         self._others = table  # the tests of other runs, as far as they are known
         self._was_locked = False
-        path = Study(options.study or "").path
-        if os.path.exists(path) and os.path.isdir(path) != bool(options.share):
-            rule = "the name of a folder with a share=(k, n), of a file without one"
-            raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")
-        if options.share:
-            path = f"{path}/{options.part.file}"
-        self.study = Study(path, wait=options.study_wait)
-        problem = dict(table.problem or {})
-        sampling = problem.pop("sampling")
+        self.study = _study_of(options)
+        sampling = str((table.problem or {})["sampling"])
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
         self.origin = sampling.partition(" from ")[0]
         self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"
-        head = head_of(table) | {"problem": problem, "model_inequalities": model.n_ieq_constr}
-        if model.default_limits:
-            head["limits"] = model.default_limits
-        outputs = getattr(model.inner, "outputs", {})
-        if outputs:  # another expression, or an output more, completes what is stored
-            head["expressions"] = {name: output.expression for name, output in outputs.items()}
-        points = points_of(head, sampling, requirement_texts(model.problem))
-        only = _kept_values(model, problem["choices"])
-        if only:
-            points["only"] = only
+        head = _head_of_run(table, model)
         share = options.part if options.part.of > 1 else None
-        facts = self.study.begin(head, points, share, planned)
+        facts = self.study.begin(head, _points_of_run(head, sampling, model), share, planned)
         self._run = facts["run"].number
         self._part = options.part
         self._asked: tuple[int, int] = options.first, facts["run"].planned  # before this call
@@ -339,6 +324,43 @@ class StudyStore(Store):
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Store proposals; return those that are stored under their numbers now."""
         return self.study.propose(proposals, self._run)
+
+
+def _study_of(options: RunOptions) -> Study:
+    """Return the study of a run, or of its share.
+
+    Raises:
+        ArgumentValueError: It is a folder without a share, or a file with one.
+    """
+    path = Study(options.study or "").path
+    if os.path.exists(path) and os.path.isdir(path) != bool(options.share):
+        rule = "the name of a folder with a share=(k, n), of a file without one"
+        raise invalid("study", rule, path, "'pymoo-psi export' makes one file of a folder")
+    if options.share:
+        path = f"{path}/{options.part.file}"
+    return Study(path, wait=options.study_wait)
+
+
+def _head_of_run(table: TestTable, model: Model) -> Head:
+    """Return what a study says of its model, and how its tests are asked."""
+    problem = dict(table.problem or {})
+    del problem["sampling"]  # which is of the run
+    head = head_of(table) | {"problem": problem, "model_inequalities": model.n_ieq_constr}
+    if model.default_limits:
+        head["limits"] = model.default_limits
+    outputs = getattr(model.inner, "outputs", {})
+    if outputs:  # another expression, or an output more, completes what is stored
+        head["expressions"] = {name: output.expression for name, output in outputs.items()}
+    return head
+
+
+def _points_of_run(head: Head, sampling: str, model: Model) -> Head:
+    """Return what determines the points of a run."""
+    points = points_of(head, sampling, requirement_texts(model.problem))
+    kept = _kept_values(model, head["problem"]["choices"])
+    if kept:
+        points["only"] = kept
+    return points
 
 
 def _kept_values(model: Model, choices: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:

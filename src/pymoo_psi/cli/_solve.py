@@ -115,36 +115,17 @@ def run_solve(options: Options) -> int:
     formulation = replace(given, limits=limits)
     space = design_space(with_requirements(problem))
     require_free_names((*problem_layout(problem, space).columns, *formulation.computed))
-    find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
     runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
     if runner is not None and options.cluster is not None and algorithm != "psi":
         rule = "used with --algorithm psi if a problem takes many designs at once"
         raise invalid("--cluster", rule, algorithm)
     if getattr(options, "from") is not None:
         _import(problem, options, run)
-    try:
-        with stored_at_termination(), progress_bar(True) as show:
-            search = find(problem, points, runner, run, formulation, show)
-    except KeyboardInterrupt:
-        place = f"see {run.study};"
-        if run.study is None:
-            place = "nothing is kept; with --study FILE.db"
-        raise KeyboardInterrupt(f"{place} the same command continues") from None
+    search = _searched(algorithm, problem, points, runner, run, formulation)
     if not search.table.eligible().any():
         _say_infeasible(problem, search, options.out)
         return 1
-    ranking = search.table.feasible_ranking()
-    designs = search.table.rows(ranking.rows)
-    frame = designs_frame(designs, ranking)
-    frame = frame[frame["pareto"]]
-    if out is not None:  # before anything is printed, which may fail
-        write_frame(frame.drop(columns="pareto"), out, designs)
-    size = counted(len(frame), "Pareto-optimal design")
-    name = problem_name(problem)
-    title = f"{name} by {algorithm}: {size}, {search.counts}, by place"
-    labelled = frame.rename(columns=designs.layout.label_of)
-    say_best(labelled, title, ranking, designs.layout.units, options.out)
-    say(*search.table.remarks, *_failures(search.reasons))
+    _say_best(problem, options, search, out)
     if run.study is not None and run.share is None:
         _say_study(run, len(search.table))
     if limits:
@@ -156,6 +137,42 @@ def run_solve(options: Options) -> int:
         dimensions = f"LPτ has {MAX_DIMENSIONS} dimensions, fewer than {n_searched}"
         say(f"{dimensions}: the test points are Sobol' points of SciPy.")
     return 0
+
+
+def _searched(
+    algorithm: str,
+    problem: Problem,
+    points: int,
+    runner: Runner | None,
+    run: RunOptions,
+    formulation: Formulation,
+) -> Search:
+    """Return the result of a search; an interrupt says what is kept."""
+    find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
+    try:
+        with stored_at_termination(), progress_bar(True) as show:
+            return find(problem, points, runner, run, formulation, show)
+    except KeyboardInterrupt:
+        place = f"see {run.study};"
+        if run.study is None:
+            place = "nothing is kept; with --study FILE.db"
+        raise KeyboardInterrupt(f"{place} the same command continues") from None
+
+
+def _say_best(problem: Problem, options: Options, search: Search, out: Path | None) -> None:
+    """Write the Pareto set if a file is named, and print the best designs."""
+    ranking = search.table.feasible_ranking()
+    designs = search.table.rows(ranking.rows)
+    frame = designs_frame(designs, ranking)
+    frame = frame[frame["pareto"]]
+    if out is not None:  # before anything is printed, which may fail
+        write_frame(frame.drop(columns="pareto"), out, designs)
+    size = counted(len(frame), "Pareto-optimal design")
+    name = problem_name(problem)
+    title = f"{name} by {options.algorithm}: {size}, {search.counts}, by place"
+    labelled = frame.rename(columns=designs.layout.label_of)
+    say_best(labelled, title, ranking, designs.layout.units, options.out)
+    say(*search.table.remarks, *_failures(search.reasons))
 
 
 def _points(options: Options) -> int:
