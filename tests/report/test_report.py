@@ -3,6 +3,7 @@
 import dataclasses
 import re
 from html.parser import HTMLParser
+from importlib.metadata import version
 
 import numpy as np
 import pandas as pd
@@ -18,8 +19,9 @@ from pymoo_psi import (
     rank_of_efficiency,
     representatives,
 )
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import number
-from pymoo_psi.report import decision_report
+from pymoo_psi.report import check_report, decision_report
 from pymoo_psi.table import Layout, constraint_costs
 
 
@@ -231,7 +233,9 @@ def test_nothing_is_loaded_and_nothing_runs(html):
     assert not {"script", "link", "iframe", "object"} & {*found.tags}
     addresses = [value for name, value in found.attributes if name in ("src", "href", "srcset")]
     assert addresses
-    assert all(address.startswith("data:image/svg+xml;base64,") for address in addresses)
+    assert all(
+        address.startswith(("data:image/svg+xml;base64,", "#part-")) for address in addresses
+    )
     policies = [value for name, value in found.attributes if "default-src" in (value or "")]
     assert policies == [
         "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'"
@@ -278,3 +282,75 @@ def test_small_and_odd_tables(X, F):
     text = Reader(report.html()).text
     assert "Test point" in text
     assert "nan" not in text.replace("dominan", "")
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A report on a decision of a group, as a file, and the table."""
+    names = [f"test point {number}" for number in beams().under(limits=LIMITS).rows(beams().under(limits=LIMITS).pareto()).numbers]  # fmt: skip
+    positions = [
+        {"name": "Ann", "date": "2026-01-02", "chosen": names[0], "reason": "light"},
+        {"name": "Ben", "date": "2026-01-01", "chosen": names[1], "weights": {"mass": 2.0}},
+        {"name": "Ben", "date": "2026-01-03", "chosen": names[2]},
+    ]
+    decided = {"date": "2026-01-04", "chosen": names[2], "agree": ["Ben"], "dissent": ["Ann"]}
+    table = beams().under(limits=LIMITS, positions=positions, decided=decided)
+    report = decision_report(table, design=names[2], reason="So be it.", title="Beams")
+    report.save(tmp_path / "report.html")
+    return tmp_path / "report.html", table
+
+
+def test_the_sheet_has_the_decision_of_the_group(written):
+    path, table = written
+    html = path.read_text("utf-8")
+    sheet = html[: html.index("<nav")]
+    decided = table.formulation.decided
+    for text in (
+        f"Decided on 2026-01-04 for {decided['chosen']} by Ben.",
+        "Dissent: Ann.",
+        "So be it.",
+    ):
+        assert text in sheet
+    assert sheet.count("date, signature") == 2
+    assert "least greatest regret" in sheet
+    assert html.count("<main>") == 1
+    links = re.findall(r'href="#(part-\d+)"', html)
+    assert links == re.findall(r'<h2 id="(part-\d+)"', html)
+
+
+def test_a_report_checks_itself(written):
+    path, table = written
+    assert check_report(path) == ([], "")
+    assert check_report(path, beams()) == ([], "")
+    html = path.read_text("utf-8")
+    changes = [
+        ("So be it.", "So be it!"),
+        ("mass ≤ 55 kg", "mass ≤ 56 kg"),
+        ("Dissent: Ann.", "Dissent: nobody."),
+        ("data:image/svg+xml;base64,PD94", "data:image/svg+xml;base64,QD94"),
+        ("</main>", "<p>Approved.</p></main>"),
+    ]
+    for before, after in changes:
+        body = html[html.index("<main>") :]
+        assert before in body, before
+        path.write_text(html.replace(body, body.replace(before, after, 1)), "utf-8")
+        assert check_report(path)[1], after
+    numbers = re.findall(r'<td class="n">(\d+)</td>', html)
+    changed = html.replace(f'<td class="n">{numbers[0]}</td>', '<td class="n">77777</td>', 1)
+    path.write_text(changed, "utf-8")
+    assert "77777" in check_report(path)[1]
+
+
+def test_a_report_is_checked_against_its_source(written):
+    path, table = written
+    F = beams().F.copy()
+    F[3, 0] += 1.0
+    assert "test point" in check_report(path, dataclasses.replace(beams(), F=F))[1]
+    assert "designs" in check_report(path, beams().rows(np.arange(10)))[1]
+    html = path.read_text("utf-8").replace(f"&quot;version&quot;: &quot;{version('pymoo-psi')}", "&quot;version&quot;: &quot;0.1")  # fmt: skip
+    path.write_text(html, "utf-8")
+    warnings, claim = check_report(path)
+    assert (claim, len(warnings)) == ("", 1)
+    path.write_text("<html></html>", "utf-8")
+    with pytest.raises(ArgumentValueError):
+        check_report(path)

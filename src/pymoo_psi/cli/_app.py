@@ -276,6 +276,8 @@ def page(options: Options) -> int:
     _TITLE,
     _option("design", "NAME", "Name of the chosen design [that of the decision]."),
     _file("out", "FILE.html", "Write the report here.", default="report.html"),
+    _flag("check", text="Check the report FILE, also against a SOURCE."),
+    click.Argument(["source"], required=False, type=path_in),
     *_READING,
 )
 def report(options: Options) -> int:
@@ -286,6 +288,7 @@ def report(options: Options) -> int:
     Examples:
       pymoo-psi solve bnh --points 256 --study bnh.db
       pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg
+      pymoo-psi report --check report.html bnh.db
     """
     from pymoo_psi.cli._documents import run_report
 

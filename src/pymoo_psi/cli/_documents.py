@@ -91,6 +91,10 @@ def run_report(options: Options) -> int:
     """
     from pymoo_psi.report import decision_report
 
+    if options.check:
+        return _run_check(options)
+    if options.source is not None:
+        raise invalid("SOURCE", "given with --check only", str(options.source))
     path = options.file
     out = options.out
     require_output(out, _HTML, path, options.decision)
@@ -115,6 +119,30 @@ def run_report(options: Options) -> int:
     say_source(path, table, formulation)
     say(*report.cautions, f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
+
+
+def _run_check(options: Options) -> int:
+    """Make a report again and say the first claim that no longer holds.
+
+    Returns:
+        0, or 1 if a claim does not hold.
+    """
+    from pymoo_psi.report import check_report
+
+    source = None
+    if options.source is not None:
+        source = opened(options.source, options, formulation_of(options))
+    warnings, claim = check_report(options.file, source)
+    for warning in warnings:
+        say(f"Warning: {warning}")
+    if claim:
+        say(f"{options.file}: {claim}")
+        return 1
+    say(f"{options.file}: every text and number follows from the data in it.")
+    if source is not None:
+        say(f"They are those of {options.source}.")
+    say("A check detects changes, not forgery.")
+    return 0
 
 
 def _chosen(table: TestTable, design: str | None, decided: str | None) -> str | None:

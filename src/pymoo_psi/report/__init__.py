@@ -9,4 +9,8 @@ Public names: :func:`decision_report` and its :class:`DecisionReport`.
 
 from pymoo_psi.report._report import DecisionReport, decision_report
 
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+from pymoo_psi.report._report import check_report as check_report
+
 __all__ = ["DecisionReport", "decision_report"]

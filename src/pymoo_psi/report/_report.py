@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from html import escape
+from html.parser import HTMLParser
+from importlib.metadata import version
+from itertools import zip_longest
 from os import PathLike
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from jinja2 import Environment, PackageLoader
@@ -18,7 +26,13 @@ from pymoo_psi._validation import Received, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice, Columns
-from pymoo_psi.table import TestTable
+from pymoo_psi.selection import (
+    decision_sentences,
+    latest_positions,
+    position_sentences,
+    separation_sentences,
+)
+from pymoo_psi.table import TestTable, read_table
 
 _DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
 # A number, or a share in per cent, or nothing. Columns of such cells are aligned to the right.
@@ -47,6 +61,7 @@ class DecisionReport:
     cautions: tuple[str, ...]
     _table: TestTable
     _choice: Choice | None
+    _selectors: bool = False
 
     def __str__(self) -> str:
         """Return the title and the design that is chosen or proposed."""
@@ -76,7 +91,13 @@ class DecisionReport:
             lstrip_blocks=True,
         )
         environment.filters |= {"grid": _grid, "image": _image, "capital": capital}
-        return environment.get_template("report.html").render(
+        record = self._record()
+        positions = self._table.formulation.positions
+        text = environment.get_template("report.html").render(
+            fingerprint=_fingerprint(record),
+            group=position_sentences(positions) + separation_sentences(self._table),
+            decided=decision_sentences(self._table.formulation.decided),
+            names=self._names(),
             title=self.title,
             about=self.about,
             data=self._table,
@@ -87,6 +108,42 @@ class DecisionReport:
             number=number,
             plots=plots,
         )
+        # Pictures of the same are not the same text in another run: their hashes are kept.
+        record["pictures"] = _Document(text).pictures
+        meta = f'<meta id="record" content="{escape(json.dumps(record))}">'
+        return _with_contents(text.replace("<!-- record -->", meta, 1))
+
+    def _names(self) -> list[str]:
+        """Return the names of those who sign; empty texts where none is known."""
+        positions = self._table.formulation.positions
+        return [one["name"] for one in latest_positions(positions)] or ["", ""]
+
+    def _record(self) -> dict[str, Any]:
+        """Return all that the report is made from, as values that JSON can hold."""
+        formulation = self._table.formulation
+        choice = self._choice
+        design = None
+        if choice is not None and choice.word == "chosen":
+            design = choice.name
+        with TemporaryDirectory() as folder:
+            path = Path(folder, "data.csv")
+            # Limits are asked of the data again, and so are the positions.
+            self._table.under(limits={}, positions=(), decided=None, chosen=None).to_csv(path)
+            data = path.read_text("utf-8")
+            head = Path(folder, "data.csv-metadata.json").read_text("utf-8")
+        return {
+            "version": version("pymoo-psi"),
+            "title": self.title,
+            "about": list(self.about),
+            "design": design,
+            "reason": "" if choice is None else choice.reason,
+            "selectors": self._selectors,
+            "limits": formulation.limits,
+            "positions": formulation.positions,
+            "decided": formulation.decided,
+            "data": data,
+            "head": head,
+        }
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the report, whole or not at all.
@@ -171,7 +228,7 @@ def decision_report(
         >>> report = decision_report(table.under(limits={"f1": 2}), title="Brackets")
         >>> print(report)
         Brackets: test point 1 proposed of 2 Pareto-optimal designs
-        >>> "<h2>What limits cost</h2>" in report.html()
+        >>> "What limits cost</h2>" in report.html()
         True
     """
     remedy = "PSI and investigate return one, read_table opens any file"
@@ -186,6 +243,136 @@ def decision_report(
             raise invalid("design", "the number or label of a feasible test", design)
     if not eligible.any():
         return DecisionReport(title, tuple(about), None, (), table, None)
+    has_selectors = selectors is not None
     ranking = table.feasible_ranking()
     choice = Choice(table, ranking, row, reason, selectors)
-    return DecisionReport(title, tuple(about), ranking, choice.cautions, table, choice)
+    return DecisionReport(
+        title, tuple(about), ranking, choice.cautions, table, choice, has_selectors
+    )
+
+
+# The check of a report that was written
+
+
+def check_report(
+    path: str | PathLike[str], source: TestTable | None = None
+) -> tuple[list[str], str]:
+    """Make a report again from the data in it and compare every text and number.
+
+    It detects a change by hand or of the source, not a forgery: who changes the data and all that
+    follows from them makes another report, which is right by itself.
+
+    Args:
+        path: The report.
+        source: The tests as they are now, under any formulation, to be compared with the data.
+
+    Returns:
+        Warnings, such as of another version; and the first claim that no longer holds, "" if all
+        hold.
+
+    Raises:
+        ArgumentValueError: The file is no report, or one with selectors of Python.
+        OSError: The file cannot be opened.
+    """
+    written = _Document(Path(path).read_text("utf-8"))
+    try:
+        record = json.loads(written.record)
+        table = _table_of(record)
+        arguments = {key: record[key] for key in ("design", "reason", "title", "about")}
+        made_by = record["version"]
+        pictures = record["pictures"]
+        has_selectors = record["selectors"]
+    except (ValueError, TypeError, KeyError) as error:
+        raise invalid(
+            f"{path}", "a report with its data, unchanged", Received(str(error))
+        ) from None
+    if has_selectors:
+        rule = "made without selectors of Python, which are not in it"
+        raise invalid("the report", rule, Received("one with selectors"))
+    warnings = []
+    if made_by != version("pymoo-psi"):
+        warnings.append(f"made by pymoo-psi {made_by}, checked by {version('pymoo-psi')}")
+    if pictures != written.pictures:
+        return warnings, "a picture, which is another one"
+    expected = _Document(decision_report(table, **arguments).html())
+    for said, holds in zip_longest(written.claims, expected.claims, fillvalue=""):
+        if said != holds:
+            return warnings, f"{said or 'nothing'!r} should be {holds or 'nothing'!r}"
+    if source is not None:
+        return warnings, _first_difference(table, source)
+    return warnings, ""
+
+
+def _table_of(record: Mapping[str, Any]) -> TestTable:
+    """Return the table in a record, under its formulation."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder, "data.csv")
+        path.write_text(record["data"], "utf-8", newline="")
+        Path(folder, "data.csv-metadata.json").write_text(record["head"], "utf-8")
+        table = read_table(path)
+    group = {key: record[key] for key in ("limits", "positions", "decided")}
+    return table.under(replace(table.formulation, **group))
+
+
+def _first_difference(table: TestTable, source: TestTable) -> str:
+    """Return the first value of a source that is not that of a report's data; "" if none."""
+    rows = dict(zip(source.names, range(len(source)), strict=True))
+    if len(source) != len(table):
+        return f"{len(table)} designs; the source has {len(source)}"
+    for name in table.layout.columns:
+        if name not in source.columns:
+            if name in table.layout.objectives:
+                return f"the objective {name}, which the source lacks"
+            continue  # computed, perhaps
+        before = table.column(name).tolist()
+        now = source.column(name).tolist()
+        for design, value in zip(table.names, before, strict=True):
+            if design not in rows:
+                return f"{design}, which the source lacks"
+            other = now[rows[design]]
+            if other != value and not (value != value and other != other):  # NaN
+                return f"{name} of {design} was {value} and is {other} in the source"
+    return ""
+
+
+class _Document(HTMLParser):
+    """The record and the claims of a report: the texts of its elements, and its pictures."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.record = ""
+        self.claims: list[str] = []
+        self.pictures: list[str] = []
+        self._open = ""
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._open = tag
+        values = dict(attrs)
+        if values.get("id") == "record":
+            self.record = values.get("content") or ""
+        if values.get("alt"):
+            self.claims.append(str(values["alt"]))
+        if values.get("src"):
+            self.pictures.append(sha256(str(values["src"]).encode()).hexdigest())
+
+    def handle_data(self, data: str) -> None:
+        text = " ".join(data.split())
+        if text and self._open != "style":
+            self.claims.append(text)
+
+
+def _fingerprint(record: Mapping[str, Any]) -> str:
+    """Return the first digits of the hash of a record's data."""
+    return sha256(f"{record['head']}{record['data']}".encode()).hexdigest()[:16]
+
+
+def _with_contents(html: str) -> str:
+    """Return a document whose headings can be linked to, with a list of them in its place."""
+    titles = re.findall("<h2>(.*?)</h2>", html)
+    links = []
+    for k, title in enumerate(titles):
+        html = html.replace(f"<h2>{title}</h2>", f'<h2 id="part-{k}">{title}</h2>', 1)
+        links.append(f'<li><a href="#part-{k}">{title}</a></li>')
+    return html.replace("<!-- contents -->", f"<ol>{''.join(links)}</ol>", 1)
