@@ -23,7 +23,13 @@ from pymoo_psi.pareto import (
     weights_sentence,
 )
 from pymoo_psi.selection import group_sentences
-from pymoo_psi.table import TestTable, constraint_costs, number_column, suffixes_for
+from pymoo_psi.table import (
+    TestTable,
+    confidence_sentence,
+    constraint_costs,
+    number_column,
+    suffixes_for,
+)
 
 _N_REASONS = 4  # sentences that a reader takes in at a glance
 _N_PRINTED = 12  # designs; all are in the file
@@ -82,6 +88,9 @@ def run_rank(options: Options) -> int:
     _say_set(path, designs, ranking)
     title = "The best compromises, by place:"
     say_best(frame, title, ranking, designs.layout.units, out)
+    sure = confidence_sentence(table, int(ranking.salukvadze[0]))
+    if sure:
+        say(sure)
     return 0
 
 

@@ -69,6 +69,7 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         path,
         formulated,
         variables=entries_of(options.variables) or None,
+        repeats=options.repeats,
         drop_incomplete=options.drop_incomplete,
         decimal=options.decimal,
         thousands=options.thousands,

@@ -41,6 +41,7 @@ from pymoo_psi.table import (
     TestTable,
     alike,
     allowed_text,
+    confidence_sentence,
     constraint_costs,
     convergence,
     limit_text,
@@ -148,6 +149,9 @@ class Choice:
         weights = weights_sentence(self.ranking, self.row)
         if weights:
             sentences.append(f"weights: {weights}")
+        sure = confidence_sentence(self.table, self.row)
+        if sure:
+            sentences.append(f"noise: {sure}")
         return sentences
 
     def _selectors(self) -> dict[str, Any]:

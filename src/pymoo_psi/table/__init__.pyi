@@ -61,4 +61,5 @@ from ._limits import limits_by_name as limits_by_name
 from ._limits import limits_of as limits_of
 from ._limits import sides_of_text as sides_of_text
 from ._limits import texts_of as texts_of
+from ._repeats import confidence_sentence as confidence_sentence
 from ._source import numbers_of_file as numbers_of_file

@@ -43,6 +43,7 @@ from pymoo_psi.table._head import (
 )
 from pymoo_psi.table._layout import RESERVED, Layout, names_of
 from pymoo_psi.table._limits import limits_of
+from pymoo_psi.table._repeats import undeclared
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
 
@@ -62,6 +63,7 @@ def read_table(
     formulation: Formulation | None = None,
     *,
     variables: Sequence[str] | None = None,
+    repeats: str | None = None,
     drop_incomplete: bool = False,
     decimal: str | None = None,
     thousands: str | None = None,
@@ -90,6 +92,8 @@ def read_table(
             designs in JSON; or a file of a format that was added to ``FORMATS``.
         formulation: What is asked; see :meth:`TestTable.under`.
         variables: Names of the columns with design variables; as the source tells unless given.
+        repeats: The column that says which rows are tests of one design, which is then their mean;
+            see :meth:`TestTable.averaged`.
         drop_incomplete: Let designs without a finite objective fail, instead of refusing them.
         decimal: The decimal mark of texts, ``"."`` or ``","``.
         thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``.
@@ -140,12 +144,21 @@ def read_table(
         else:
             asked = formulation or Formulation()
             remarks = _remarks_on_directions(content, asked)
-            designs = _designs(content, decimal, thousands, is_file=path is not None)
+            if repeats is not None:
+                known_name("repeats", repeats, content.columns)
+                content = replace(content, label=repeats)
+            # Equal rows may be repeated tests.
+            is_file = path is not None and repeats is None
+            designs = _designs(content, decimal, thousands, is_file=is_file)
             designs.remarks.extend(remarks)
             table = _table(designs, asked, variables, drop_incomplete)
+            if repeats is None:
+                table = replace(table, remarks=(*table.remarks, *undeclared(table)))
             table = replace(table, decimal=decimal or _decimal_mark(designs.columns))
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
+    if repeats is not None:
+        table = table.averaged(repeats)
     if formulation is None:
         return table
     try:

@@ -57,6 +57,7 @@ from pymoo_psi.table._joining import (
 )
 from pymoo_psi.table._layout import Key, Layout, number_column
 from pymoo_psi.table._limits import allowed_text, limit_text, limits_by_name, within
+from pymoo_psi.table._repeats import averaged, confidence
 from pymoo_psi.table._tests import Tests, extra_columns, nonfinite_objective, require_distinct
 
 if TYPE_CHECKING:
@@ -463,6 +464,59 @@ class TestTable(Tests, Shown):
             lower[j] = np.fmax(low, lower[j])
             upper[j] = np.fmin(high, upper[j])
         return lower, upper
+
+    # Repeated tests
+
+    def averaged(self, by: str) -> TestTable:
+        """Return the table of designs whose tests have the same value in a column, averaged.
+
+        Each design gets further outputs: ``tests``, their number, and the standard error of each
+        objective, whose variance is pooled over all designs. Tests that failed do not count. Extra
+        columns in which tests of a design differ are left out.
+
+        Args:
+            by: Name of the column that says which tests are of one design.
+
+        Raises:
+            ArgumentValueError: There is no such column, it has gaps, no value recurs in it, or
+                tests with the same value have different variables.
+
+        Example:
+            >>> tests = TestTable.of(range(1, 6), np.zeros((5, 0)), [[1], [2], [3], [5], [7]],
+            ...                      extra={"rail": ["A", "A", "B", "B", "B"]})
+            >>> designs = tests.averaged("rail")
+            >>> designs.names, designs["f1"], designs["tests"]
+            (['A', 'B'], array([1.5, 5. ]), array([2., 3.]))
+            >>> designs["f1 standard error"].round(2)
+            array([1.19, 0.97])
+        """
+        return averaged(self, by)
+
+    @asked_under_a_formulation
+    def confidence(self, *, noise: Mapping[str, float] | None = None) -> pd.DataFrame:
+        """Return how probable it is that each design is Pareto optimal, the best, or near it.
+
+        By samples of the true values given the means and their standard errors, as
+        :meth:`averaged` returns them. Noise is normal and independent; of five designs or more for
+        each objective, means are shrunk towards those of all designs. Limits are taken as kept.
+
+        Args:
+            noise: Standard deviation of one test, by objective, if it is known otherwise.
+
+        Returns:
+            Index: the names of the feasible designs. Columns: the expected true values of the
+            objectives; ``pareto``, ``best``, the nearest to the ideal point, and ``near_best``, at
+            most 5 % farther: probabilities, to about 0.02. Designs that tie are all the best.
+
+        Raises:
+            ArgumentValueError: There is no feasible design, or no standard error of an objective.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], np.zeros((3, 0)), [[0, 4], [1, 1], [4, 0]])
+            >>> table.confidence(noise={"f1": 0.1, "f2": 0.1})["best"].tolist()
+            [0.0, 1.0, 0.0]
+        """
+        return confidence(self, noise)
 
     ranked = Renamed("feasible_ranking(), whose attribute rows are the rows of the table")
     chosen = Renamed("table.formulation.chosen")

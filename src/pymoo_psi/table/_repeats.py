@@ -1,0 +1,275 @@
+"""Repeated tests of a design: their mean, and how sure a decision on means is.
+
+The noise of an objective is taken to be normal, independent, and of one size for all designs. Its
+variance is pooled from the differences between tests of the same design.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pymoo_psi._validation import Array, Integers, Mask, Received, counted, invalid, known_name
+from pymoo_psi.pareto import (
+    UtopianFrame,
+    nondominated,
+    percent,
+    sentence,
+    unit_lengths,
+)
+from pymoo_psi.table._designs import design_keys, first_rows
+from pymoo_psi.table._joining import blank, unequal
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pymoo_psi.table._table import TestTable
+
+N_TESTS = "tests"
+"""The column with the number of tests of a design."""
+
+NEAR_BEST = 0.05
+"""Designs at most 5 % farther from the ideal point than the best one are as good as it."""
+
+_N_LISTED = 3  # designs that a remark names
+_SAMPLES = 1000
+_OF_MANY = 200  # samples of more designs than _MANY
+_MANY = 2000
+_PRIOR = 5  # designs for each objective from which on means are shrunk
+_LEAST = 1e-9  # of a variance, so that no matrix is singular
+_SEED = 1
+_ROUNDING = 1e-9  # distances closer than this are equal
+
+
+def error_column(objective: str) -> str:
+    """Return the name of the column with the standard errors of an objective."""
+    return f"{objective} standard error"
+
+
+def averaged(table: TestTable, by: str) -> TestTable:
+    """Return :meth:`TestTable.averaged`."""
+    tested = table.tested
+    known_name("repeats", by, tested.columns)
+    if by in tested.layout.objectives:
+        raise invalid("repeats", "a column that names designs", Received(f"the objective {by}"))
+    labels = tested.column(by)
+    if blank(labels).any():
+        row = int(blank(labels).argmax())
+        raise invalid(
+            "repeats", "a column without gaps", Received(f"none in row {row + 1} of {by}")
+        )
+    index_by_label: dict[Any, int] = {}
+    group = np.array([index_by_label.setdefault(u, len(index_by_label)) for u in labels.tolist()])
+    first = np.unique(group, return_index=True)[1]
+    usable = (tested.status != "failed") & np.isfinite(tested.F).all(axis=1)
+    counts = np.bincount(group[usable], minlength=len(first))
+    if counts.max(initial=0) < 2:
+        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
+    keys = design_keys(tested.X)
+    for row, i in enumerate(first[group].tolist()):
+        if keys[row] != keys[i]:
+            rule = "a column whose equal values have equal variables"
+            raise invalid("repeats", rule, Received(f"{by} {labels[row]} with different ones"))
+
+    means: dict[str, Any] = {"status": None}  # follows from the means
+    for name in ("F", "G", "H", "outputs"):
+        means[name] = _means(getattr(tested, name), group, usable, counts)
+    squares = (tested.F - means["F"][group])[usable] ** 2
+    variance = squares.sum(axis=0) / (usable.sum() - np.count_nonzero(counts))
+    with np.errstate(divide="ignore"):
+        errors = np.sqrt(variance / counts[:, None])
+    reasons = {}
+    for i in np.flatnonzero(counts == 0).tolist():
+        number = int(tested.numbers[first[i]])
+        reasons[number] = tested.reasons.get(number, "failed in all tests")
+    extra, varying = _common_cells(tested, first[group])
+
+    layout = tested.layout
+    names = tuple(map(error_column, layout.objectives))
+    units = dict(layout.units)
+    for objective, name in zip(layout.objectives, names, strict=True):
+        if objective in units:
+            units[name] = units[objective]
+    label = layout.label
+    if by in extra:
+        label = by
+    elif label not in extra:
+        label = None
+    outputs = (*layout.outputs, N_TESTS, *names)
+    size = f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}"
+    remarks = [*tested.remarks, f"{size}: rows with the same {by} are tests of one design."]
+    if not usable.all():
+        remarks.append(f"{counted((~usable).sum(), 'test')} failed and do not count.")
+    if varying:
+        remarks.append(f"Left out, as tests of one design differ in it: {', '.join(varying)}.")
+    means["outputs"] = np.column_stack([means["outputs"], counts, errors])
+    designs = replace(
+        tested.rows(first),
+        layout=replace(layout, outputs=outputs, units=units, label=label),
+        reasons=reasons,
+        extra=extra,
+        remarks=tuple(remarks),
+        **means,
+    )
+    if table is tested:
+        return designs
+    return designs.under(table.formulation)
+
+
+def _means(values: Array, group: Integers, usable: Mask, counts: Integers) -> Array:
+    """Return the means of the usable rows of each group; NaN where there are none."""
+    sums = np.zeros((len(counts), values.shape[1]))
+    np.add.at(sums, group[usable], values[usable])
+    with np.errstate(invalid="ignore"):
+        return np.asarray(sums / counts[:, None])
+
+
+def _common_cells(table: TestTable, first: Integers) -> tuple[dict[str, Any], list[str]]:
+    """Return the extra columns in which all tests of each design agree, and the names of others.
+
+    Args:
+        table: The tests.
+        first: ``(n,)`` row of the first test of the same design.
+    """
+    cells = {}
+    varying = []
+    for name, column in table.extra.items():
+        if unequal(column, column[first]).any():
+            varying.append(name)
+        else:
+            cells[name] = column[np.unique(first)]
+    # Rows of a file that has no names differ by nature.
+    return cells, [name for name in varying if name != "row"]
+
+
+def undeclared(table: TestTable) -> list[str]:
+    """Say which rows share a label, or all variables, and differ in objectives."""
+    label = table.layout.label
+    if label is not None:
+        labels = table.extra[label]
+        rows = np.unique(labels.astype(str), return_inverse=True)[1]
+        first = np.unique(rows, return_index=True)[1][rows.ravel()]
+        word = label
+    else:
+        first = np.arange(len(table))
+        word = "variables"
+    if (first == np.arange(len(table))).all() and table.X.shape[1]:
+        first = first_rows(table.X)
+        word = "variables"
+    differing = unequal(table.F, table.F[first]).any(axis=1)
+    n_designs = len(np.unique(first[differing]))
+    if not n_designs:
+        return []
+    names = [table.names[row] for row in np.flatnonzero(differing)[:_N_LISTED]]
+    return [
+        f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives "
+        f"({', '.join(names)}): each row counts as a design; if they are repeated tests, say "
+        "--repeats LABEL, or repeats= in Python."
+    ]
+
+
+def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFrame:
+    """Return :meth:`TestTable.confidence`."""
+    import pandas as pd
+
+    ranking = table.feasible_ranking()
+    objectives = ranking.objectives
+    designs = table.rows(ranking.rows)
+    errors = np.empty(designs.F.shape)
+    for j, name in enumerate(table.layout.objectives):
+        column = error_column(name)
+        if noise is not None:
+            if name not in noise or not 0 <= noise[name] < np.inf:
+                rule = f"a standard deviation >= 0 of each objective, such as {name}"
+                raise invalid("noise", rule, noise)
+            tests: Any = 1.0
+            if N_TESTS in table.layout.outputs:
+                tests = designs.column(N_TESTS)
+            errors[:, j] = noise[name] / np.sqrt(tests)
+        elif column in table.layout.outputs:
+            errors[:, j] = designs.column(column)
+        else:
+            rule = f"one with standard errors ({column})"
+            remedy = "average repeated tests by table.averaged(label), or give noise={...}"
+            raise invalid("the table", rule, Received("none"), remedy)
+    values = objectives.minimized
+    means, factors = _posterior(values, errors)
+    n_samples = _SAMPLES
+    if len(values) > _MANY:
+        n_samples = _OF_MANY
+    generator = np.random.default_rng(_SEED)
+    chances = np.zeros((3, len(values)))
+    for _ in range(n_samples):
+        steps = generator.standard_normal(values.shape)
+        sample = means + np.einsum("ijk,ik->ij", factors, steps)
+        pareto = nondominated(sample)
+        frame = ranking.frame
+        if not table.formulation.ranges:
+            front = sample[pareto]
+            frame = UtopianFrame(front.min(axis=0), front.max(axis=0), frame.normalize)
+        distance = frame.distances(sample)[:, 0]
+        least = distance[pareto].min()
+        is_best = pareto & (distance <= least * (1 + _ROUNDING))
+        chances += pareto, is_best, distance <= least * (1 + NEAR_BEST)
+    chances /= n_samples
+    columns = dict(zip(objectives.names, objectives.original(means).T, strict=True))
+    columns |= dict(zip(("pareto", "best", "near_best"), chances, strict=True))
+    return pd.DataFrame(columns, index=list(objectives.labels))
+
+
+def confidence_sentence(table: TestTable, row: int) -> str:
+    """Say how sure it is that a design is the best; nothing if no errors are known.
+
+    Args:
+        table: The designs.
+        row: Row of the design in the ranking of the feasible designs.
+    """
+    names = map(error_column, table.layout.objectives)
+    if not {*names} <= {*table.layout.outputs}:
+        return ""
+    chances = confidence(table, None).iloc[row]
+    return sentence(
+        "confidence",
+        design=str(chances.name),
+        best=percent(chances["best"]),
+        near=percent(chances["near_best"]),
+        pareto=percent(chances["pareto"]),
+    )
+
+
+def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:
+    """Return the normal distribution of the true values of each design, given its means.
+
+    The designs themselves say how true values are distributed (empirical Bayes): normally, with
+    the covariance of the means less that of their errors. So a mean that is unlike those of the
+    other designs is pulled towards them. Of few designs, means stay as they are.
+
+    Args:
+        values: ``(n, m)`` means.
+        errors: ``(n, m)`` their standard errors.
+
+    Returns:
+        ``(n, m)`` expectations, and ``(n, m, m)`` factors L of the covariances L Lᵀ.
+    """
+    n, m = values.shape
+    lengths = unit_lengths(values.min(axis=0), values.max(axis=0))
+    lengths = np.where(np.isfinite(lengths), lengths, 1.0)
+    # The noise of each design, as a diagonal matrix.
+    noise = ((errors / lengths) ** 2)[:, :, None] * np.eye(m)
+    if n < _PRIOR * m:
+        return values, np.sqrt(noise) * lengths[:, None]
+    scaled = values / lengths
+    spread = np.atleast_2d(np.cov(scaled.T)) - noise.mean(axis=0)
+    sizes, axes = np.linalg.eigh(spread)
+    prior = (axes * np.maximum(sizes, _LEAST)) @ axes.T
+    gains = prior @ np.linalg.inv(prior + noise)
+    center = scaled.mean(axis=0)
+    means = center + np.einsum("ijk,ik->ij", gains, scaled - center)
+    covariances = prior - gains @ prior
+    covariances = (covariances + covariances.transpose(0, 2, 1)) / 2
+    sizes, axes = np.linalg.eigh(covariances)
+    factors = axes * np.sqrt(np.maximum(sizes, 0.0))[:, None, :]
+    return means * lengths, factors * lengths[:, None]

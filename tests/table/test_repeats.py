@@ -1,0 +1,177 @@
+"""Repeated tests are one design: mean, error, number; and how sure a decision on means is."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pymoo_psi import Formulation, TestTable, read_table
+from pymoo_psi.cli import main
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.table import Layout
+
+COST = {"A": [10.0, 12.0, 11.0], "B": [20.0, 21.0, 22.0], "C": [15.0, 16.0]}
+MASS = {"A": [5.0, 5.4, 5.2], "B": [2.0, 2.4, 2.2], "C": [3.0, 3.2]}
+ROWS = [
+    (name, cost, mass, 7, f"day {k}")
+    for name in COST
+    for k, (cost, mass) in enumerate(zip(COST[name], MASS[name], strict=True))
+]
+FRAME = pd.DataFrame(ROWS, columns=["variant", "cost", "mass", "size", "day"])
+ASKED = Formulation(objectives=["cost", "mass"])
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "tests.csv"
+    shuffled = FRAME.sample(frac=1, random_state=1).sort_values("day", kind="stable")
+    shuffled.to_csv(path, index=False)
+    return path
+
+
+def test_rows_with_one_label_are_one_design(file):
+    table = read_table(file, ASKED, repeats="variant")
+    assert sorted(table.names) == ["A", "B", "C"]
+    for name, cost, mass, n in zip(
+        table.names, table["cost"], table["mass"], table["tests"], strict=True
+    ):
+        assert cost == pytest.approx(np.mean(COST[name]))
+        assert mass == pytest.approx(np.mean(MASS[name]))
+        assert n == len(COST[name])
+    pooled = sum(np.var(v) * len(v) for v in COST.values()) / (8 - 3)
+    errors = np.sqrt(pooled / table["tests"])
+    assert np.allclose(table["cost standard error"], errors)
+    assert "day" not in table.columns  # tests of a design differ in it
+    assert any("3 designs, 8 tests" in remark for remark in table.remarks)
+
+
+def test_every_order_and_source_gives_the_same_designs(file):
+    one = read_table(file, ASKED, repeats="variant")
+    two = read_table(FRAME, ASKED, repeats="variant")
+    rows = [two.names.index(name) for name in one.names]
+    assert np.allclose(one.F, two.F[rows])
+    assert np.allclose(one.outputs, two.outputs[rows])
+
+
+def test_computed_columns_and_limits_are_of_means(file):
+    asked = Formulation(
+        objectives=["cost", "ratio"], computed={"ratio": "mass / cost"}, limits={"mass": 5.1}
+    )
+    with pytest.raises(ArgumentValueError, match="ratio"):
+        read_table(file, asked, repeats="variant").confidence()
+    table = read_table(file, ASKED, repeats="variant").under(limits={"mass": 5.1})
+    assert sorted(np.array(table.names)[table.feasible()]) == ["B", "C"]  # A has 5.2 on average
+
+
+def test_equal_rows_of_a_file_are_repeated_tests(tmp_path):
+    path = tmp_path / "tests.csv"
+    path.write_text("name,a,b\nA,1,4\nA,1,4\nA,4,4\nB,2,2\n")
+    table = read_table(path, repeats="name")
+    assert table["a"].tolist() == [2.0, 2.0]
+    assert table["tests"].tolist() == [3.0, 1.0]
+
+
+def test_failed_tests_do_not_count_and_a_design_of_failures_fails():
+    layout = Layout.of(["x"], ["f"], ["g"])
+    X = np.array([[1.0], [1.0], [2.0], [2.0], [3.0]])
+    F = [[1.0], [3.0], [5.0], [np.nan], [np.nan]]
+    G = [[1.0], [-2.0], [0.5], [0.0], [0.0]]
+    table = TestTable.of([3, 4, 5, 6, 7], X, F, G, layout=layout, reasons={7: "no licence"})
+    designs = table.averaged("x")
+    assert designs.status.tolist() == ["ok", "infeasible", "failed"]
+    assert designs["f"][:2].tolist() == [2.0, 5.0]
+    assert designs.numbers.tolist() == [3, 5, 7]
+    assert designs.reasons == {7: "no licence"}
+
+
+@pytest.mark.parametrize(
+    ("column", "rule"),
+    [("day", "different ones"), ("mass", "the objective mass"), ("none", "one of")],
+)
+def test_a_column_that_does_not_tell_designs_is_refused(column, rule):
+    frame = FRAME.assign(x=range(8))
+    with pytest.raises(ArgumentValueError, match=f"^repeats must be.*{rule}"):
+        read_table(frame, ASKED, variables=["x"], repeats=column)
+
+
+def test_labels_that_never_recur_are_refused():
+    frame = FRAME.assign(variant=list("abcdefgh"))
+    with pytest.raises(ArgumentValueError, match="recurs"):
+        read_table(frame, ASKED, repeats="variant")
+
+
+def test_repeats_that_are_not_declared_are_reported():
+    frame = FRAME.rename(columns={"variant": "id"})
+    (remark,) = read_table(frame, ASKED).remarks
+    assert "3 designs" in remark
+    assert "--repeats" in remark
+    same = frame.assign(cost=1.0, mass=2.0)
+    assert read_table(same, ASKED).remarks == ()
+    assert read_table(frame, ASKED, repeats="id").remarks == (
+        "3 designs, 8 tests: rows with the same id are tests of one design.",
+        "Left out, as tests of one design differ in it: day.",
+    )
+
+
+def test_rank_and_report_count_designs(file, tmp_path, capsys):
+    options = ["--objectives", "cost,mass", "--repeats", "variant"]
+    assert main(["rank", str(file), *options]) == 0
+    printed = capsys.readouterr().out
+    assert "3 designs, 8 tests" in printed
+    assert "Salukvadze optimum: C\n" in printed
+    assert "By the repeated tests, C is the best with a probability of" in printed
+    for command in ("report", "page"):
+        out = tmp_path / f"{command}.html"
+        assert main([command, str(file), *options, "--out", str(out)]) == 0
+        assert "3 designs, 8 tests" in out.read_text("utf-8")
+
+
+def line(n):
+    """Designs on a line, far apart, and one behind them."""
+    t = np.linspace(0, 1, n)
+    return np.vstack([np.column_stack([t, (1 - t) ** 2]), [0.5, 0.3]])
+
+
+def test_without_noise_probabilities_are_0_or_1():
+    F = line(12)
+    table = TestTable.of(range(1, 14), np.zeros((13, 0)), F)
+    frame = table.confidence(noise={"f1": 0.0, "f2": 0.0})
+    assert np.array_equal(frame["pareto"] == 1, table.pareto())
+    best = frame.index[frame["best"] == 1].tolist()
+    assert best == table.best().names
+    assert np.allclose(frame[["f1", "f2"]], F)
+
+
+def test_two_designs_have_the_probability_of_a_normal_difference():
+    """B dominates A if both differences are below 0; of two designs means are not shrunk."""
+    from scipy.stats import norm
+
+    table = TestTable.of([1, 2], np.zeros((2, 0)), [[0.0, 0.0], [-0.3, -0.5]])
+    frame = table.confidence(noise={"f1": 1.0, "f2": 1.0})
+    a_is_dominated = norm.cdf(0.3 / np.sqrt(2)) * norm.cdf(0.5 / np.sqrt(2))
+    b_is_dominated = norm.cdf(-0.3 / np.sqrt(2)) * norm.cdf(-0.5 / np.sqrt(2))
+    assert frame["pareto"].to_numpy() == pytest.approx(
+        [1 - a_is_dominated, 1 - b_is_dominated], abs=0.04
+    )
+    assert (frame["best"] == frame["pareto"]).all()  # each is the best in an objective: a tie
+    assert (frame["near_best"] >= frame["best"]).all()
+
+
+def test_shrunk_means_are_nearer_to_the_truth_than_the_tests():
+    generator = np.random.default_rng(3)
+    t = generator.random(200)
+    truth = np.column_stack([t, (1 - t) ** 2]) + 0.1 * generator.random((200, 1))
+    noisy = truth + 0.1 * generator.standard_normal(truth.shape)
+    table = TestTable.of(range(1, 201), np.zeros((200, 0)), noisy)
+    frame = table.confidence(noise={"f1": 0.1, "f2": 0.1})
+    shrunk = frame[["f1", "f2"]].to_numpy()
+    assert ((shrunk - truth) ** 2).mean() < 0.8 * ((noisy - truth) ** 2).mean()
+    front = table.pareto()
+    assert abs((shrunk - truth)[front].mean()) < 0.5 * abs((noisy - truth)[front].mean())
+
+
+def test_confidence_needs_errors_of_every_objective():
+    table = TestTable.of([1, 2], np.zeros((2, 0)), [[0.0, 1.0], [1.0, 0.0]])
+    with pytest.raises(ArgumentValueError, match="standard errors"):
+        table.confidence()
+    with pytest.raises(ArgumentValueError, match="^noise must be"):
+        table.confidence(noise={"f1": 1.0})
