@@ -14,7 +14,18 @@ from pymoo_psi import Formulation
 from pymoo_psi.cli import _experiments, main
 from pymoo_psi.table import read_table
 
-COMMANDS = ["solve", "rank", "page", "report", "analyze", "compare", "export", "reproduce"]
+COMMANDS = [
+    "solve",
+    "ask",
+    "tell",
+    "rank",
+    "page",
+    "report",
+    "analyze",
+    "compare",
+    "export",
+    "reproduce",
+]
 
 
 def shown(capsys, *words):

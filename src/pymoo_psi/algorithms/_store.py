@@ -136,7 +136,7 @@ class StudyStore(Store):
         head = _head_of_run(table, model)
         share = options.part if options.part.of > 1 else None
         facts = self.study.begin(head, _points_of_run(head, sampling, model), share, planned)
-        self._run = facts["run"].number
+        self._run: int = facts["run"].number
         self._part = options.part
         self._asked: tuple[int, int] = options.first, facts["run"].planned  # before this call
         self._has_others = len(facts["runs"]) > 1
@@ -164,6 +164,11 @@ class StudyStore(Store):
                 return self.recall(points)
 
             yield recall_or_lock
+
+    @property
+    def run(self) -> int:
+        """The number of the run in the study."""
+        return self._run
 
     @contextmanager
     def writing(self) -> Iterator[None]:

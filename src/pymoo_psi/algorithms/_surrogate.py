@@ -228,7 +228,8 @@ class SurrogateSource(Source):
             sequence, coordinates=sequence.units, rounds=np.zeros(len(sequence))
         )
         self._n_points = len(sequence) + n_proposed
-        self._others = run.store.others()  # tests of other runs
+        others = run.store.others()
+        self._others = others.rows(run.model.space.has_options(others.X))
         self._n_dim = len(run.model.space.searched)
         self._seed = seed
         self._batch = batch
@@ -369,6 +370,18 @@ class SurrogateSource(Source):
         else:
             make()
         return _Making(pending, len(self._tests), units)
+
+    def proposed(self, size: int, pending: Points, round_number: int) -> Array:
+        """Return ``(size, d)`` points that surrogates propose now, outside of a run.
+
+        Args:
+            size: How many.
+            pending: The points that are being tested.
+            round_number: The number of the round, from 0.
+        """
+        self._ends = [len(self._tests)] * (round_number + 1)
+        with threadpool_limits(limits=1, user_api="blas"):
+            return self._proposed(size, pending, self._table(), len(self._others))
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""

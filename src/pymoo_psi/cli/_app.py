@@ -232,6 +232,61 @@ def solve(options: Options) -> int:
     return run_solve(options)
 
 
+@_command(
+    _PROBLEM,
+    _option(
+        "points", "N", "Number of designs; 0: all pending ones.", type=click.IntRange(0), default=4
+    ),
+    _file("study", "FILE.db", "Study that keeps the tests."),
+    _file("out", "FILE", "Write the designs here ({designs})."),
+    _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
+    _option("seed", "S", "Random seed (surrogate).", type=click.IntRange(0), default=1),
+    _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
+    _names("log", "X,…", "Variables on a logarithmic scale."),
+    _file("from", "FILE", "Take the tests in this file into the study first ({sources})."),
+    _names("from-names", "X=A,…", "Columns of --from for names of the problem, where they differ."),
+    _option("study-key", "K", "Version of the model; a study rejects a changed one."),
+)
+def ask(options: Options) -> int:
+    """Ask for designs that people are to test.
+
+    The results are given by 'pymoo-psi tell'. PROBLEM is that of solve, such as a FILE.toml without
+    [program]; it is not evaluated. Designs that the study has, or that are pending, are not asked
+    for again.
+
+    Examples:
+      pymoo-psi ask bnh --points 4 --study lab.db --out next.csv
+    """
+    from pymoo_psi.cli._laboratory import run_ask
+
+    return run_ask(options)
+
+
+@_command(
+    click.Argument(["file"], type=path_in, required=False),
+    _file("study", "FILE.db", "Study that keeps the tests.", required=True),
+    _flag("correct", text="Replace results that the study has by those of the file."),
+    _option("withdraw", "N,N,…", "Withdraw the results of tests."),
+    _option("cancel", "N,N,…", "Cancel pending tests."),
+    _option("decimal", '"."|","', "Decimal mark [detected]."),
+    _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
+)
+def tell(options: Options) -> int:
+    """Take the results of tests by people into their study.
+
+    FILE is the file of ask with results. Rows without results stay pending; several rows of a test
+    are repeats; a changed variable is what was tested. A second time changes nothing.
+
+    Examples:
+      pymoo-psi ask bnh --study lab.db --out next.csv
+      pymoo-psi tell next.csv --study lab.db
+      pymoo-psi tell --study lab.db --cancel 2,3
+    """
+    from pymoo_psi.cli._laboratory import run_tell
+
+    return run_tell(options)
+
+
 @_command(_FILE, _file("out", "FILE", "Write all designs here ({designs})."), *_READING)
 def rank(options: Options) -> int:
     """Rank the designs of any Pareto set, the best compromise first.

@@ -76,7 +76,7 @@ def load_problem(
     if timeout is not None:
         positive_number("--timeout", timeout)
     source = _source(name)
-    if timeout is not None and name.endswith(".toml"):
+    if timeout is not None and name.endswith(".toml") and not source.by_people:
         # The program's own limit, so that its folder is kept and named in the reason.
         source.program = replace(source.program, timeout=timeout)
     problem = _construct(name, source)

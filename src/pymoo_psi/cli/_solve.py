@@ -38,6 +38,7 @@ from pymoo_psi.problems import (
     known_limits,
     problem_layout,
     problem_name,
+    require_model,
     with_requirements,
 )
 from pymoo_psi.sequences import MAX_DIMENSIONS
@@ -107,6 +108,7 @@ def run_solve(options: Options) -> int:
         box=options.box,
         log=options.log,
     )
+    require_model(problem)
     if getattr(options, "try"):  # a keyword of Python
         return try_program(options.problem, problem, points)
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
@@ -120,7 +122,7 @@ def run_solve(options: Options) -> int:
         rule = "used with --algorithm psi if a problem takes many designs at once"
         raise invalid("--cluster", rule, algorithm)
     if getattr(options, "from") is not None:
-        _import(problem, options, run)
+        import_into_study(problem, options, run)
     search = _searched(algorithm, problem, points, runner, run, formulation)
     if not search.table.eligible().any():
         _say_infeasible(problem, search, options.out)
@@ -225,7 +227,7 @@ def _sources_of_limits(problem: str, given: Formulation, limits: Mapping[str, An
     return f"Limits: {', '.join(texts)}."
 
 
-def _import(problem: Problem, options: Options, run: RunOptions) -> None:
+def import_into_study(problem: Problem, options: Options, run: RunOptions) -> None:
     """Take the tests of ``--from`` into the study."""
     if run.study is None:
         raise invalid("--from", "used with --study", Received("no --study"))

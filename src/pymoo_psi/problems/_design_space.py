@@ -198,6 +198,14 @@ class DesignSpace:
             points = self._polytope.points(points)
         return points[:, self._are_searched()]
 
+    def has_options(self, matrix: AnyArray) -> Mask:
+        """``(n,)`` whether the choices of designs are options here, not only of wider bounds."""
+        has = np.ones(len(matrix), dtype=bool)
+        for variable, values in zip(self.variables, matrix.T, strict=True):
+            if variable.kind is Kind.CHOICE:
+                has &= np.isin(list(map(str, values)), list(map(str, variable.options)))
+        return has
+
     def places(self, points: Array) -> Array:
         """Return ``(n, n_searched)`` places of designs between the bounds of their variables.
 

@@ -43,6 +43,7 @@ from pymoo_psi.problems._wrapped import (
     WrappedProblem,
     changes_designs_only,
     layers,
+    require_model,
     tolerates_failures,
     uses_wrapped_values,
 )
@@ -167,6 +168,7 @@ class _Model:
         while changes_designs_only(problem):
             self.wrappers.append(problem)
             problem = problem.wrapped
+        require_model(problem)
         self.problem = problem
         self.args = args
         self.kwargs = kwargs

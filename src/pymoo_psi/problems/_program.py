@@ -35,6 +35,7 @@ from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationEr
 from pymoo_psi.parallel import run_program
 from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._named import NamedProblem, section, sections, units_of
+from pymoo_psi.problems._wrapped import require_model
 from pymoo_psi.table import Expression, UnfitError, cells_of_text
 
 if sys.version_info >= (3, 11):
@@ -42,6 +43,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+_WAYS = "given as file with one of pattern, key and column, or as expression"  # of an output
 # In a template, but neither copied nor part of the model: Python, git and macOS leave these there.
 _LEFT_OUT = ("__pycache__", ".git", ".DS_Store")
 # Fortran writes 1.5D+03.
@@ -70,6 +72,8 @@ class Output:
         expression: Arithmetic of variables and of the outputs above, instead of a file.
         unit: Its unit.
 
+    Without a program, the results of tests that people make have the number: there is no file.
+
     Raises:
         ArgumentValueError: There is not exactly one way to find the number, or the pattern cannot
             be used.
@@ -89,9 +93,9 @@ class Output:
         for way in ("pattern", "key", "column", "expression"):
             if getattr(self, way):
                 ways.append(way)
-        if len(ways) != 1 or bool(self.file) == bool(self.expression):
-            rule = "given as file with one of pattern, key and column, or as expression"
-            raise invalid("an output", rule, Received(" and ".join(ways) or "none of these"))
+        is_measured = not ways and not self.file
+        if not is_measured and (len(ways) != 1 or bool(self.file) == bool(self.expression)):
+            raise invalid("an output", _WAYS, Received(" and ".join(ways) or "none of these"))
         _require_inside("file", self.file)
         if self.pattern and _n_groups(self.pattern) != 1:
             rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
@@ -303,7 +307,8 @@ class ProgramProblem(NamedProblem):
     Args:
         variables: By name: ``{"bounds": [20, 60]}`` with ``"unit"``, ``"scale": "log"`` or
             ``"kind": "integer"``, or ``{"choices": ["S235", "S355"]}``; see :class:`Setting`.
-        program: See :class:`Program`.
+        program: See :class:`Program`; ``None`` if people make the tests, which
+            :func:`~pymoo_psi.algorithms.ask_tests` and ``pymoo-psi ask`` ask them for.
         outputs: By name; see :class:`Output`.
         objectives: ``{"minimize": [...], "maximize": [...]}``, names of outputs.
         limits: On outputs, such as ``{"stress": "<= 250", "f": ">= 1, <= 5"}``: constraints.
@@ -317,6 +322,7 @@ class ProgramProblem(NamedProblem):
 
     Attributes:
         names: The names of all columns by pymoo's names.
+        by_people: Whether people make the tests, as there is no program.
         units: Units by name.
         maximize: Objectives whose sign is changed in ``F``.
         log: Variables of logarithmic scale.
@@ -339,7 +345,7 @@ class ProgramProblem(NamedProblem):
     def __init__(
         self,
         variables: Mapping[str, Any],
-        program: Mapping[str, Any],
+        program: Mapping[str, Any] | None,
         outputs: Mapping[str, Any],
         objectives: Mapping[str, Any],
         limits: Mapping[str, str] | None = None,
@@ -352,8 +358,12 @@ class ProgramProblem(NamedProblem):
     ) -> None:
         self.base = Path(base).absolute()
         self.key = str(key)
-        self.program: Program = section("program", Program, program)
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
+        self.program: Program
+        self.by_people = program is None
+        if program is not None:
+            self.program = section("program", Program, program)
+        self._check_ways()
         goals = section("objectives", Goals, objectives)
         every = [*goals.minimize, *goals.maximize]
         for goal in every:
@@ -376,8 +386,19 @@ class ProgramProblem(NamedProblem):
         both = self.variables.keys() & self.outputs.keys()
         if both:
             raise invalid("the name of an output", "unlike those of variables", min(both))
-        self._check_folders()
-        self._check_variables()
+        used = self._operands()
+        if not self.by_people:
+            self._check_folders()
+            self._check_variables(used)
+
+    def _check_ways(self) -> None:
+        """Refuse outputs of a program without a file, and those of people with one."""
+        for name, output in self.outputs.items():
+            if self.by_people and output.file:
+                rule = "without a file, as there is no [program]"
+                raise invalid(f"outputs: {name}: an output", rule, output.file)
+            if not self.by_people and not (output.file or output.expression):
+                raise invalid(f"outputs: {name}: an output", _WAYS, Received("none of these"))
 
     @classmethod
     def from_toml(cls, path: str | PathLike[str], **kwargs: Any) -> ProgramProblem:
@@ -399,9 +420,11 @@ class ProgramProblem(NamedProblem):
             sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))
             for word in sections:
                 known_name("a section", word, (*words, "name", "key"))
+            sections.setdefault("program", {})  # as one may be missing
             for word in words[:4]:
                 remedy = "pymoo-psi solve --new example.toml writes a whole file"
                 mapping(f"[{word}]", sections.get(word), "names to settings", remedy)
+            sections["program"] = sections["program"] or None
             return cls(**sections, base=path.parent, **kwargs)
         # tomllib's own is a ValueError; brackets may be nested too deeply for it.
         except (ValueError, ArgumentTypeError, RecursionError) as error:
@@ -415,6 +438,8 @@ class ProgramProblem(NamedProblem):
 
         Version 0.3 knew neither hidden files nor those in linked folders, so these are apart.
         """
+        if self.by_people:
+            return {"key": self.key}
         outputs = {name: asdict(output) for name, output in self.outputs.items()}
         files = [*self.program.files]
         content = hashlib.sha256(json.dumps(files).encode())
@@ -534,9 +559,12 @@ class ProgramProblem(NamedProblem):
                 remedy = "let the command copy the input, so that no value of it is an output"
                 raise invalid("files", "inputs, and none of them an output", file, remedy)
 
-    def _check_variables(self) -> None:
-        """Refuse placeholders that cannot be filled, and variables that are used nowhere."""
-        used = self._operands()
+    def _check_variables(self, used: set[str]) -> None:
+        """Refuse placeholders that cannot be filled, and variables that are used nowhere.
+
+        Args:
+            used: What expressions use.
+        """
         texts = {"the command": self.program.command}
         for file in self.program.files:
             texts[f"the file {file}"] = text_of(self._template / file)
@@ -647,7 +675,7 @@ class ProgramProblem(NamedProblem):
     def _read_again(self, name: str, values: Any, columns: Mapping[str, Any]) -> Any:
         """Return an output of tests, those that lack it with the values in kept folders."""
         missing = np.flatnonzero(np.isnan(values) & (columns["status"] != "failed"))
-        if len(missing) == 0:
+        if len(missing) == 0 or self.by_people:
             return values
         folders = self._kept_folders()
         for row in missing.tolist():
@@ -668,6 +696,7 @@ class ProgramProblem(NamedProblem):
 
     def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
         """Return the outputs of a design; see :class:`NamedProblem`."""
+        require_model(self)
         run = self.run(design)
         if run.flaw:
             reason = run.flaw

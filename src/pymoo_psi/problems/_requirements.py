@@ -40,7 +40,7 @@ _SIGN = re.compile(r"(<=|>=|=)")
 _FACTORS = {"<=": -1.0, "=": 0.0, ">=": 1.0}
 _LARGE = 2.0**60  # beside it, a constant does not count
 _LINEAR = 1e-9  # largest relative difference between an equality and a linear one
-_ACCURACY = 1e-6  # of the terms of an equality, as designs of others may be rounded
+_ACCURACY = 5e-3  # of the terms of an equality, as designs of others are weighed or rounded
 # Where installed packages are, and Python itself.
 _PACKAGES = tuple(map(sysconfig.get_path, ("stdlib", "purelib", "platlib")))
 
@@ -139,7 +139,12 @@ class Requirement:
         return [*coefficients.tolist(), -values[n].item()]
 
     def _deviation(self, columns: Columns) -> Array:
-        """Return ``(n,)`` amounts by which designs miss an equality, 0 but for rounding."""
+        """Return ``(n,)`` amounts by which designs miss an equality, 0 where they are accurate."""
+        amounts, sizes = self.deviation(columns)
+        return np.where(amounts > _ACCURACY * sizes, amounts, 0.0)
+
+    def deviation(self, columns: Columns) -> tuple[Array, Array]:
+        """Return ``(n,)`` amounts by which designs miss an equality, and the sizes of its terms."""
         *coefficients, total = self.equality([*columns])
         amounts: Any = -total
         sizes: Any = abs(total)
@@ -147,8 +152,7 @@ class Requirement:
             if coefficient != 0:
                 amounts = amounts + coefficient * values
                 sizes = sizes + np.abs(coefficient * values)
-        amounts = np.nan_to_num(np.abs(amounts), nan=np.inf)
-        return np.where(amounts > _ACCURACY * sizes, amounts, 0.0)
+        return np.nan_to_num(np.abs(amounts), nan=np.inf), sizes
 
     @cached_property
     def _terms(self) -> tuple[list[Any], float]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from pymoo.core.problem import Problem
 
+from pymoo_psi.errors import PsiError
 from pymoo_psi.problems._pymoo import problem_name, require_inequalities
 
 Evaluate = Callable[[Any], dict[str, Any]]
@@ -162,6 +163,20 @@ def layers(problem: Any) -> list[Any]:
     if not isinstance(problem, WrappedProblem):
         return [problem]
     return [problem, *layers(problem.wrapped)]
+
+
+def require_model(problem: Any) -> None:
+    """Refuse to evaluate a problem whose tests are made by people.
+
+    Raises:
+        PsiError: It is one.
+    """
+    if getattr(layers(problem)[-1], "by_people", False):
+        raise PsiError(
+            "people make the tests of this problem, as it has no [program]: ask for designs by "
+            "'pymoo-psi ask FILE.toml --study FILE.db --out next.csv', and give the results by "
+            "'pymoo-psi tell next.csv --study FILE.db'"
+        )
 
 
 def uses_wrapped_values(problem: Any) -> bool:

@@ -18,6 +18,7 @@ from pymoo_psi.study._study import Study
 from pymoo_psi.study._database import LAST as LAST
 from pymoo_psi.study._database import Columns as Columns
 from pymoo_psi.study._database import Proposal as Proposal
+from pymoo_psi.study._database import Requests as Requests
 from pymoo_psi.study._database import run_of as run_of
 from pymoo_psi.study._runs import StudyRun as StudyRun
 from pymoo_psi.study._runs import points_of as points_of

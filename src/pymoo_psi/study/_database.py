@@ -345,6 +345,96 @@ def stored_proposals(
     return proposals
 
 
+class Requests:
+    """Tests that people were asked for, and all tests of a study, in a transaction.
+
+    Attributes:
+        facts: The facts about the study.
+        asked: By the number of its test, each request: ``run``, ``proposal``, ``design``, values by
+            name; and ``of``, the test that it repeats, if it is none that was asked for.
+        tests: The columns of all tests.
+    """
+
+    def __init__(self, db: sqlite3.Connection, facts: Facts) -> None:
+        self._db = db
+        self.facts = facts
+        self.asked: dict[int, dict[str, Any]] = {}
+        for run in facts["runs"]:
+            for proposal in stored_proposals(db, facts, run.number, 1, LAST):
+                content = proposal[3]
+                if "test" in content:
+                    request = {"run": run.number, "proposal": proposal}
+                    self.asked[content["test"]] = content | request
+        self.tests = selected(db, facts, 1, LAST)
+
+    @property
+    def pending(self) -> list[int]:
+        """The numbers of the tests that were asked for and have no result."""
+        numbers = {number for number, request in self.asked.items() if "of" not in request}
+        return sorted(numbers.difference(self.tests["test"].tolist()))
+
+    def add(self, run: int, proposals: Sequence[Proposal]) -> list[int]:
+        """Ask for tests of points of a run; return their numbers."""
+        if not proposals:
+            return []
+        test_points = np.array([proposal[0] for proposal in proposals])
+        first, last = int(test_points.min()), int(test_points.max())
+        reserved = reserve(self._db, self.facts, run_of(self.facts, run), first, last)
+        # Tests of other runs that are known have other numbers.
+        numbers = replace(reserved, known=reserved.known[:0]).tests(test_points)
+        added: list[int] = numbers.tolist()
+        for number, proposal in zip(added, proposals, strict=True):
+            content = proposal[3] | {"test": number}
+            proposal = (*proposal[:3], content)
+            add_proposals(self._db, run, [proposal])
+            self.asked[number] = content | {"run": run, "proposal": proposal}
+        return added
+
+    def repeat(self, test: int) -> int:
+        """Return the number of a further test for a request, in a run of all repeats."""
+        points = points_of(self.facts["head"], "repeats of tests")
+        run = run_with(self.facts["runs"], points)
+        if run is None:
+            run = add_run(self._db, self.facts, points)
+        request = self.asked[test]
+        content = {"design": request["design"], "of": test}
+        return self.add(run.number, [(run.planned + 1, *request["proposal"][1:3], content)])[0]
+
+    def keep(self, columns: Columns) -> None:
+        """Write tests of requests, ``columns`` with ``test`` and ``repeat``; see :meth:`append`."""
+        requests = [self.asked[number] for number in columns["test"].tolist()]
+        numbers = [(request["run"], request["proposal"][0]) for request in requests]
+        self._db.executemany("DELETE FROM known WHERE run = ? AND test_point = ?", numbers)
+        columns["run"], columns["test_point"] = np.array(numbers).T
+        widen(self._db, self.facts, columns)
+        origins = [request["proposal"][2] for request in requests]
+        insert(self._db, self.facts["head"], columns, origins, np.nan)
+        self._update()
+
+    def discard(self, test: int, why: str) -> None:
+        """Move a test to the history, or a request that has no test."""
+        where, keys = "tests WHERE test = ?", [test]
+        if test not in self.tests["test"]:
+            request = self.asked.pop(test)
+            where = "proposals WHERE run = ? AND test_point = ?"
+            keys = [request["run"], request["proposal"][0]]
+        cursor = self._db.execute(f"SELECT * FROM {where}", keys)
+        names = [name for name, *_ in cursor.description]
+        cells = dict(zip(names, cursor.fetchone(), strict=True))
+        row = (_now(), test, json.dumps({"why": why, "cells": cells}, ensure_ascii=False))
+        self._db.execute("INSERT INTO history VALUES (?, ?, ?, ?)", (*row, text_checksum(row)))
+        self._db.execute(f"DELETE FROM {where}", keys)
+        self._db.execute("DELETE FROM known WHERE test = ?", (test,))
+        self.facts["n_changes"] = self.facts.get("n_changes", 0) + 1
+        put(self._db, n_changes=self.facts["n_changes"])
+        self._update()
+
+    def _update(self) -> None:
+        self.tests = selected(self._db, self.facts, 1, LAST)
+        counts = "SELECT count(*) FROM tests WHERE tests.run = runs.run"
+        self._db.execute(f"UPDATE runs SET n_tests = ({counts})")
+
+
 # The head
 
 

@@ -10,8 +10,9 @@
 - ``runs`` says for each run what determines its points, when, where and by which versions it was
   begun, and the numbers of its tests; ``known`` has the points of a run whose designs other runs
   had tested.
-- ``proposals`` has designs that an algorithm is going to test.
-- ``history`` has tests as they were before they were corrected or withdrawn.
+- ``proposals`` has designs that an algorithm or people are going to test; those that are asked of
+  people have the number of their test, and when they were cancelled if they were.
+- ``history`` has tests as they were before they were corrected or withdrawn, and when that was.
 - ``study`` has the facts about the whole file: names, and values as JSON; and their checksum.
 
 Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
@@ -44,6 +45,7 @@ from pymoo_psi.study._database import (
     Columns,
     Facts,
     Proposal,
+    Requests,
     add_known,
     add_proposals,
     add_run,
@@ -109,8 +111,9 @@ class Study:
                 )
         self.wait = wait
         self._id: str | None = None  # of the study that was used; another file may take its place
-        # Of which run, how many tests the other runs have, and these by their designs.
-        self._others: tuple[int, int, dict[int, int]] = (0, 0, {})
+        # Of which run, how many tests the other runs have and how many were changed; the tests of
+        # the other runs by their designs.
+        self._others: tuple[tuple[int, int, int], dict[int, int]] = (0, 0, 0), {}
 
     def begin(
         self,
@@ -286,9 +289,10 @@ class Study:
         n_others = sum(other.n_tests for other in facts["runs"] if other.number != run)
         if n_others == 0:
             return
-        if self._others[:2] != (run, n_others):
-            self._others = run, n_others, tests_by_design(db, facts, run)
-        tests = self._others[2]
+        state = run, n_others, facts.get("n_changes", 0)
+        if self._others[0] != state:
+            self._others = state, tests_by_design(db, facts, run)
+        tests = self._others[1]
         designs = design_checksums(facts["head"], columns).tolist()
         rows = []
         for test_point, design in zip(columns["test_point"].tolist(), designs, strict=True):
@@ -392,6 +396,16 @@ class Study:
         """
         with self._transaction(_READ) as (db, facts):
             return stored_proposals(db, facts, run, first, min(first + count - 1, LAST))
+
+    @contextmanager
+    def requests(self) -> Iterator[Requests]:
+        """Yield the tests that people are asked for; what the body changes is committed together.
+
+        Raises:
+            StudyError: As :meth:`append`.
+        """
+        with self._transaction(_WRITE) as (db, facts):
+            yield Requests(db, facts)
 
     @contextmanager
     def _transaction(self, begin: str) -> Iterator[tuple[sqlite3.Connection, Facts]]:

@@ -23,6 +23,7 @@ from ._table import TestTable as TestTable
 from ._analysis import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._analysis import alike as alike
 from ._cells import UnfitError as UnfitError
+from ._cells import is_blank as is_blank
 from ._designs import design_keys as design_keys
 from ._designs import design_matrix as design_matrix
 from ._designs import value_ranks as value_ranks
@@ -33,6 +34,7 @@ from ._formats import format_of as format_of
 from ._formats import metadata_path as metadata_path
 from ._formats import source_suffixes as source_suffixes
 from ._formats import suffixes_for as suffixes_for
+from ._head import choice_texts as choice_texts
 from ._head import choice_values as choice_values
 from ._head import columns_of as columns_of
 from ._head import columns_of_designs as columns_of_designs
@@ -63,3 +65,4 @@ from ._limits import sides_of_text as sides_of_text
 from ._limits import texts_of as texts_of
 from ._repeats import confidence_sentence as confidence_sentence
 from ._source import numbers_of_file as numbers_of_file
+from ._source import source_columns as source_columns

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -277,13 +278,41 @@ def numbers_of_file(path: str | PathLike[str]) -> dict[str, Array]:
         OSError: The file cannot be opened.
         UnfitError: It is no table of named columns, or a column cannot be read.
     """
-    content = _content(Path(path), None, (), None)
+    _, columns = source_columns(path)
+    return {name: column.require_numbers() for name, column in columns.items()}
+
+
+def source_columns(
+    source: str | PathLike[str] | Any,
+    units: Mapping[str, str] = MappingProxyType({}),
+    *,
+    decimal: str | None = None,
+    sheet: str | None = None,
+) -> tuple[Cells, dict[str, Column]]:
+    """Return the cells of a source that is no table of tests, and its columns with their numbers.
+
+    Args:
+        source: A file or a data frame.
+        units: Units that may follow the names of columns.
+        decimal: The decimal mark, if it is known.
+        sheet: The sheet of a workbook.
+
+    Raises:
+        OSError: The file cannot be opened.
+        UnfitError: It is no table of named columns.
+    """
+    content: StoredTests | Cells
+    if isinstance(source, (str, PathLike)):
+        content = _content(Path(source), None, (), sheet)
+    else:
+        content = _cells_of(source)
     if not isinstance(content, Cells):
         raise UnfitError("it is a table of tests, and not one of numbers alone")
-    n_rows = len(next(iter(content.columns.values()), ()))
-    cells = replace(content, rows=range(1, n_rows + 1))
-    columns = read_columns(cells, None, None, ())
-    return {name: column.require_numbers() for name, column in columns.items()}
+    names = names_of([*content.columns], units)
+    columns = dict(zip(names, content.columns.values(), strict=True))
+    n_rows = len(next(iter(columns.values()), ()))
+    cells = replace(content, columns=columns, rows=range(1, n_rows + 1))
+    return cells, read_columns(cells, decimal, None, ())
 
 
 # From cells to designs

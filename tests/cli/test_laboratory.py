@@ -1,0 +1,251 @@
+"""Tests that people make: `ask` and `tell`, two files at once, repeats, corrections, mixtures."""
+
+import json
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+
+import numpy as np
+import pandas as pd
+import pytest
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.core.variable import Binary, Choice, Integer
+from pymoo.problems import get_problem
+
+from pymoo_psi import PSI, ProgramProblem
+from pymoo_psi.algorithms import RunOptions, ask_tests, tell_tests
+from pymoo_psi.cli import main
+from pymoo_psi.errors import PsiError
+from pymoo_psi.table import read_table
+
+ALLOY = """
+name = "alloy"
+[variables]
+a = {bounds = [0, 0.6], unit = "kg"}
+b = {bounds = [0, 0.6]}
+c = {bounds = [0, 1]}
+mould = {choices = ["sand", "steel", 12]}
+[outputs]
+strength = {unit = "MPa"}
+pores = {}
+cost = {expression = "3*a + 2*b + c"}
+[objectives]
+maximize = ["strength"]
+minimize = ["cost"]
+[limits]
+pores = "<= 0.5"
+[requirements]
+mix = "a + b + c = 1"
+"""
+
+
+@pytest.fixture
+def alloy(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "alloy.toml").write_text(ALLOY, "utf-8")
+
+
+def asked(name, *words):
+    command = ["ask", "alloy.toml", "--study", "lab.db", "--out", name, *map(str, words)]
+    assert main(command) == 0
+    reader = pd.read_csv if name.endswith(".csv") else pd.read_excel
+    return reader(name).astype({"failure": object})
+
+
+def told(frame, name="told.csv", *words, code=0):
+    frame.to_csv(name, index=False)
+    assert main(["tell", name, "--study", "lab.db", *words]) == code
+
+
+def filled(frame, rows=slice(None)):
+    frame = frame.copy()
+    frame.loc[rows, "strength [MPa]"] = 200 + 10 * frame["test"]
+    frame.loc[rows, "pores"] = 0.25
+    return frame
+
+
+def stored():
+    """The strengths by test, and how often the study was changed."""
+    with closing(sqlite3.connect("lab.db")) as db:
+        tests = dict(db.execute("SELECT test, strength FROM tests ORDER BY test"))
+        return tests, db.execute("SELECT count(*) FROM history").fetchone()[0]
+
+
+def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, capsys):
+    first, second = asked("first.csv", "--points", 3), asked("second.xlsx", "--points", 2)
+    assert [*first["test"], *second["test"]] == [1, 2, 3, 4, 5]
+    designs = pd.concat([first, second])[["a [kg]", "b", "c", "mould"]]
+    assert len(designs.drop_duplicates()) == 5
+    assert designs[["a [kg]", "b", "c"]].sum(axis=1).to_numpy() == pytest.approx(1, abs=1e-12)
+    told(filled(second, [1]))
+    repeated = filled(first, [0, 2])
+    repeated = pd.concat([repeated, repeated.tail(1)], ignore_index=True)
+    repeated.loc[3, "strength [MPa]"] = 231.5
+    told(repeated)
+    assert stored() == ({1: 210, 3: 230, 5: 250, 6: 231.5}, 0)
+    told(repeated)
+    told(filled(second, [1]))
+    assert stored() == ({1: 210, 3: 230, 5: 250, 6: 231.5}, 0)
+    told(filled(first))
+    assert "Pending tests: 4." in capsys.readouterr().out
+    assert asked("again.csv", "--points", 0)["test"].tolist() == [4]
+    table = read_table("lab.db")
+    assert table.status.tolist() == ["ok"] * 5
+    cost = table.X[:, :3].astype(float) @ [3, 2, 1]
+    assert table.column("cost") == pytest.approx(cost, rel=1e-15)
+
+
+def test_results_are_corrected_and_withdrawn_only_on_request_with_a_history(alloy, capsys):
+    frame = filled(asked("next.csv"))
+    told(frame)
+    wrong = frame.copy()
+    wrong.loc[1, "strength [MPa]"] = 500
+    told(wrong, code=2)
+    message = capsys.readouterr().err
+    assert "row 2 (line 3)" in message
+    assert "strength = 500 where it has 220" in message
+    assert stored() == ({1: 210, 2: 220, 3: 230, 4: 240}, 0)
+    told(wrong, "told.csv", "--correct")
+    assert stored() == ({1: 210, 2: 500, 3: 230, 4: 240}, 1)
+    with closing(sqlite3.connect("lab.db")) as db:
+        ((content,),) = db.execute("SELECT content FROM history").fetchall()
+    assert json.loads(content)["cells"]["strength"] == 220
+    assert main(["tell", "--study", "lab.db", "--withdraw", "3,4"]) == 0
+    assert main(["tell", "--study", "lab.db", "--cancel", "4"]) == 0
+    assert capsys.readouterr().out.endswith("Pending tests: 3.\n")
+    assert stored() == ({1: 210, 2: 500}, 4)
+    told(frame.tail(1), code=2)
+    assert main(["tell", "--study", "lab.db", "--cancel", "1"]) == 2
+    told(frame.iloc[2:3])
+    assert stored()[0] == {1: 210, 2: 500, 3: 230}
+
+
+def test_what_was_tested_counts_and_fifteen_digits_are_what_was_asked_for(alloy, capsys):
+    frame = filled(asked("next.csv"))
+    digits = ["a [kg]", "b", "c"]
+    exact = frame[digits].to_numpy()
+    frame[digits] = frame[digits].map(lambda value: f"{value:.15g}").astype(float)
+    assert (frame[digits].to_numpy() != exact).any()
+    frame["c"] = frame["c"].astype(float)
+    frame.loc[0, "c"] -= 0.001
+    frame.loc[3, "mould"] = "steel"
+    told(frame)
+    table = read_table("lab.db")
+    assert (table.X[1:, :3].astype(float) == exact[1:]).all()
+    assert table.column("c")[0] == frame.loc[0, "c"]
+    assert table.column("mould")[3] == "steel"
+    assert table.status.tolist() == ["ok"] * 4  # shares are weighed
+    text = capsys.readouterr().out
+    assert "Test 1: c = 0.999 instead of 1" in text
+    assert "misses a + b + c = 1 by 0.001" in text
+    assert "Test 4: mould = steel instead of" in text
+    told(frame)
+    assert "0 tests taken, 4 known already" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "message"),
+    [
+        ("test", 99, "a test that was asked for"),
+        ("test", 1.5, "row 2, test must be one integer number"),
+        ("mould", "wood", "did you mean|'sand'"),
+        ("failure", "cracked", "either results or the reason"),
+        ("strength [MPa]", np.inf, "row 2, strength must be one real number"),
+        ("strength [MPa]", "firm", "strength"),
+    ],
+)
+def test_a_row_that_cannot_be_meant_is_refused_and_nothing_is_taken(alloy, column, value, message):
+    frame = filled(asked("next.csv"))
+    frame[column] = frame[column].astype(object)
+    frame.loc[1, column] = value
+    with pytest.raises(PsiError, match=message):
+        tell_tests(frame.rename(columns={"strength [MPa]": "strength", "a [kg]": "a"}), "lab.db")
+    assert stored() == ({}, 0)
+
+
+def test_failures_and_incomplete_rows(alloy, capsys):
+    frame = filled(asked("next.csv"), [1])
+    frame.loc[0, "failure"] = "cracked"
+    frame.loc[2, "pores"] = 0.1
+    told(frame)
+    assert "Test 3 stays pending, as it lacks some results" in capsys.readouterr().out
+    table = read_table("lab.db")
+    assert table.reasons == {1: "cracked"}
+    assert table.status.tolist() == ["failed", "ok"]
+
+
+def test_such_a_problem_is_not_evaluated(alloy, capsys):
+    assert main(["solve", "alloy.toml", "--study", "lab.db"]) == 2
+    assert "pymoo-psi ask" in capsys.readouterr().err
+    algorithm = PSI(4)
+    algorithm.setup(ProgramProblem.from_toml("alloy.toml"))
+    with pytest.raises(PsiError, match="people make the tests"):
+        algorithm.run()
+
+
+class Small(ElementwiseProblem):
+    def __init__(self):
+        variables = {"n": Integer(bounds=(1, 3)), "on": Binary(), "c": Choice(options=["a", "b"])}
+        super().__init__(vars=variables, n_obj=1)
+
+
+def test_discrete_designs_are_asked_for_once_by_either_algorithm(tmp_path):
+    options = RunOptions(study=tmp_path / "small.db")
+    frames = [ask_tests(Small(), 5, options), ask_tests(Small(), 6, options, with_surrogates=True)]
+    designs = pd.concat(frames)
+    assert len(designs[["n", "on", "c"]].drop_duplicates()) == 11
+    designs["f1"] = designs["n"].astype(float)
+    designs["on"] = designs["on"].map(lambda on: str(bool(on)).upper())  # as spreadsheets do
+    tell_tests(designs, options.study)
+    assert read_table(options.study).X[:, 1].tolist() == [on == "TRUE" for on in designs["on"]]
+    with pytest.raises(PsiError, match="at most 1"):
+        ask_tests(Small(), 2, options)
+
+
+def results_of(problem, frame):
+    out = problem.evaluate(frame[["x1", "x2"]].to_numpy(float), return_as_dictionary=True)
+    frame = frame.copy()
+    frame[["f1", "f2", "g1", "g2"]] = np.hstack([out["F"], out["G"]])
+    return frame
+
+
+def test_surrogates_learn_from_what_is_told_and_know_what_is_pending(tmp_path):
+    problem = get_problem("bnh")
+    options = RunOptions(study=tmp_path / "bnh.db", seed=1)
+    frames = []
+    for _ in range(8):
+        frames.append(ask_tests(problem, 4, options, with_surrogates=True))
+        tell_tests(results_of(problem, frames[-1].iloc[1:]), options.study)
+    designs = pd.concat(frames)
+    assert len(designs[["x1", "x2"]].drop_duplicates()) == 32
+    assert len({*designs["test"]}) == 32
+    table = read_table(options.study)
+    proposed = table.column("proposal_round") > 0
+    assert proposed.sum() == 9
+    assert table.pareto()[proposed].mean() > 0.7
+
+
+def test_a_run_goes_on_from_what_people_have_tested(tmp_path):
+    problem = get_problem("bnh")
+    study = tmp_path / "bnh.db"
+    frame = ask_tests(problem, 5, RunOptions(study=study))
+    frame.loc[0, "x1"] = 0.5
+    tell_tests(results_of(problem, frame.iloc[:3]), study)
+    algorithm = PSI(16, study=study)
+    algorithm.setup(problem)
+    algorithm.run()
+    assert algorithm.evaluator.n_eval == 13
+    assert algorithm.table.column("x1")[0] == 0.5
+    assert tell_tests(results_of(problem, frame), study)[-1] == "Pending tests: none."
+    assert len(read_table(study)) == 16
+
+
+def test_processes_that_ask_at_once_get_different_designs(alloy):
+    asked("first.csv")
+    command = [sys.executable, "-m", "pymoo_psi", "ask", "alloy.toml", "--study", "lab.db"]
+    names = [f"{k}.csv" for k in range(4)]
+    processes = [subprocess.Popen([*command, "--out", name]) for name in names]
+    assert [process.wait() for process in processes] == [0] * 4
+    tests = pd.concat(map(pd.read_csv, names))
+    assert sorted(tests["test"]) == [*range(5, 21)]
