@@ -81,6 +81,9 @@ def test_failed_tests_do_not_count_and_a_design_of_failures_fails():
     assert designs["f"][:2].tolist() == [2.0, 5.0]
     assert designs.numbers.tolist() == [3, 5, 7]
     assert designs.reasons == {7: "no licence"}
+    assert table.averaged().equals(designs)
+    with pytest.raises(ArgumentValueError, match="^by must be"):
+        TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]).averaged()
 
 
 @pytest.mark.parametrize(

@@ -49,32 +49,33 @@ def error_column(objective: str) -> str:
     return f"{objective} standard error"
 
 
-def averaged(table: TestTable, by: str) -> TestTable:
+def averaged(table: TestTable, by: str | None) -> TestTable:
     """Return :meth:`TestTable.averaged`."""
     tested = table.tested
-    known_name("repeats", by, tested.columns)
-    if by in tested.layout.objectives:
-        raise invalid("repeats", "a column that names designs", Received(f"the objective {by}"))
-    labels = tested.column(by)
-    if blank(labels).any():
-        row = int(blank(labels).argmax())
-        raise invalid(
-            "repeats", "a column without gaps", Received(f"none in row {row + 1} of {by}")
-        )
+    keys = design_keys(tested.X)
+    labels: list[Any] = keys
+    column = "variables"
+    if by is not None:
+        labels = _labels(tested, by)
+        column = by
+    elif not tested.layout.variables:
+        raise invalid("by", "the column that names designs, as there are no variables", by)
     index_by_label: dict[Any, int] = {}
-    group = np.array([index_by_label.setdefault(u, len(index_by_label)) for u in labels.tolist()])
+    group = np.array([index_by_label.setdefault(label, len(index_by_label)) for label in labels])
     first = np.unique(group, return_index=True)[1]
     usable = (tested.status != "failed") & np.isfinite(tested.F).all(axis=1)
     counts = np.bincount(group[usable], minlength=len(first))
     if counts.max(initial=0) < 2:
-        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
-    keys = design_keys(tested.X)
+        raise invalid(
+            "repeats", "a column in which a value recurs", column, "it has none that does"
+        )
     for row, i in enumerate(first[group].tolist()):
         if keys[row] != keys[i]:
             rule = "a column whose equal values have equal variables"
-            raise invalid("repeats", rule, Received(f"{by} {labels[row]} with different ones"))
+            raise invalid("repeats", rule, Received(f"{column} {labels[row]} with different ones"))
 
-    means: dict[str, Any] = {"status": None}  # follows from the means
+    # The status follows from the means, and no run continues a study of means.
+    means: dict[str, Any] = {"status": None, "problem": None}
     for name in ("F", "G", "H", "outputs"):
         means[name] = _means(getattr(tested, name), group, usable, counts)
     squares = (tested.F - means["F"][group])[usable] ** 2
@@ -94,13 +95,13 @@ def averaged(table: TestTable, by: str) -> TestTable:
         if objective in units:
             units[name] = units[objective]
     label = layout.label
-    if by in extra:
+    if by is not None and by in extra:
         label = by
     elif label not in extra:
         label = None
     outputs = (*layout.outputs, N_TESTS, *names)
     size = f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}"
-    remarks = [*tested.remarks, f"{size}: rows with the same {by} are tests of one design."]
+    remarks = [*tested.remarks, f"{size}: rows with the same {column} are tests of one design."]
     if not usable.all():
         remarks.append(f"{counted((~usable).sum(), 'test')} failed and do not count.")
     if varying:
@@ -117,6 +118,19 @@ def averaged(table: TestTable, by: str) -> TestTable:
     if table is tested:
         return designs
     return designs.under(table.formulation)
+
+
+def _labels(table: TestTable, by: str) -> list[Any]:
+    """Return the cells of the column that says which tests are of one design."""
+    known_name("repeats", by, table.columns)
+    if by in table.layout.objectives:
+        raise invalid("repeats", "a column that names designs", Received(f"the objective {by}"))
+    cells = table.column(by)
+    gaps = blank(cells)
+    if gaps.any():
+        row = int(gaps.argmax()) + 1
+        raise invalid("repeats", "a column without gaps", Received(f"none in row {row} of {by}"))
+    return list(cells.tolist())
 
 
 def _means(values: Array, group: Integers, usable: Mask, counts: Integers) -> Array:
@@ -147,16 +161,15 @@ def _common_cells(table: TestTable, first: Integers) -> tuple[dict[str, Any], li
 
 def undeclared(table: TestTable) -> list[str]:
     """Say which rows share a label, or all variables, and differ in objectives."""
+    rows = np.arange(len(table))
+    first = rows
     label = table.layout.label
+    word = str(label)
     if label is not None:
-        labels = table.extra[label]
-        rows = np.unique(labels.astype(str), return_inverse=True)[1]
-        first = np.unique(rows, return_index=True)[1][rows.ravel()]
-        word = label
-    else:
-        first = np.arange(len(table))
-        word = "variables"
-    if (first == np.arange(len(table))).all() and table.X.shape[1]:
+        row_by_label: dict[Any, int] = {}
+        pairs = zip(table.extra[label].tolist(), rows.tolist(), strict=True)
+        first = np.array([row_by_label.setdefault(cell, row) for cell, row in pairs])
+    if np.array_equal(first, rows):
         first = first_rows(table.X)
         word = "variables"
     differing = unequal(table.F, table.F[first]).any(axis=1)

@@ -467,7 +467,7 @@ class TestTable(Tests, Shown):
 
     # Repeated tests
 
-    def averaged(self, by: str) -> TestTable:
+    def averaged(self, by: str | None = None) -> TestTable:
         """Return the table of designs whose tests have the same value in a column, averaged.
 
         Each design gets further outputs: ``tests``, their number, and the standard error of each
@@ -475,7 +475,8 @@ class TestTable(Tests, Shown):
         columns in which tests of a design differ are left out.
 
         Args:
-            by: Name of the column that says which tests are of one design.
+            by: Name of the column that says which tests are of one design; those with the same
+                variables unless given.
 
         Raises:
             ArgumentValueError: There is no such column, it has gaps, no value recurs in it, or
