@@ -1,5 +1,6 @@
 """What every figure keeps to: names as they are written, matplotlib as it was, whole files."""
 
+import re
 import subprocess
 import sys
 
@@ -10,6 +11,8 @@ from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 
 from pymoo_psi import PsiError, plots
+from pymoo_psi.errors import ArgumentValueError
+from pymoo_psi.plots import save_figures
 
 
 @pytest.mark.parametrize(
@@ -80,3 +83,19 @@ def test_figures_are_saved_all_or_none(tmp_path):
         plots.save_figures(never, tmp_path / "two.png", 20)
     with pytest.raises(PsiError, match="suffix must be one of "):
         plots.save_figures(never, tmp_path, 20, ".mp3")
+
+
+def test_figures_for_journals(tmp_path):
+    """TrueType fonts in PDF, the width in mm, and the figure as it was."""
+    figure = Figure(figsize=(7.0, 3.5))
+    figure.add_subplot().set_title("Title")
+    (path,) = save_figures([("one", figure)], tmp_path, suffix=".pdf", width=90)
+    content = path.read_bytes()
+    assert b"/Type0" in content
+    assert b"/Type3" not in content
+    box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", content)
+    points = np.array([float(box[1]), float(box[2])])
+    np.testing.assert_allclose(points / 72 * 25.4, [90, 45], atol=0.1)
+    assert figure.get_size_inches().tolist() == [7.0, 3.5]
+    with pytest.raises(ArgumentValueError):
+        save_figures([("one", figure)], tmp_path, width=2)

@@ -425,6 +425,10 @@ def export(options: Options) -> int:
     _count("points", "Q", "Test points per case.", default=4096),
     _names("mu", "MU", "Friction coefficient; may be repeated [0.2, 0.4, 0.6].", type=float),
     _choice("model", "full|rolling", "Model of the motion [both]."),
+    _option("lower", "A,V", "Lower bounds of tan alpha and v_P [those of the paper]."),
+    _option("upper", "A,V", "Upper bounds of tan alpha and v_P [those of the paper]."),
+    _choice("format", "png|pdf|svg", "Format of the figures.", default="png"),
+    _option("width", "MM", "Width of the figures in mm.", type=float),
     _JOBS,
 )
 def reproduce(options: Options) -> int:
@@ -433,6 +437,7 @@ def reproduce(options: Options) -> int:
     Examples:
       pymoo-psi reproduce
       pymoo-psi reproduce --mu 0.3 --model full --points 1024 --out mu03
+      pymoo-psi reproduce --format pdf --width 90 --lower 0,0.1 --upper 1,4
     """
     from pymoo_psi.cli._experiments import run_reproduce
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi._validation import counted, job_count
+from pymoo_psi._validation import counted, invalid, job_count
 from pymoo_psi.chute import MODELS
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, results_folder, say, write_frame
@@ -19,6 +19,7 @@ from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
+from pymoo_psi.table import NUMBER
 
 # Explains the headings and the words of the tables.
 _HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point (printed 1356 is 2571)
@@ -95,9 +96,15 @@ def run_reproduce(options: Options) -> int:
             advance(f"mu = {case.mu}, {case.model} model")
 
         result = reproduce(
-            options.points, mu=mu, models=models, n_jobs=jobs, on_case=advance_by_case
+            options.points,
+            mu=mu,
+            models=models,
+            lower=_pair_in("--lower", options.lower),
+            upper=_pair_in("--upper", options.upper),
+            n_jobs=jobs,
+            on_case=advance_by_case,
         )
-        draw = partial(_draw_paper, result, out)
+        draw = partial(_draw_paper, result, out, options)
         # Figures take most of the time, so that a second process is worth its start.
         if jobs > 0:
             jobs = min(jobs, len(models))
@@ -119,10 +126,26 @@ def run_reproduce(options: Options) -> int:
     return 0
 
 
-def _draw_paper(result: Reproduction, out: Path, model: str) -> Path:
+def _pair_in(option: str, text: str | None) -> list[float] | None:
+    """Return the two numbers of a bound of the variables, None if it is not given."""
+    if text is None:
+        return None
+    form = "two numbers, such as 0,0.1"
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 2 or not all(re.fullmatch(NUMBER, part) for part in parts):
+        raise invalid(option, form, text)
+    return [*map(float, parts)]
+
+
+def _draw_paper(result: Reproduction, out: Path, options: Options, model: str) -> Path:
     """Write the figures of a model, and return their folder."""
     folder = out
     if model == "rolling":  # which only checks the paper's figures; the full model has the results
         folder = out / "rolling"
-    save_figures(paper_figures(result, model=model), results_folder(folder), 200, ".png")
+    figures = paper_figures(result, model=model)
+    dpi = 200
+    if options.width is not None:  # for a journal
+        dpi = 300
+    suffix = f".{options.format}"
+    save_figures(figures, results_folder(folder), dpi, suffix, width=options.width)
     return folder

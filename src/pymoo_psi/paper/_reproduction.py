@@ -15,6 +15,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -117,6 +118,7 @@ class Reproduction:
 
     n_points: int
     cases: tuple[Case, ...]
+    has_its_bounds: bool = True
 
     def __repr__(self) -> str:
         """Return the number of test points and the cases."""
@@ -140,7 +142,13 @@ class Reproduction:
         optima = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
         # The printed optimum is there for comparison, even if it is another test point.
         printed = published_table("6.1").drop(columns="test_point")
-        return optima.merge(printed, on="mu", how="left")
+        return self._compared(optima.merge(printed, on="mu", how="left"))
+
+    def _compared(self, table: pd.DataFrame) -> pd.DataFrame:
+        """Return a table without printed values if they are of other bounds."""
+        if not self.has_its_bounds:
+            table[[f"paper_{name}" for name in _CRITERIA]] = np.nan
+        return table
 
     def table_6_2(self) -> pd.DataFrame:
         """Return the designs of rank 5 with f4 below the optimum's.
@@ -164,16 +172,26 @@ class Reproduction:
             fifth = case.ranking.subset(5)
             tables.append(case.rows(fifth[f4[fifth] < limit]))
         printed = published_table("6.2")
-        return pd.concat(tables).merge(printed, on=["mu", "test_point"], how="left")
+        merged = pd.concat(tables).merge(printed, on=["mu", "test_point"], how="left")
+        return self._compared(merged)
 
 
-def solve_case(mu: float, model: str, n_points: int) -> Case:
+def solve_case(
+    mu: float,
+    model: str,
+    n_points: int,
+    *,
+    lower: Sequence[float] | None = None,
+    upper: Sequence[float] | None = None,
+) -> Case:
     """Investigate the chute for one μ under one model and rank its Pareto set.
 
     Args:
         mu: Friction coefficient.
         model: ``"full"`` or ``"rolling"``.
         n_points: Test points.
+        lower: Lower bounds of tan α and v_P, the paper's unless given.
+        upper: Upper bounds, the paper's unless given.
 
     Raises:
         ArgumentValueError: A number is out of range, or there is no such model.
@@ -182,7 +200,10 @@ def solve_case(mu: float, model: str, n_points: int) -> Case:
         >>> solve_case(0.2, "full", 64)
         Case(full model, mu = 0.2: 64 Pareto optimal of 64 test points, the best no. 18)
     """
-    table = investigate(VectorizedSphereChute(mu, model=model), n_points)
+    bounds: dict[str, Any] = {"upper": upper}
+    if lower is not None:
+        bounds["lower"] = lower
+    table = investigate(VectorizedSphereChute(mu, model=model, **bounds), n_points)
     # The paper measures distances in the criteria's own units, which are dimensionless.
     ranking = table.under(normalize=False).ranking()
     return Case(model, mu, table, table.rows(table.pareto()), ranking)
@@ -193,6 +214,8 @@ def reproduce(
     *,
     mu: Sequence[float] = PAPER_MU,
     models: Sequence[str] = MODELS,
+    lower: Sequence[float] | None = None,
+    upper: Sequence[float] | None = None,
     n_jobs: int = 1,
     on_case: Callable[[Case], object] = lambda case: None,
 ) -> Reproduction:
@@ -202,6 +225,9 @@ def reproduce(
         n_points: Test points per case; the paper has 4096.
         mu: Friction coefficients.
         models: ``"full"``, ``"rolling"`` or both.
+        lower: Lower bounds of tan α and v_P, the paper's unless given.
+        upper: Upper bounds, the paper's unless given. Tables of other bounds have no printed values
+            beside them.
         n_jobs: Number of processes, -1 for one per core.
         on_case: Called with each case as soon as it is ready, to show progress.
 
@@ -226,10 +252,16 @@ def reproduce(
             pairs.append((value, model))
 
     cases = {}
-    for number, case in in_parallel(lambda p: solve_case(p[0], p[1], n_points), pairs, n_jobs):
+
+    def solved(pair: tuple[float, str]) -> Case:
+        return solve_case(*pair, n_points, lower=lower, upper=upper)
+
+    for number, case in in_parallel(solved, pairs, n_jobs):
         on_case(case)
         cases[number] = case
-    return Reproduction(n_points, tuple(cases[number] for number in range(len(pairs))))
+    has_its_bounds = lower is None and upper is None
+    every_case = tuple(cases[number] for number in range(len(pairs)))
+    return Reproduction(n_points, every_case, has_its_bounds)
 
 
 # The numbers behind figures 2 and 8

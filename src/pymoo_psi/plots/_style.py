@@ -25,7 +25,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Array, known_name
+from pymoo_psi._validation import Array, finite_number, invalid, known_name
 
 Style: TypeAlias = dict[str, Any]
 
@@ -260,6 +260,8 @@ def save_figures(
     directory: str | os.PathLike[str],
     dpi: int = 150,
     suffix: str = ".png",
+    *,
+    width: float | None = None,
 ) -> tuple[Path, ...]:
     """Write figures to files; no file changes before the last figure is drawn.
 
@@ -269,7 +271,9 @@ def save_figures(
         figures: Pairs of a file name without suffix and a figure.
         directory: Folder of the files; it is made if necessary.
         dpi: Resolution in dots per inch.
-        suffix: Suffix of a format of matplotlib, such as ``.png`` or ``.pdf``.
+        suffix: Suffix of a format of matplotlib, such as ``.png`` or ``.pdf``. Fonts in PDF are
+            TrueType, as journals demand.
+        width: Width in mm, such as 90 and 180 for one and two columns; texts keep their size.
 
     Returns:
         The files of the figures.
@@ -286,12 +290,20 @@ def save_figures(
     """
     # Before the figures, whose computation may take long.
     known_name("suffix", suffix, [f".{name}" for name in Figure().canvas.get_supported_filetypes()])
+    if width is not None and not 10 <= finite_number("width", width) <= 1000:
+        raise invalid("width", "10 to 1000 mm", width)
     Path(directory).mkdir(parents=True, exist_ok=True)
     paths = []
     contents = {}
     for name, figure in figures:
         picture = BytesIO()
-        figure.savefig(picture, format=suffix[1:], dpi=dpi)
+        inches = figure.get_size_inches().tolist()
+        if width is not None:
+            height = inches[1] * width / inches[0]
+            figure.set_size_inches(width / 25.4, height / 25.4)
+        with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}):
+            figure.savefig(picture, format=suffix[1:], dpi=dpi)
+        figure.set_size_inches(*inches)
         path = Path(directory, f"{name}{suffix}")
         paths.append(path)
         contents[path] = picture.getvalue()
