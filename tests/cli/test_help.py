@@ -37,7 +37,7 @@ def shown(capsys, *words):
 def test_every_example_runs_as_printed(command, capsys, tmp_path, monkeypatch, undrawn):
     monkeypatch.chdir(tmp_path)
     # Drawing is tested with the plots, and takes most of the time; so do the paper's points.
-    monkeypatch.setattr(_experiments, "save_figures", lambda *args: ())
+    monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
     reproduce = _experiments.reproduce
     monkeypatch.setattr(_experiments, "reproduce", lambda n, **more: reproduce(min(n, 16), **more))
     text = shown(capsys, *command.split())
