@@ -191,23 +191,11 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
     ranking = table.feasible_ranking()
     objectives = ranking.objectives
     designs = table.rows(ranking.rows)
-    errors = np.empty(designs.F.shape)
-    for j, name in enumerate(table.layout.objectives):
-        column = error_column(name)
-        if noise is not None:
-            if name not in noise or not 0 <= noise[name] < np.inf:
-                rule = f"a standard deviation >= 0 of each objective, such as {name}"
-                raise invalid("noise", rule, noise)
-            tests: Any = 1.0
-            if N_TESTS in table.layout.outputs:
-                tests = designs.column(N_TESTS)
-            errors[:, j] = noise[name] / np.sqrt(tests)
-        elif column in table.layout.outputs:
-            errors[:, j] = designs.column(column)
-        else:
-            rule = f"one with standard errors ({column})"
-            remedy = "average repeated tests by table.averaged(label), or give noise={...}"
-            raise invalid("the table", rule, Received("none"), remedy)
+    errors = _errors(designs, noise)
+    degrees = np.inf  # of freedom
+    if noise is None and N_TESTS in table.layout.outputs:
+        tests = table.column(N_TESTS)
+        degrees = float(tests.sum() - np.count_nonzero(tests))
     values = objectives.minimized
     means, factors = _posterior(values, errors)
     n_samples = _SAMPLES
@@ -217,6 +205,8 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
     chances = np.zeros((3, len(values)))
     for _ in range(n_samples):
         steps = generator.standard_normal(values.shape)
+        if np.isfinite(degrees):  # the noise is not known either
+            steps *= np.sqrt(degrees / generator.chisquare(degrees))
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         pareto = nondominated(sample)
         frame = ranking.frame
@@ -231,6 +221,28 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
     columns = dict(zip(objectives.names, objectives.original(means).T, strict=True))
     columns |= dict(zip(("pareto", "best", "near_best"), chances, strict=True))
     return pd.DataFrame(columns, index=list(objectives.labels))
+
+
+def _errors(designs: TestTable, noise: Mapping[str, float] | None) -> Array:
+    """Return the ``(n, m)`` standard errors of designs, by their columns or a known noise."""
+    errors = np.empty(designs.F.shape)
+    for j, name in enumerate(designs.layout.objectives):
+        column = error_column(name)
+        if noise is not None:
+            if name not in noise or not 0 <= noise[name] < np.inf:
+                rule = f"a standard deviation >= 0 of each objective, such as {name}"
+                raise invalid("noise", rule, noise)
+            tests: Any = 1.0
+            if N_TESTS in designs.layout.outputs:
+                tests = designs.column(N_TESTS)
+            errors[:, j] = noise[name] / np.sqrt(tests)
+        elif column in designs.layout.outputs:
+            errors[:, j] = designs.column(column)
+        else:
+            rule = f"one with standard errors ({column})"
+            remedy = "average repeated tests by table.averaged(label), or give noise={...}"
+            raise invalid("the table", rule, Received("none"), remedy)
+    return errors
 
 
 def confidence_sentence(table: TestTable, row: int) -> str:
