@@ -396,7 +396,7 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
 
 def test_switching_values_are_those_of_python(rankings):
     compared = changed = 0
-    for case, k, found, *_ in rankings:
+    for case, k, found, *_ in [*rankings][::3]:
         state = case.states[k]
         if state["fixed"]:
             ranges = {name: sorted(pair) for name, pair in zip(case.names, zip(case.whole.ideal.tolist(), case.whole.nadir.tolist(), strict=True), strict=True)}  # fmt: skip
@@ -426,13 +426,13 @@ def test_switching_values_are_those_of_python(rankings):
         units = replace(table.layout, units=case.units)
         text = (switching_sentences(replace(table, layout=units), limits) or [""])[0]
         assert found["switches"]["text"].lower() == text.lower()
-    assert compared > 400
-    assert changed > 200
+    assert compared > 130
+    assert changed > 60
 
 
 def test_what_separates_positions_is_that_of_python(rankings):
     kinds = Counter()
-    for case, k, found, *_ in rankings:
+    for case, k, found, *_ in [*rankings][::3]:
         state = case.states[k]
         if state["fixed"]:
             continue
@@ -444,7 +444,7 @@ def test_what_separates_positions_is_that_of_python(rankings):
         assert found["separation"] == expected
         for text in expected:
             kinds[text.split(" ")[0] if text.startswith(("With", "No")) else text[:3]] += 1
-    assert min(kinds["With"], kinds["No"]) > 20
+    assert min(kinds["With"], kinds["No"]) > 6
 
 
 def test_where_nothing_is_left_it_is_said_what_brings_a_design_back(cases, answers):
