@@ -156,7 +156,7 @@ class ExecutorRunner(Runner):
         return self._n_workers
 
     def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield what :meth:`moments` yields; no design is evaluated in this process."""
+        """Yield results, and ``None`` between; no design is evaluated in this process."""
         tasks = _Tasks(self, f, waiting)
         try:
             yield from tasks.results()
@@ -214,7 +214,7 @@ class _Tasks:
         self._sent_again: set[int] = set()  # designs of tasks that the engine gave up
 
     def results(self) -> Iterator[Result | None]:
-        """Yield the result of every design, until none waits or is evaluated; see ``moments``."""
+        """Yield the result of every design, until none waits or is evaluated."""
         while True:
             self._fill()
             if not self._sent:

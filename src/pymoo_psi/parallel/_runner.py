@@ -53,7 +53,7 @@ class Runner:
     A subclass writes
 
     - ``n_workers``: how many workers there are now; 0 if the first ones have not joined.
-    - ``by_workers(f, waiting)``: what :meth:`moments` does, with no design evaluated here.
+    - ``by_workers(f, waiting)``: results, and ``None`` between, with no design evaluated here.
 
     Attributes:
         elastic: Whether workers may join and leave during a run.
@@ -67,11 +67,11 @@ class Runner:
         raise NotImplementedError
 
     def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield what :meth:`moments` yields; no design is evaluated in this process."""
+        """Yield results, and ``None`` between; no design is evaluated in this process."""
         raise NotImplementedError
 
     def moments(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield what :meth:`stream` yields, and ``None`` after every moment without a result.
+        """Yield the result of every design, and ``None`` after every moment without one.
 
         So the reader can do something else while it waits.
         """
@@ -86,7 +86,7 @@ class Runner:
         return results
 
     def batch(self, f: Function, waiting: Waiting) -> Generator[Result]:
-        """Yield what :meth:`stream` yields, for designs to which none is added."""
+        """Yield the result of every design, for designs to which none is added."""
         return self.stream(f, waiting)
 
     def stream(self, f: Function, waiting: Waiting) -> Generator[Result]:
@@ -230,15 +230,15 @@ class JoblibRunner(Runner):
         return self._cluster() is not None
 
     def batch(self, f: Function, waiting: Waiting) -> Generator[Result]:
-        """Yield what :meth:`stream` yields, for designs to which none is added."""
+        """Yield the result of every design, for designs to which none is added."""
         return _results_of(self._moments(f, waiting, _START_SECONDS / 10))
 
     def moments(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield results, and ``None`` after moments without one; see :meth:`Runner.moments`."""
+        """Yield results, and ``None`` after moments without one."""
         return self._moments(f, waiting, _START_SECONDS)
 
     def _moments(self, f: Function, waiting: Waiting, starting: float) -> Generator[Result | None]:
-        """Yield what :meth:`moments` yields; workers take ``starting`` seconds to start."""
+        """Yield results, and ``None`` between; workers take ``starting`` seconds to start."""
         count = self.n_workers
         overhead = starting
         if self._started:
@@ -254,7 +254,7 @@ class JoblibRunner(Runner):
             yield from self.by_workers(f, waiting)
 
     def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield what :meth:`moments` yields; no design is evaluated in this process."""
+        """Yield results, and ``None`` between; no design is evaluated in this process."""
         cluster = self._cluster()
         if cluster is not None:
             yield from cluster.by_workers(f, waiting)

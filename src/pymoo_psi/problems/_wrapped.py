@@ -139,7 +139,7 @@ class WrappedProblem(Problem):
         return super().evaluate(X, *args, **kwargs)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
-        """Evaluate designs; pymoo calls this from ``evaluate``."""
+        """Evaluate designs; pymoo calls this for every batch."""
 
         def evaluate(designs: Any) -> dict[str, Any]:
             return dict(self.wrapped.do(designs, ["F", "G", "H"], *args, **kwargs))
