@@ -5,6 +5,7 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -18,6 +19,7 @@ from pymoo_psi.algorithms import RunOptions, ask_tests, tell_tests
 from pymoo_psi.cli import main
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table import read_table
+from tests.table.exact_csv import EXACT
 
 ALLOY = """
 name = "alloy"
@@ -49,7 +51,7 @@ def alloy(tmp_path, monkeypatch):
 def asked(name, *words):
     command = ["ask", "alloy.toml", "--study", "lab.db", "--out", name, *map(str, words)]
     assert main(command) == 0
-    reader = pd.read_csv if name.endswith(".csv") else pd.read_excel
+    reader = partial(pd.read_csv, **EXACT) if name.endswith(".csv") else pd.read_excel
     return reader(name).astype({"failure": object})
 
 
