@@ -117,10 +117,10 @@ class RunOptions:
             evaluated again. With a ``share`` it is the name of a folder, in which each share has a
             file; :func:`~pymoo_psi.read_table` reads it as one study.
         study_key: What else the study depends on, such as a version or constants of the model; a
-            study rejects a changed key. The study itself compares name, variables, bounds and
-            numbers of objectives and constraints, and the numbers and texts that the problem was
-            created with and keeps, or what its method ``fingerprint()`` returns; it cannot see into
-            the model.
+            study rejects a changed key. The study itself compares name, variables, choices and
+            number of objectives, and the numbers and texts that the problem was created with and
+            keeps, or what its method ``fingerprint()`` returns; it cannot see into the model. Other
+            bounds, samplings or requirements are another run of the same study.
         more: Whether ``n_points`` are more than the run has, in a study. Points that were asked for
             before and are not tested yet, as the run was interrupted, are tested first: then, only
             these.

@@ -79,8 +79,8 @@ class Recorded(WrappedProblem):
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
         ArgumentValueError: It has no finite bounds, its values depend on more than the design, or
             the file is that of a ``Recorded`` within.
-        StudyError: The study belongs to another problem or to an investigation by ``PSI``, is
-            damaged or cannot be written; in use: another process is writing it.
+        StudyError: The study belongs to another model, is damaged or cannot be written; in use:
+            another process is writing it.
         EvaluationError: In use: a design failed.
 
     Example:

@@ -76,8 +76,8 @@ class SurrogatePSI(PointAlgorithm):
     sequence show it. A constraint may be the amount of a violation, 0 where it is met; constraints
     that also say by how much they are met are learned better.
 
-    To learn from the tests of an earlier :class:`PSI`, run both on one
-    :class:`~pymoo_psi.Recorded` problem: its study then answers the first ``n_points``.
+    With a study, it learns from the tests of all its runs, those within other bounds too; then it
+    needs fewer points of the sequence, or none.
 
     Use it where a test takes seconds or more, and where many variables leave most of the space
     empty; from some hundred tests on, proposals take longer than cheap models. It tests designs

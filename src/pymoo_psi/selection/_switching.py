@@ -241,8 +241,11 @@ class _Search:
     def _without(self, name: str, end: str) -> TestTable:
         """Return the table without one end of a limit."""
         low, high = self.table.limits[name]
+        if end == "upper":
+            high = np.inf
+        else:
+            low = -np.inf
         pair = [None if np.isinf(low) else low, None if np.isinf(high) else high]
-        pair[end == "upper"] = None
         limits: dict[str, Limit] = {**self.table.limits, **self.table.allowed_texts}
         limits[name] = pair
         if pair == [None, None]:

@@ -332,9 +332,11 @@ def stored_proposals(
     db: sqlite3.Connection, facts: Facts, run: int, first: int, last: int
 ) -> list[Proposal]:
     """Return the proposals of a run from test point ``first`` to ``last``."""
-    columns, where = "run, test_point, round, origin, content, checksum", "run = ? AND"
+    columns = "run, test_point, round, origin, content, checksum"
+    where = "run = ? AND"
     if facts["format"] == OF_0_3:
-        columns, where = "1, test_point, round, origin, content, NULL", "? AND"
+        columns = "1, test_point, round, origin, content, NULL"
+        where = "? AND"
     query = f"SELECT {columns} FROM proposals WHERE {where} test_point BETWEEN ? AND ?"
     proposals = []
     for row in db.execute(f"{query} ORDER BY test_point", (run, first, last)):
