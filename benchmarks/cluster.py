@@ -1,6 +1,6 @@
 """Runs on a cluster: the share of the workers' time, what is lost with them, a thousand workers.
 
-    python -m benchmarks.cluster [shares] [kills] [thousand]
+    python -m benchmarks.cluster [shares] [kills] [writers] [thousand]
 
 ``shares``: 8 and 16 workers of Dask in processes of their own, over TCP. A design takes 0.2 s,
 exponentially distributed, asleep, so that a few cores suffice. In turns, 240 designs by Dask alone
@@ -12,6 +12,8 @@ run.
 and called again; two drivers use one study. Tables must be those of a serial run; repeated
 evaluations are counted.
 
+``writers``: 64, then 200 processes that add tests to one study at the same time.
+
 ``thousand``: SurrogatePSI on a simulated executor of 1000 workers, where a design takes 10 s, in
 real time; the simulated workers take no time of the processor. Every ten seconds it prints the
 share of their time that is used, and how many designs end in a second.
@@ -21,6 +23,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -42,7 +45,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine
-from pymoo_psi import PSI, ExecutorRunner, SurrogatePSI, investigate, read_table
+from pymoo_psi import PSI, ExecutorRunner, PsiError, SurrogatePSI, investigate, read_table
 
 N = 240
 
@@ -74,6 +77,18 @@ class Asleep(ElementwiseProblem):
                 file.write(f"{x.tolist()}\n")
         time.sleep(self.seconds(x))
         out["F"] = [x[0] + ((x[1:] - 0.3) ** 2).sum(), 1 - x[0] + (x[2:] ** 2).sum()]
+
+
+class Timed(Asleep):
+    """Designs that write into the log when they begin and end."""
+
+    def _evaluate(self, x: Any, out: Any, *args: Any, **kwargs: Any) -> None:
+        log, self.log = self.log, None
+        begin = time.time()
+        super()._evaluate(x, out)
+        with open(log, "a") as file:
+            file.write(f"{begin} {time.time()}\n")
+        self.log = log
 
 
 def alone(problem: Asleep, x: Any) -> Any:
@@ -149,19 +164,16 @@ def shares(n_workers: int) -> None:
             f"{best['psi']:.2f}, ratio {best['psi'] / best['dask']:.2f}",
             flush=True,
         )
-        problem = Asleep(1.0, elementwise_runner=runner)
-        marks: list[tuple[float, float]] = []
-
-        def mark(algorithm: Any) -> None:
-            done = problem.seconds(algorithm.table.X).sum()
-            marks.append((time.perf_counter(), done))
-
+        log = new_study() + ".log"
+        problem = Timed(1.0, log, elementwise_runner=runner)
         n_tests = 20 * n_workers
-        minimize(problem, SurrogatePSI(n_tests, study=new_study()), callback=mark)
+        minimize(problem, SurrogatePSI(n_tests, study=new_study()))
         # after the start, before the end, where workers run out of designs
-        first, last = len(marks) // 4, 3 * len(marks) // 4
-        seconds = marks[last][0] - marks[first][0]
-        share = (marks[last][1] - marks[first][1]) / seconds / n_workers
+        rows = Path(log).read_text().splitlines()
+        lines = sorted(tuple(map(float, row.split())) for row in rows)
+        first, last = lines[n_tests // 4][0], lines[3 * n_tests // 4][0]
+        used = sum(max(0.0, min(end, last) - max(begin, first)) for begin, end in lines)
+        share = used / (last - first) / n_workers
         print(
             f"{n_workers} workers: SurrogatePSI, {n_tests} designs of 1 s: {share:.2f}", flush=True
         )
@@ -227,6 +239,33 @@ def kills() -> None:
         assert [run.wait() for run in drivers] == [0, 0]
         assert read_table(study).equals(serial), "not the table of a serial run"
         print(f"two drivers on one study: {repeated(log)} evaluations repeated", flush=True)
+
+
+def write(study: str, k: int, seconds: Any) -> None:
+    """Add 16 tests to a study; put how long it took, or nothing if it failed."""
+    began = time.perf_counter()
+    try:
+        investigate(Asleep(), 16, study=study, first=1 + 16 * k, study_wait=60)
+        seconds.put(time.perf_counter() - began)
+    except PsiError:
+        seconds.put(None)
+
+
+def writers(n: int) -> None:
+    """Print how long n writers of one study take, and how many fail."""
+    context = multiprocessing.get_context("fork")
+    study = new_study()
+    investigate(Asleep(), 16, study=study)
+    seconds = context.Queue()
+    processes = [context.Process(target=write, args=(study, k, seconds)) for k in range(n)]
+    for process in processes:
+        process.start()
+    taken = [seconds.get() for _ in processes]
+    for process in processes:
+        process.join()
+    assert read_table(study).equals(investigate(Asleep(), 16 * n)), "not the table of a serial run"
+    longest = max(one for one in taken if one is not None)
+    print(f"{n} writers of 16 tests: up to {longest:.1f} s, {taken.count(None)} failed", flush=True)
 
 
 class Simulated:
@@ -312,6 +351,9 @@ def main(parts: list[str]) -> None:
         shares(16)
     if not parts or "kills" in parts:
         kills()
+    if not parts or "writers" in parts:
+        writers(64)
+        writers(200)
     if not parts or "thousand" in parts:
         thousand()
 
