@@ -1,21 +1,23 @@
 """The values of limits, objectives and weights at which another design is recommended.
 
 The recommended design is the Salukvadze optimum of the designs within the limits or, for weights,
-the first by the achievement function. Every answer comes from ranking again.
+the first by the achievement function. Every answer comes from ranking again, also what would make
+several people agree, at the end of this file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from functools import partial
-from itertools import compress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._validation import Array, Mask, Rows, instance, known_name, mapping
 from pymoo_psi.pareto import (
+    EfficiencyRanking,
     capital,
     compare_designs,
     listed,
@@ -31,12 +33,15 @@ from pymoo_psi.table import Limit, TestTable, ends
 if TYPE_CHECKING:
     import pandas as pd
 
+Position: TypeAlias = Mapping[str, Any]
+"""A name with its date, choice, limits, weights and aspirations, as a formulation has it."""
+
 _MOST_STEPS = 200  # up to so many values each is tried; of more every 64th part, then halves
 _PARTS = 64
-_TRIED_VALUES = 16  # of an objective of the recommended design, on each side
-_HALVINGS = 16
+_FINE = np.arange(1, 2**18 + 1) / 2**18  # steps of values and weights, in shares of the way
 _TIE = 1e-9  # regrets that differ by less are equal
 _GREATEST_FACTOR = 1024.0  # of a weight
+_DOUBLINGS = 10  # of a weight on which two may agree
 
 _COLUMNS = ("kind", "column", "end", "direction", "present", "value", "design", "exact")
 
@@ -69,7 +74,8 @@ def switching_values(
         "worse" of a value, "less" or "more" of a weight; ``present``, NaN for a limit that is not
         set; ``value``, up to which the design stays recommended, or of a looser limit, from which
         it does not; NaN if it stays at any; ``design`` that is recommended then, None if it is
-        none or the same; ``exact``, whether every value was tried or none can be between.
+        none or the same; ``exact``, whether every value was tried. Values and weights are tried in
+        fine steps, of which those between the 64 parts of the way are searched by halving.
 
     Raises:
         ArgumentValueError: No design is feasible, a weight names no objective, or a kind is none.
@@ -87,17 +93,17 @@ def switching_values(
     search = _Search(instance("table", table, TestTable))
     for kind in kinds:
         known_name("kinds", kind, ("limit", "value", "weight"))
-    rows = []
+    preference = {"weights": weights or {}, "aspiration": aspiration or {}}
+    for name, wanted in preference.items():
+        for column in mapping(name, wanted, "objectives to numbers"):
+            known_name(name, column, table.layout.objectives)
+    rows: list[tuple[Any, ...]] = []
     if "limit" in kinds:
         rows += search.of_limits()
     if "value" in kinds:
         rows += search.of_values()
-    given = [("weights", weights or {}), ("aspiration", aspiration or {})]
-    for name, wanted in given:
-        for column in mapping(name, wanted, "objectives to numbers"):
-            known_name(name, column, table.layout.objectives)
     if "weight" in kinds and (weights or aspiration):
-        rows += search.of_weights(weights or {}, aspiration or {})
+        rows += search.of_weights(preference)
     frame = pd.DataFrame(rows, columns=list(_COLUMNS))
     designs = [row[_COLUMNS.index("design")] for row in rows]
     frame["design"] = pd.Series(designs, index=frame.index, dtype=object)  # None stays None
@@ -109,7 +115,7 @@ class _Search:
 
     Attributes:
         kept: ``(n,)`` which tests are recommendable under all limits.
-        optima: Rows of the tests that are recommended, equally near to the ideal point.
+        best: Row of the test that is recommended.
     """
 
     def __init__(self, table: TestTable) -> None:
@@ -117,69 +123,56 @@ class _Search:
         self.layout = table.layout
         self.F = table.F
         self.kept = table.eligible()
-        formulation = table.formulation
-        self.options: dict[str, Any] = {"normalize": formulation.normalize}
-        if formulation.ranges:
-            frame = table.feasible_ranking().frame
+        self.ranking = table.feasible_ranking()
+        self.best = self.ranking.rows[self.ranking.salukvadze[0]]
+        self.options: dict[str, Any] = {"normalize": table.formulation.normalize}
+        if table.formulation.ranges:
+            frame = self.ranking.frame
             self.options |= {"ideal": frame.ideal, "nadir": frame.nadir}
-        self.names = table.names
-        self.optima = table.feasible_ranking().rows[table.feasible_ranking().salukvadze]
 
-    def recommended(self, mask: Mask, F: Array | None = None) -> Rows:
-        """Return the rows that are recommended of some tests; none if there are none.
-
-        Args:
-            mask: ``(n,)`` which tests there are.
-            F: ``(n, m)`` their objectives, minimised, if other than the table's.
-        """
+    def recommended(self, mask: Mask, F: Array) -> Rows:
+        """Return the rows that are recommended of the tests of a mask; none if there are none."""
         rows = np.flatnonzero(mask)
         if len(rows) == 0:
             return rows
-        values = self.F if F is None else F
-        return rows[rank_of_efficiency(values[rows], **self.options).salukvadze]
+        return rows[rank_of_efficiency(F[rows], **self.options).salukvadze]
 
-    def changes(self, rows: Rows) -> bool:
-        """Whether the first recommended design is recommended no more."""
-        return self.optima[0] not in rows
-
-    def name_of(self, rows: Rows) -> str | None:
-        """Return the name of the first of some rows; None without any."""
-        if len(rows) == 0:
-            return None
-        return str(self.names[rows[0]])
-
-    def first_change(self, count: int, at: Callable[[int], Rows]) -> tuple[int, Rows, bool]:
-        """Return the first of some steps that changes the recommendation, and what it is then.
+    def first_change(
+        self, steps: Array, at: Callable[[float], Rows], best: int
+    ) -> tuple[float, str | None, bool]:
+        """Return the first of some steps at which a design is recommended no more.
 
         Args:
-            count: The number of steps.
-            at: Gives what is recommended after step k, from 0.
+            steps: ``(k,)`` values in the order in which they are tried.
+            at: Returns what is recommended at a value.
+            best: Row of the design.
 
         Returns:
-            The step, ``count`` if none changes it; the rows; whether all steps before were tried.
+            The value, NaN if there is none; the name of the design that is recommended there, None
+            if there is none; and whether every step before was tried.
         """
+        count = len(steps)
         is_exact = count <= _MOST_STEPS
         stride = 1
         if not is_exact:
             stride = -(-count // _PARTS)
         before = -1
-        for step in [*range(stride - 1, count, stride), count - 1]:
-            if step <= before:
+        while before < count - 1:
+            step = min(before + stride, count - 1)
+            rows = at(steps[step])
+            if best in rows:
+                before = step
                 continue
-            rows = at(step)
-            if self.changes(rows):
-                while step - before > 1:
-                    middle = (step + before) // 2
-                    rows_there = at(middle)
-                    if self.changes(rows_there):
-                        step, rows = middle, rows_there
-                    else:
-                        before = middle
-                return step, rows, is_exact
-            before = step
-        return count, self.optima, is_exact
-
-    # Limits
+            while step - before > 1:
+                middle = (step + before) // 2
+                rows_there = at(steps[middle])
+                if best in rows_there:
+                    before = middle
+                else:
+                    step, rows = middle, rows_there
+            names = [str(self.table.names[row]) for row in rows[:1]]
+            return float(steps[step]), next(iter(names), None), is_exact
+        return np.nan, None, is_exact
 
     def of_limits(self) -> list[tuple[Any, ...]]:
         """Return the changes as limits are tightened, set or loosened."""
@@ -190,184 +183,142 @@ class _Search:
             if name in self.layout.objectives:
                 worse = "lower" if name in self.layout.maximize else "upper"
             for end, limit in zip(("lower", "upper"), pair, strict=True):
-                is_set = np.isfinite(limit)
-                if is_set or end == worse:
-                    rows.append(self.of_limit(name, end, limit, end == worse, "tighter"))
-                if is_set:
-                    rows.append(self.of_limit(name, end, limit, end == worse, "looser"))
+                if np.isfinite(limit):
+                    rows.append(self.of_limit(name, end, limit, end == worse, self.kept))
+                    kept = self._without(name, end).eligible()
+                    rows.append(self.of_limit(name, end, limit, end == worse, kept, "looser"))
+                elif end == worse:
+                    rows.append(self.of_limit(name, end, np.nan, True, self.kept))
         return rows
 
     def of_limit(
-        self, name: str, end: str, limit: float, is_worse: bool, direction: str
+        self,
+        name: str,
+        end: str,
+        limit: float,
+        is_worse: bool,
+        kept: Mask,
+        direction: str = "tighter",
     ) -> tuple[Any, ...]:
         """Return the change as a limit moves in a direction over the values that designs have.
 
         Args:
             name: The column.
             end: The end.
-            limit: The limit, infinite if there is none.
+            limit: The limit, NaN if there is none.
             is_worse: Whether it is on the worse side of an objective: then it rejects no design
                 without those that it dominates, and only Pareto-optimal designs count.
+            kept: ``(n,)`` which tests are within the other limits and, unless it is loosened, this.
             direction: "tighter" or "looser".
         """
-        sign = -1.0 if end == "lower" else 1.0
-        values = sign * self.table.column(name).astype(np.float64)
-        is_tighter = direction == "tighter"
-        candidates = self.kept.copy()
-        if not is_tighter:
-            candidates = self._without(name, end).eligible()
+        values = self.table.column(name).astype(np.float64)
+        sign = 1.0
+        if end == "lower":
+            sign = -1.0
+        candidates = kept.copy()
         if is_worse:
-            candidates[candidates] = nondominated(self.F[candidates])
-        steps = np.unique(values[candidates])
-        if is_tighter:
-            steps = np.flip(steps)  # at each the designs with this value leave
-        if not is_tighter:
+            candidates[kept] = nondominated(self.F[kept])
+        steps = np.unique(sign * values[candidates])
+        if direction == "tighter":
+            steps = np.flip(steps)
+        else:
             steps = steps[steps > sign * limit]
 
-        def at(step: int) -> Rows:
-            if is_tighter:
-                return self.recommended(candidates & (values < steps[step]))
-            return self.recommended(candidates & (values <= steps[step]))
+        def at(value: float) -> Rows:
+            within = sign * values <= sign * value
+            if direction == "tighter":  # at each step the designs with its value leave
+                within &= values != value
+            return self.recommended(candidates & within, self.F)
 
-        step, rows, is_exact = self.first_change(len(steps), at)
-        value = np.nan
-        design = None
-        if step < len(steps):
-            value = sign * steps[step]
-            design = self.name_of(rows)
-        present = limit if np.isfinite(limit) else np.nan
-        return ("limit", name, end, direction, present, value, design, is_exact)
+        change = self.first_change(sign * steps, at, self.best)
+        return ("limit", name, end, direction, limit, *change)
 
     def _without(self, name: str, end: str) -> TestTable:
         """Return the table without one end of a limit."""
-        low, high = self.table.limits[name]
-        if end == "upper":
-            high = np.inf
-        else:
-            low = -np.inf
-        pair = [None if np.isinf(low) else low, None if np.isinf(high) else high]
         limits: dict[str, Limit] = {**self.table.limits, **self.table.allowed_texts}
-        limits[name] = pair
-        if pair == [None, None]:
+        low, high = self.table.limits[name]
+        other = [None, high]
+        if end == "upper":
+            other = [low, None]
+        limits[name] = [
+            value if value is not None and np.isfinite(value) else None for value in other
+        ]
+        if limits[name] == [None, None]:
             del limits[name]
         return self.table.under(limits=limits)
 
-    # Values of the recommended design
-
     def of_values(self) -> list[tuple[Any, ...]]:
         """Return the changes as an objective of the recommended design is another one."""
-        row = int(self.optima[0])
-        front = self.F[self.kept][nondominated(self.F[self.kept])]
-        lengths = np.ptp(front, axis=0)
+        optimal = self.kept.copy()
+        optimal[self.kept] = nondominated(self.F[self.kept])
         # Designs that neither are Pareto optimal nor dominated by this one never count.
-        candidates = self.kept.copy()
-        is_dominated = (self.F[row] <= self.F).all(axis=1)
-        candidates[candidates] = nondominated(self.F[candidates]) | is_dominated[candidates]
+        candidates = optimal | (self.kept & (self.F[self.best] <= self.F).all(axis=1))
         rows = []
         for j, name in enumerate(self.layout.objectives):
-            if not lengths[j] > 0:
-                continue
-            for direction, way in (("better", -1.0), ("worse", 1.0)):
-                rows.append(self.moved(row, j, name, direction, way * lengths[j], candidates))
+            length = np.ptp(self.F[optimal, j])
+            if length > 0:
+                rows.append(self.moved(j, name, "better", -length, candidates))
+                rows.append(self.moved(j, name, "worse", length, candidates))
         return rows
 
     def moved(
-        self, row: int, j: int, name: str, direction: str, length: float, candidates: Mask
+        self, j: int, name: str, direction: str, length: float, candidates: Mask
     ) -> tuple[Any, ...]:
         """Return the change as objective j of the recommended design moves by up to a length."""
-        sign = float(self.layout.sign[j])
+        sign = self.layout.sign[j]
+        start = self.F[self.best, j]
         low, high = self.table.limits.get(name, (-np.inf, np.inf))
-        start = float(self.F[row, j])
+        steps = start + length * _FINE
+        if "ideal" in self.options:  # nothing is better than the better end of a fixed range
+            steps = steps[steps >= self.options["ideal"][j]]
 
         def at(value: float) -> Rows:
             F = self.F.copy()
-            F[row, j] = value
+            F[self.best, j] = sign * value
             mask = candidates.copy()
-            mask[row] = low <= sign * value <= high
+            mask[self.best] = low <= value <= high
             return self.recommended(mask, F)
 
-        steps = start + length * np.arange(1, _TRIED_VALUES + 1) / _TRIED_VALUES
-        if "ideal" in self.options:  # nothing is better than the better end of a fixed range
-            steps = steps[steps >= self.options["ideal"][j]]
-        value = np.nan
-        design = None
-        before = start
-        for step in steps.tolist():
-            rows = at(step)
-            if self.changes(rows):
-                value, rows = _halved(before, step, at, rows, self.changes)
-                design = self.name_of(rows)
-                break
-            before = step
-        return ("value", name, "", direction, sign * start, sign * value, design, False)
+        change = self.first_change(sign * steps, at, self.best)
+        return ("value", name, "", direction, sign * start, *change)
 
-    # Weights
-
-    def of_weights(
-        self, weights: Mapping[str, float], aspiration: Mapping[str, float]
-    ) -> list[tuple[Any, ...]]:
-        """Return the changes of the first design by weights and aspirations.
-
-        The more an objective weighs, the better is the first design in it: a design that is first
-        no more is not first again, and halving finds the change.
-        """
-        ranking = self.table.feasible_ranking()
-        objectives = self.layout.objectives
-        given = [float(weights.get(name, 1.0)) for name in objectives]
-        pairs = zip(objectives, ranking.ideal, strict=True)
-        point = [aspiration.get(name, ideal) for name, ideal in pairs]
-
-        def first(j: int, weight: float) -> Rows:
-            changed = [*given]
-            changed[j] = weight
-            normalize = self.options["normalize"]
-            selector = ReferencePoint(point, weights=changed, normalize=normalize)
-            return np.asarray(ranking.rows[selector.do(ranking)])
-
+    def of_weights(self, preference: Position) -> list[tuple[Any, ...]]:
+        """Return the changes of the first design by weights and aspirations."""
         rows = []
-        for j, name in enumerate(objectives):
-            present = given[j]
-            best = first(j, present)
+        for name in self.layout.objectives:
+            at = partial(_first, self.table, self.ranking, preference, name)
+            present = float(preference["weights"].get(name, 1.0))
+            best = at(present)[0]
             for direction, factor in (("less", 1 / _GREATEST_FACTOR), ("more", _GREATEST_FACTOR)):
-                far = present * factor or float(direction == "more")
-                then = first(j, far)
-                value = np.nan
-                design = None
-                if best[0] not in then:
-                    value, then = _halved(
-                        present,
-                        far,
-                        partial(first, j),
-                        then,
-                        partial(_lacks, int(best[0])),
-                        n=3 * _HALVINGS,
-                    )
-                    design = self.name_of(then)
-                rows.append(("weight", name, "", direction, present, value, design, True))
+                steps = (present or 1.0) * factor**_FINE
+                if present == 0:
+                    steps = _FINE
+                change = self.first_change(steps, at, best)
+                rows.append(("weight", name, "", direction, present, *change))
         return rows
 
 
-def _lacks(row: int, rows: Rows) -> bool:
-    return row not in rows
+def _first(
+    table: TestTable, ranking: EfficiencyRanking, preference: Position, name: str, weight: float
+) -> Rows:
+    """Return the rows of a table that come first by weights and aspirations.
 
-
-def _halved(
-    stays: float,
-    changed: float,
-    at: Callable[[float], Rows],
-    rows: Rows,
-    changes: Callable[[Rows], bool],
-    n: int = _HALVINGS,
-) -> tuple[float, Rows]:
-    """Return the last value at which a recommendation stays, by halving, and what comes then."""
-    for _ in range(n):
-        middle = (stays + changed) / 2
-        rows_there = at(middle)
-        if changes(rows_there):
-            changed, rows = middle, rows_there
-        else:
-            stays = middle
-    return stays, rows
+    Args:
+        table: The table.
+        ranking: Its ranking.
+        preference: ``weights`` and ``aspiration`` by objective.
+        name: An objective with another weight.
+        weight: This weight.
+    """
+    weights = {**preference["weights"], name: weight}
+    objectives = table.layout.objectives
+    pairs = zip(objectives, ranking.ideal, strict=True)
+    selector = ReferencePoint(
+        [preference["aspiration"].get(objective, ideal) for objective, ideal in pairs],
+        weights=[weights.get(objective, 1.0) for objective in objectives],
+        normalize=table.formulation.normalize,
+    )
+    return np.asarray(ranking.rows[selector.do(ranking)])
 
 
 def switching_sentences(table: TestTable, frame: pd.DataFrame) -> list[str]:
@@ -400,43 +351,13 @@ def switching_sentences(table: TestTable, frame: pd.DataFrame) -> list[str]:
 # Positions of several people
 
 
-def latest_positions(positions: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+def latest_positions(positions: Sequence[Position]) -> list[Position]:
     """Return what each name holds last, in the order in which the names first occur.
 
     Args:
         positions: Those of a :class:`~pymoo_psi.table.Formulation`, in the order of their dates.
     """
     return [*{one["name"]: one for one in positions}.values()]
-
-
-def position_sentences(positions: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return what each name holds since when, and what it held before."""
-    sentences = []
-    for held in latest_positions(positions):
-        history = [one for one in positions if one["name"] == held["name"]]
-        parts = {
-            "name": held["name"],
-            "date": held["date"][:10],
-            "design": held["chosen"] or "none",
-        }
-        if len(history) == 1:
-            sentences.append(sentence("position", **parts))
-            continue
-        former = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
-        sentences.append(sentence("moved", former=", ".join(former), **parts))
-    return sentences
-
-
-def decision_sentences(decided: Mapping[str, Any] | None) -> list[str]:
-    """Return what a group has decided, and who dissents."""
-    if decided is None:
-        return []
-    agree = listed(decided["agree"] or ["nobody"])
-    parts = {"date": decided["date"][:10], "design": decided["chosen"], "agree": agree}
-    sentences = [sentence("decided", **parts)]
-    if decided["dissent"]:
-        sentences.append(sentence("dissent", dissent=listed(decided["dissent"])))
-    return sentences
 
 
 def group_sentences(table: TestTable) -> list[str]:
@@ -447,61 +368,99 @@ def group_sentences(table: TestTable) -> list[str]:
     return sentences + decision_sentences(formulation.decided)
 
 
-def separation_sentences(table: TestTable) -> list[str]:
-    """Return what separates the positions of a table's formulation, and what all regret least.
+def position_sentences(positions: Sequence[Position]) -> list[str]:
+    """Return what each name holds since when, and what it held before."""
+    sentences = []
+    for held in latest_positions(positions):
+        history = [one for one in positions if one["name"] == held["name"]]
+        former = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
+        design = held["chosen"] or "none"
+        if former:
+            design += f", before {', '.join(former)}"
+        text = sentence("position", name=held["name"], date=held["date"][:10], design=design)
+        sentences.append(text)
+    return sentences
 
-    The regret of a design for a position is its greatest loss against the choice of the position,
-    in shares of the ranges, each multiplied by the weight of the objective over the greatest one.
-    """
+
+def decision_sentences(decided: Position | None) -> list[str]:
+    """Return what a group has decided, and who dissents."""
+    if decided is None:
+        return []
+    agree = listed(decided["agree"] or ["nobody"])
+    date = decided["date"][:10]
+    sentences = [sentence("decided", date=date, design=decided["chosen"], agree=agree)]
+    if decided["dissent"]:
+        sentences.append(sentence("dissent", dissent=listed(decided["dissent"])))
+    return sentences
+
+
+def separation_sentences(table: TestTable) -> list[str]:
+    """Return what separates the positions of a table's formulation, and what all regret least."""
     if not table.formulation.positions:
         return []
     free = table.under(limits={}).feasible_ranking()
-    rows = dict(zip(map(free.name_of, range(len(free.rows))), range(len(free.rows)), strict=True))
+    rows = {free.name_of(row): row for row in range(len(free.rows))}
     held = []
     for one in latest_positions(table.formulation.positions):
         if one["chosen"] in rows:
             held.append(one)
+    units = {name: table.layout.units.get(name, "") for name in table.layout.objectives}
     sentences = []
     for k, one in enumerate(held):
         for other in held[:k]:
             if one["chosen"] == other["chosen"]:
                 continue
             places = [rows[other["chosen"]], rows[one["chosen"]]]
-            pair = compare_designs(free, rows=places, units=_objective_units(table))
-            names = {"name": one["name"], "other": other["name"]}
-            designs = {"design": one["chosen"], "base": other["chosen"]}
-            difference = pair.difference(1)
-            sentences.append(sentence("apart", **names, **designs, difference=difference))
+            pair = compare_designs(free, rows=places, units=units)
+            text = sentence(
+                "apart",
+                name=one["name"],
+                other=other["name"],
+                design=one["chosen"],
+                base=other["chosen"],
+                difference=pair.difference(1),
+            )
+            sentences.append(text)
             sentences.append(_reconciled(table, one, other, pair.gains[1] < 0))
             sentences.append(_reconciled(table, other, one, pair.gains[1] > 0))
-    if not sentences or not table.eligible().any():
-        return sentences
+    if sentences and table.eligible().any():
+        choices = [free.objectives.minimized[rows[one["chosen"]]] for one in held]
+        sentences.append(_least_regret(table, held, choices, free.lengths))
+    return sentences
+
+
+def _least_regret(
+    table: TestTable, held: Sequence[Position], choices: Sequence[Array], lengths: Array
+) -> str:
+    """Return which design all regret least.
+
+    The regret of a design for a position is its greatest loss against the choice of the position,
+    in shares of the ranges, each multiplied by the weight of the objective over the greatest one.
+
+    Args:
+        table: The tests.
+        held: The positions.
+        choices: Their choices, each ``(m,)`` objectives, minimised.
+        lengths: ``(m,)`` the ranges.
+    """
     ranking = table.feasible_ranking()
     minimized = ranking.objectives.minimized[ranking.pareto]
-    regrets = []
-    for one in held:
-        choice = free.objectives.minimized[rows[one["chosen"]]]
-        given = np.array([one["weights"].get(name, 1.0) for name in table.layout.objectives])
-        losses = (minimized - choice) / free.lengths * (given / (given.max() or 1.0))
-        regrets.append(np.maximum(losses.max(axis=1), 0.0))
-    matrix = np.array(regrets)
-    keys = (matrix.sum(axis=0), matrix.max(axis=0))
+    columns = []
+    for one, choice in zip(held, choices, strict=True):
+        weights = np.array([one["weights"].get(name, 1.0) for name in table.layout.objectives])
+        losses = (minimized - choice) / lengths * (weights / (weights.max() or 1.0))
+        columns.append(losses.max(axis=1, initial=0.0))
+    regrets = np.column_stack(columns)
+    keys = (regrets.sum(axis=1), regrets.max(axis=1))
     best = np.lexsort(tuple(np.round(key / _TIE) for key in keys))[0]
-    texts = []
-    for one, share in zip(held, matrix[:, best].tolist(), strict=True):
-        texts.append(f"{one['name']} {percent(share)}")
+    texts = [
+        f"{one['name']} {percent(share)}" for one, share in zip(held, regrets[best], strict=True)
+    ]
     design = capital(ranking.name_of(int(np.flatnonzero(ranking.pareto)[best])))
-    return [*sentences, sentence("least regret", design=design, regrets=", ".join(texts))]
+    return sentence("least regret", design=design, regrets=", ".join(texts))
 
 
-def _objective_units(table: TestTable) -> dict[str, str]:
-    units = table.layout.units
-    return {name: units[name] for name in table.layout.objectives if name in units}
-
-
-def _reconciled(
-    table: TestTable, one: Mapping[str, Any], other: Mapping[str, Any], is_better: Mask
-) -> str:
+def _reconciled(table: TestTable, one: Position, other: Position, is_better: Mask) -> str:
     """Return the limit or the weight with which the choice of another comes first for one.
 
     Tried are a limit at each value in which that choice is better, then twice to 1024 times the
@@ -513,24 +472,22 @@ def _reconciled(
         other: Another one.
         is_better: ``(m,)`` in which objectives the choice of the other is better.
     """
-    wanted = other["chosen"]
     layout = table.layout
-    names = {"name": one["name"], "other": other["name"], "design": wanted}
-    row = table.names.index(wanted)
-    better = [*compress(layout.objectives, is_better)]
+    names = {"name": one["name"], "other": other["name"], "design": other["chosen"]}
+    row = table.names.index(other["chosen"])
+    better = np.array(layout.objectives)[is_better].tolist()
     for name in better:
-        is_upper = name not in layout.maximize
-        value = _outward(float(table.column(name)[row]), is_upper)
+        value = float(table.column(name)[row])
         low, high = ends(name, one["limits"].get(name, (None, None)))
-        pair = [low, value]
         words = "at most"
         if name in layout.maximize:
-            pair = [value, high]
             words = "at least"
-        if pair[0] > pair[1]:  # the other end rejects that choice
+            low = value = _rounded(value, ROUND_FLOOR)
+        else:
+            high = value = _rounded(value, ROUND_CEILING)
+        if low > high:  # the other end rejects that choice
             continue
-        limits = {**one["limits"], name: tuple(None if np.isinf(x) else x for x in pair)}
-        if wanted in _proposed(table, limits):
+        if row in _proposed(table, {**one["limits"], name: [low, high]}):
             unit = layout.units.get(name, "")
             limit = f"{name} {words} {number(value, 6)} {unit}".strip()
             return sentence("by limit", **names, limit=limit)
@@ -538,36 +495,24 @@ def _reconciled(
     if not tests.eligible().any():
         return sentence("not by one", **names)
     ranking = tests.feasible_ranking()
-    pairs = zip(layout.objectives, ranking.ideal, strict=True)
-    point = [one["aspiration"].get(name, ideal) for name, ideal in pairs]
     for name in better:
-        weights = [one["weights"].get(objective, 1.0) for objective in layout.objectives]
-        j = layout.objectives.index(name)
-        weights[j] = weights[j] or 1.0
-        for _ in range(10):
-            weights[j] *= 2
-            selector = ReferencePoint(point, weights=weights, normalize=table.formulation.normalize)
-            if wanted in map(ranking.name_of, selector.do(ranking).tolist()):
-                weight = number(weights[j])
-                return sentence("by weight", **names, objective=name, weight=weight)
+        weight = one["weights"].get(name) or 1.0
+        for _ in range(_DOUBLINGS):
+            weight *= 2
+            if row in _first(tests, ranking, one, name, weight):
+                return sentence("by weight", **names, objective=name, weight=number(weight))
     return sentence("not by one", **names)
 
 
-def _outward(value: float, is_upper: bool) -> float:
-    """Return a value with six digits, so that a limit there lets it pass."""
-    near = float(f"{value:.6g}")
-    if near == value or (near > value) == is_upper:
-        return near
-    step = 10.0 ** (np.floor(np.log10(abs(value))) - 5)
-    if not is_upper:
-        step = -step
-    return float(f"{near + step:.6g}")
+def _rounded(value: float, direction: str) -> float:
+    """Return a value with six digits, rounded in the direction in which a limit lets it pass."""
+    return float(Context(prec=6, rounding=direction).create_decimal(repr(value)))
 
 
-def _proposed(table: TestTable, limits: Mapping[str, Any]) -> list[str]:
-    """Return the names of the designs that are proposed under limits."""
-    tests = table.under(limits=dict(limits))
+def _proposed(table: TestTable, limits: Mapping[str, Limit]) -> Rows:
+    """Return the rows of the designs that are proposed under limits."""
+    tests = table.under(limits=limits)
     if not tests.eligible().any():
-        return []
+        return np.array([], dtype=np.intp)
     ranking = tests.feasible_ranking()
-    return [ranking.name_of(row) for row in ranking.salukvadze.tolist()]
+    return ranking.rows[ranking.salukvadze]
