@@ -201,13 +201,9 @@ def _points(options: Options) -> int:
 
 
 def _limits(problem: Problem, formulation: Formulation) -> dict[str, Any]:
-    """Return the limits of a search: those of the problem, where options say no others.
-
-    The texts that are ticked on the page are limits, too.
-    """
+    """Return the limits of a search: those of the problem, where options say no others."""
     limits = limits_of_problem(known_limits(with_requirements(problem)))
-    categories: dict[str, Any] = formulation.page.get("state", {}).get("categories", {})
-    return limits | limits_by_name(formulation.limits, formulation.objectives) | categories
+    return limits | limits_by_name(formulation.limits, formulation.objectives)
 
 
 def _sources_of_limits(problem: str, given: Formulation, limits: Mapping[str, Any]) -> str:

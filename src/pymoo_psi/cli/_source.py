@@ -15,7 +15,6 @@ from typing import Any
 from pymoo_psi._validation import Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import say
-from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import RANKING_NAMES, number
 from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
@@ -31,8 +30,7 @@ def formulation_of(options: Options) -> Formulation:
     base = Formulation()
     if path is not None:
         base = Formulation.read_json(path)
-    for key in ("values", "state"):  # of the page, whose file may be untrusted input
-        instance(f"page.{key} in {path}", base.page.get(key, {}), dict)
+    instance(f"page.values in {path}", base.page.get("values", {}), dict)  # untrusted input
     maximize = [*base.maximize, *entries_of(options.maximize)]
     limits = {**limits_of(base.limits), **limits_of(options.limits, "--limits")}
     computed = {**base.computed, **_computed_in(options.compute)}
@@ -79,7 +77,7 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
     )
     table = _with_units(table, options.units, formulation)
     require_free_names(table.layout.columns)
-    return _kept_on_page(path, table, formulation)
+    return table
 
 
 def _with_units(table: TestTable, entries: Sequence[str], formulation: Formulation) -> TestTable:
@@ -93,25 +91,6 @@ def _with_units(table: TestTable, entries: Sequence[str], formulation: Formulati
     if not units:
         return table
     return replace(table, layout=replace(layout, units={**layout.units, **units}))
-
-
-def _kept_on_page(path: Path, table: TestTable, formulation: Formulation) -> TestTable:
-    """Return the designs whose categories the decision keeps, with a remark on the others."""
-    if not formulation.page:
-        return table
-    from pymoo_psi.page import kept_designs  # other commands need no page
-
-    kept = kept_designs(table, formulation)
-    if kept.all():
-        return table
-    texts = []
-    for name, categories in formulation.page["state"]["categories"].items():
-        texts.append(f"{name} = {' or '.join(map(str, categories)) or 'none'}")
-    n_removed = counted((~kept).sum(), "design")
-    remark = f"{n_removed} left out: the decision keeps only {'; '.join(texts)}."
-    if not kept.any():
-        raise PsiError(f"{path}: no design is left: {remark}")
-    return replace(table.rows(kept), remarks=(*table.remarks, remark))
 
 
 def with_choice(formulation: Formulation, table: TestTable) -> Formulation:

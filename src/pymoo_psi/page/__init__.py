@@ -3,7 +3,6 @@
 :func:`decision_page` makes a :class:`DecisionPage` from any source of designs. ``save`` writes the
 file; a notebook shows the page. A decision that is saved on the page is a
 :class:`~pymoo_psi.table.Formulation` in JSON with a chosen design and a reason.
-:func:`kept_designs` returns which designs such a decision keeps.
 
 Example:
     >>> from pymoo.problems import get_problem
@@ -19,10 +18,6 @@ limits, ``charts.js`` draws on canvas, ``page.js`` has the controls, texts and t
 """
 
 from pymoo_psi.page._page import DecisionPage, decision_page
-
-# Names that other subpackages share; they are no promise to users.
-# isort: split
-from pymoo_psi.page._page import kept_designs as kept_designs
 
 __all__ = [
     "DecisionPage",

@@ -18,8 +18,8 @@ import numpy as np
 
 from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import write_document
-from pymoo_psi._validation import Mask, Received, counted, instance, invalid, known_name, mapping
-from pymoo_psi.page._payload import payload, values_of
+from pymoo_psi._validation import Received, counted, invalid, known_name
+from pymoo_psi.page._payload import payload
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
 from pymoo_psi.table import Formulation, Limit, TestTable, read_table
 
@@ -56,12 +56,6 @@ class DecisionPage:
     formulation: Formulation
     cautions: tuple[str, ...]
     origin: str = ""
-
-    def __post_init__(self) -> None:
-        """Refuse a decision that keeps no design by texts, as all commands do."""
-        if not kept_designs(self.table, self.formulation).any():
-            received = Received(f"none of {counted(len(self.table), 'design')}")
-            raise invalid("page.state.categories", "texts of one design or more", received)
 
     def __repr__(self) -> str:
         """Return the title and the number of designs."""
@@ -256,31 +250,6 @@ def _frame_of(source: Any, formulation: Formulation) -> tuple[pd.DataFrame, Form
         maximize = [*formulation.maximize, *maximized]
         formulation = replace(formulation, objectives=names, maximize=maximize)
     return frame, formulation
-
-
-def kept_designs(table: TestTable, formulation: Formulation) -> Mask:
-    """``(n,)`` which designs a decision keeps by the texts that are ticked on the page.
-
-    Limits on numbers are those of the formulation, see :meth:`TestTable.under`.
-
-    Raises:
-        ArgumentValueError: There is no such column.
-        ArgumentTypeError: The texts kept of a column are not a list.
-
-    Example:
-        >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
-        >>> decided = Formulation(page={"state": {"categories": {"x1": ["tin"]}}})
-        >>> kept_designs(table, decided).tolist()
-        [False, True]
-    """
-    state = formulation.page.get("state", {})
-    categories = mapping("page.state.categories", state.get("categories", {}), "columns to lists")
-    kept = np.full(len(table), True)
-    for name, texts in categories.items():
-        known_name("categories", name, [*table.layout.columns, *table.extra])
-        instance(f"page.state.categories[{name!r}]", texts, list, "it holds the texts kept")
-        kept &= np.isin(values_of(name, table).astype(str), [*map(str, texts)])
-    return kept
 
 
 # The document

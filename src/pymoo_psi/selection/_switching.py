@@ -218,11 +218,9 @@ class _Search:
         candidates = kept.copy()
         if is_worse:
             candidates[kept] = nondominated(self.F[kept])
-        steps = np.unique(sign * values[candidates])
-        if direction == "tighter":
-            steps = np.flip(steps)
-        else:
-            steps = steps[steps > sign * limit]
+        steps = np.flip(np.unique(sign * values[candidates]))
+        if direction == "looser":
+            steps = np.flip(steps[steps > sign * limit])
 
         def at(value: float) -> Rows:
             within = sign * values <= sign * value

@@ -146,6 +146,12 @@ class Formulation:
             column_names(group, tuple(entries))
             self._set(group, dict(entries))
         limits = limits_of(self.limits)
+        if "state" in self.page:  # former pages had limits on texts there
+            state = dict(mapping_of("page.state", self.page["state"], "settings to values"))
+            categories = state.pop("categories", {})
+            texts = mapping_of("page.state.categories", categories, "columns to lists")
+            limits = {**texts, **limits}
+            self._set("page", {**self.page, "state": state})
         column_names("limits", tuple(limits))
         self._set("limits", {name: _json_limit(name, limit) for name, limit in limits.items()})
         if self.ranges is not None:
