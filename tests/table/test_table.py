@@ -196,7 +196,7 @@ def test_costs_of_constraints_agree_with_the_oracle(table, limits):
     costs = constraint_costs(limited)
     names = [
         *table.layout.constraints,
-        *(limit_text(name, *ends) for name, ends in limited.limits.items()),
+        *(limit_text(name, ends) for name, ends in limited.limits.items()),
     ]
     assert costs.index.tolist() == names
     violated = {}

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Designs, Mask, Numbers, mapping
-from pymoo_psi.algorithms._limits import Asked
+from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.parallel import (

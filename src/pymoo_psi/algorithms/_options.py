@@ -19,7 +19,7 @@ from pymoo_psi._validation import (
     known_name,
     positive_number,
 )
-from pymoo_psi.algorithms._limits import Asked
+from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._sampling import (
     LPTauSampling,
     QMCSampling,

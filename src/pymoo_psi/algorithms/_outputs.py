@@ -43,7 +43,11 @@ class LearnedOutputs:
         outputs = [*layout.outputs]
         if model.space.equalities:  # limits on variables are then no sides of the unit cube
             outputs += layout.variables
-        limited = [name for name in table.limits if name in outputs]
+        self._ends: dict[str, tuple[float, float]] = {}
+        for name, limit in table.limits.items():
+            if not isinstance(limit, list):
+                self._ends[name] = limit
+        limited = [name for name in self._ends if name in outputs]
         self.names = [*layout.objectives, *self.inequalities, *layout.equalities, *limited]
         self._n_constraints = len(self.inequalities) + len(layout.equalities)
         self._computed = _needed(computed, self.names)
@@ -90,7 +94,7 @@ class LearnedOutputs:
         variables = [titles[variable.name] for variable in space.searched]
         low = np.zeros(len(variables))
         high = np.ones(len(variables))
-        for name, (least, greatest) in table.limits.items():
+        for name, (least, greatest) in self._ends.items():
             if name in layout.maximize and name in layout.objectives:
                 limits.append((self.names.index(name), -greatest, -least))
             elif name in self.names:
@@ -110,7 +114,7 @@ class LearnedOutputs:
             encode=partial(encoded, space),
             compute=compute,
             ranges=self._ranges(),
-            narrowed=bool(table.limits),
+            narrowed=bool(self._ends),
         )
 
     def violations(self, points: Array) -> Array:
@@ -118,10 +122,10 @@ class LearnedOutputs:
         X = self._model.space.matrix(points)
         columns = [self._model.violations(X)]
         variables = self._table.tested.layout.variables
-        for name, texts in self._table.allowed_texts.items():
-            if name in variables:
+        for name, limit in self._table.limits.items():
+            if name in variables and isinstance(limit, list):
                 values = X[:, variables.index(name)].astype(str)
-                is_other = ~np.isin(values, texts)
+                is_other = ~np.isin(values, limit)
                 columns.append(is_other[:, None].astype(float))
         return np.hstack(columns)
 
@@ -160,7 +164,7 @@ class LearnedOutputs:
             columns.append(below_zero(g[:, None], n_uniform))
         columns.append(table.H)
         for name in self.names[self.n_obj + self._n_constraints :]:
-            columns.append(_known_or_beyond(table.column(name), *table.limits[name]))
+            columns.append(_known_or_beyond(table.column(name), *self._ends[name]))
         for name in self.operands:
             columns.append(table.tested.column(name))
         points = self._model.space.points(table.tested.X)
@@ -188,7 +192,7 @@ class LearnedOutputs:
                 continue
             values = self._turned(j, columns[name])
             if name in self._table.layout.outputs:
-                values = _known_or_beyond(values, *self._table.limits[name])
+                values = _known_or_beyond(values, *self._ends[name])
             Y[:, j] = values
         return bounded(Y)
 

@@ -28,14 +28,14 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.algorithms._executor import NO_OUTPUTS
-from pymoo_psi.algorithms._limits import (
+from pymoo_psi.algorithms._asked import (
     kept_tests,
     pareto_tests,
     total_violation,
     under,
     under_known,
 )
+from pymoo_psi.algorithms._executor import NO_OUTPUTS
 from pymoo_psi.algorithms._options import (
     PSIKeywords,
     RunKeywords,
@@ -53,7 +53,7 @@ from pymoo_psi.problems import (
     untolerant,
     with_requirements,
 )
-from pymoo_psi.table import TestTable, bounds_of
+from pymoo_psi.table import TestTable, limits_on
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -501,7 +501,7 @@ def investigate(
         table = pareto_tests(table, asked, on_workers)
     # of tests that are left out it is unknown whether they failed
     if run.model.limits and keep != "all":
-        bounds_of(run.model.limits, table.layout)
+        limits_on(run.model.limits, table.layout)
     return under_known(table, asked)
 
 

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._validation import Designs, Numbers, Received, identity_text, integer, invalid
+from pymoo_psi.algorithms._asked import kept_tests, under
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of
-from pymoo_psi.algorithms._limits import kept_tests, under
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
     PlannedPoints,

@@ -17,8 +17,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, boolean, integer
+from pymoo_psi.algorithms._asked import under_known
 from pymoo_psi.algorithms._executor import Model
-from pymoo_psi.algorithms._limits import under_known
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, best_and_spread, propose

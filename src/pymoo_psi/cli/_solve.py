@@ -47,12 +47,11 @@ from pymoo_psi.table import (
     Formulation,
     TestTable,
     alike,
-    allowed_text,
-    ends,
+    allowed_by,
+    is_of_texts,
     limit_text,
     limits_by_name,
     suffixes_for,
-    texts_of,
 )
 
 _N_REASONS = 3  # of failures, the most frequent ones
@@ -209,17 +208,12 @@ def _limits(problem: Problem, formulation: Formulation) -> dict[str, Any]:
 def _sources_of_limits(problem: str, given: Formulation, limits: Mapping[str, Any]) -> str:
     """Return a line on which limits apply, and where each is from."""
     limits_given = limits_by_name(given.limits, given.objectives)
-    allowed = texts_of(limits)
     texts = []
     for name, limit in limits.items():
         source = problem
-        if name in limits_given or name in allowed:
+        if name in limits_given or is_of_texts(limit):
             source = "option or decision"
-        if name in allowed:
-            text = allowed_text(name, allowed[name])
-        else:
-            text = limit_text(name, *ends(name, limit))
-        texts.append(f"{text} ({source})")
+        texts.append(f"{limit_text(name, allowed_by(name, limit))} ({source})")
     return f"Limits: {', '.join(texts)}."
 
 

@@ -21,7 +21,7 @@ from pymoo_psi._output import write_document
 from pymoo_psi._validation import Received, counted, invalid, known_name
 from pymoo_psi.page._payload import payload
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
-from pymoo_psi.table import Formulation, Limit, TestTable, read_table
+from pymoo_psi.table import Formulation, TestTable, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -179,7 +179,6 @@ def decision_page(
     if prototype is not None:
         asked = replace(table.formulation, limits={}, ranges=None, page={})
         prototype = read_table(prototype, asked)
-    limits: dict[str, Limit] = {**table.limits, **table.allowed_texts}
     origin = ""
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
@@ -187,7 +186,7 @@ def decision_page(
         title=str(title),
         table=designs,
         prototype=prototype,
-        formulation=replace(table.formulation, limits=limits),
+        formulation=replace(table.formulation, limits=table.limits),
         cautions=tuple(map(str, cautions(designs.feasible_ranking()))),
         origin=origin,
     )

@@ -301,6 +301,8 @@ def _column(table: TestTable, name: str, chosen: TestTable | None) -> Column:
         ends = _ends_of_dependent(places, table.feasible(), mark)
     label = layout.label_of(name)
     limits = table.limits.get(name, _OPEN)
+    if isinstance(limits, list):
+        limits = _OPEN
     return Column(places, ends, label, options, layout.is_log(name), limits, name, mark)
 
 

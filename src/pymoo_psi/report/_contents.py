@@ -37,10 +37,10 @@ from pymoo_psi.selection import (
     switching_values,
 )
 from pymoo_psi.table import (
+    Allowed,
     Layout,
     TestTable,
     alike,
-    allowed_text,
     confidence_sentence,
     constraint_costs,
     convergence,
@@ -65,8 +65,11 @@ def cell(value: Any) -> str:
     return number(value, 5)
 
 
-def _written(table: TestTable, name: str, lower: float, upper: float) -> str:
+def _written(table: TestTable, name: str, limit: Allowed) -> str:
     """Return a limit with its unit: ``20 ≤ mass ≤ 55 kg``."""
+    if isinstance(limit, list):
+        return limit_text(name, limit)
+    lower, upper = limit
     if np.isinf(upper):
         return f"{name} ≥ {_with_unit(table, name, lower)}"
     text = f"{name} ≤ {_with_unit(table, name, upper)}"
@@ -308,8 +311,7 @@ def verdict(table: TestTable) -> str:
 
 def written_limits(table: TestTable) -> list[str]:
     """Return the limits as they are written."""
-    texts = [_written(table, name, *ends) for name, ends in table.limits.items()]
-    return texts + [allowed_text(name, some) for name, some in table.allowed_texts.items()]
+    return [_written(table, name, limit) for name, limit in table.limits.items()]
 
 
 def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
@@ -317,7 +319,10 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
 
     Without a feasible design it is said how near tests come to keeping them.
     """
-    names = {limit_text(name, *ends): name for name, ends in table.limits.items()}
+    names = {}
+    for column, limit in table.limits.items():
+        if not isinstance(limit, list):
+            names[limit_text(column, limit)] = column
     costs = constraint_costs(table).rename(index=names)
     idle = []
     last = "nearest value"
@@ -334,8 +339,8 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
     top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
     for name, cost in top.iterrows():
         text = str(name)
-        if name in table.limits:
-            text = _written(table, text, cost["lower"], cost["upper"])
+        if text in table.limits:
+            text = _written(table, text, table.limits[text])
         columns["constraint or limit"].append(text)
         columns["rejects"].append(number(cost["rejects"]))
         columns["rejects alone"].append(number(cost["alone"]))

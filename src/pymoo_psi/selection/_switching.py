@@ -28,7 +28,7 @@ from pymoo_psi.pareto import (
     sentence,
 )
 from pymoo_psi.selection._selectors import ReferencePoint
-from pymoo_psi.table import Limit, TestTable, ends
+from pymoo_psi.table import OPEN, Limit, TestTable, ends
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -178,7 +178,7 @@ class _Search:
         """Return the changes as limits are tightened, set or loosened."""
         rows = []
         for name in dict.fromkeys([*self.layout.objectives, *self.layout.columns]):
-            pair = self.table.limits.get(name, (-np.inf, np.inf))
+            pair = self._ends(name)
             worse = ""
             if name in self.layout.objectives:
                 worse = "lower" if name in self.layout.maximize else "upper"
@@ -233,17 +233,19 @@ class _Search:
 
     def _without(self, name: str, end: str) -> TestTable:
         """Return the table without one end of a limit."""
-        limits: dict[str, Limit] = {**self.table.limits, **self.table.allowed_texts}
-        low, high = self.table.limits[name]
-        other = [None, high]
+        low, high = self._ends(name)
         if end == "upper":
-            other = [low, None]
-        limits[name] = [
-            value if value is not None and np.isfinite(value) else None for value in other
-        ]
-        if limits[name] == [None, None]:
-            del limits[name]
-        return self.table.under(limits=limits)
+            high = np.inf
+        else:
+            low = -np.inf
+        return self.table.under(limits={**self.table.limits, name: (low, high)})
+
+    def _ends(self, name: str) -> tuple[float, float]:
+        """Return the ends of the limit on a column, open ones for texts and without a limit."""
+        limit = self.table.limits.get(name, OPEN)
+        if isinstance(limit, list):
+            return OPEN
+        return limit
 
     def of_values(self) -> list[tuple[Any, ...]]:
         """Return the changes as an objective of the recommended design is another one."""
@@ -265,7 +267,7 @@ class _Search:
         """Return the change as objective j of the recommended design moves by up to a length."""
         sign = self.layout.sign[j]
         start = self.F[self.best, j]
-        low, high = self.table.limits.get(name, (-np.inf, np.inf))
+        low, high = self._ends(name)
         steps = start + length * _FINE
         if "ideal" in self.options:  # nothing is better than the better end of a fixed range
             steps = steps[steps >= self.options["ideal"][j]]

@@ -218,8 +218,8 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     layout = table.layout
     bounds = [(-np.inf, 0.0)] * len(layout.inequalities)
     bounds += [(-layout.eq_tolerance, layout.eq_tolerance)] * len(layout.equalities)
-    bounds += table.limits.values()
-    bounds += [(np.nan, np.nan)] * len(table.allowed_texts)
+    for limit in table.limits.values():
+        bounds.append((np.nan, np.nan) if isinstance(limit, list) else limit)
     lower, upper = np.array(bounds).reshape(len(names), 2).T
     alone = mask & (mask.sum(axis=1) == 1)[:, None]
     frame = pd.DataFrame(

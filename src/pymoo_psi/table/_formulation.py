@@ -36,7 +36,7 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._layout import RESERVED, Layout, column_names, unit_texts
-from pymoo_psi.table._limits import Limits, ends, is_of_texts, limits_of, plain_number
+from pymoo_psi.table._limits import Limits, allowed_by, ends, is_of_texts, limits_of, plain_number
 
 Columns: TypeAlias = Mapping[str, AnyArray]
 
@@ -408,9 +408,10 @@ def _formulated_layout(
 
 def _json_limit(name: Any, limit: Any) -> Any:
     """Return a limit as a number, pair or list of texts that JSON can hold; an open end is None."""
-    if is_of_texts(limit):
-        return limit
-    low, high = ends(name, limit)
+    allowed = allowed_by(name, limit)
+    if isinstance(allowed, list):
+        return allowed
+    low, high = allowed
     lower = None if np.isinf(low) else plain_number(low)
     upper = None if np.isinf(high) else plain_number(high)
     if isinstance(limit, (tuple, list)) or upper is None:

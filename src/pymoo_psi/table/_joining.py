@@ -208,7 +208,7 @@ def _facts(table: TestTable) -> dict[str, str]:
         facts[f"unit of {name}"] = layout.units.get(name, "none")
         facts[f"direction of {name}"] = "max" if name in layout.maximize else "min"
     facts["fixed ranges"] = table.formulation.ranges or {}
-    facts["limits"] = {**table.limits, **table.allowed_texts}
+    facts["limits"] = table.limits
     for name, kind in zip(layout.variables, layout.kinds, strict=False):
         facts[f"kind of {name}"] = kind.value
     bounds = zip(layout.lower.tolist(), layout.upper.tolist(), strict=True)

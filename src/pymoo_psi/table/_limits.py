@@ -12,15 +12,12 @@ from __future__ import annotations
 import csv
 import numbers
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from pymoo_psi._validation import (
-    AnyArray,
-    Array,
-    Mask,
     Received,
     finite_number,
     invalid,
@@ -28,7 +25,6 @@ from pymoo_psi._validation import (
     mapping,
     wrong_type,
 )
-from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._layout import Layout, index_of
 
 Limit: TypeAlias = float | str | Sequence[float | None] | Sequence[str]
@@ -43,9 +39,12 @@ Limits: TypeAlias = (
 """Limits on objectives, variables and outputs by name, and on objectives also by index from 0; or
 texts such as ``"f1<=60, x1<=2"``."""
 Ends: TypeAlias = tuple[float | None, float | None]
-Bounds: TypeAlias = dict[str, tuple[float, float]]
-"""The least and the greatest value allowed in columns by name, in the original direction; infinite
-if open."""
+Allowed: TypeAlias = tuple[float, float] | list[str]
+"""What a limit allows: the least and the greatest value in the original direction, infinite if
+open; of a column of texts, these."""
+
+OPEN = (-np.inf, np.inf)
+"""The limit that allows every value."""
 
 NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _LIMIT = re.compile(
@@ -53,8 +52,8 @@ _LIMIT = re.compile(
     rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
     re.DOTALL,
 )
-_TEXT = re.compile(r"(?P<name>[^<>=]*[^<>=\s])\s*=\s*(?P<text>[^<>=]*)")
-_TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])\s+in\s+(?P<text>[^<>=]+)")
+_TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|(?P<list>\s+in\s+))(?P<text>[^<>=]*)")
+_TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
 # Five or five thousand, as in a file: see the rule for numbers in read_table.
 _AMBIGUOUS = re.compile(r"[+-]?[1-9][0-9]{0,2}\.[0-9]{3}")
@@ -110,7 +109,7 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
     limit_by_column = {}
     for column, limit in mapping(argument, limits, rule).items():
         if isinstance(limit, str) and re.search("[<>=]", limit):
-            limit = _ends_of_sides(sides_of_text(f"the limit on {column!r}", limit))
+            limit = _limit_of_sides(sides_of_text(f"the limit on {column!r}", limit))
         elif isinstance(limit, str):
             limit = [limit]
         elif is_of_texts(limit):
@@ -145,37 +144,38 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
         side = _SIDE.fullmatch(part)
         if side is None:
             raise invalid(argument, "such as '<= 250' or '>= 3, <= 250'", text)
-        _add_side(sides, side["sign"], side["number"], text, argument)
+        value = finite_number(argument, float(side["number"]))
+        _add_side(sides, side["sign"], value, text, argument)
     return sides
 
 
-def _add_side(sides: dict[str, float], sign: str, number: str, text: str, argument: str) -> None:
-    """Add a side of a limit to those of its column."""
-    if sign in sides:
+def _add_side(sides: dict[str, Any], sign: str, value: Any, text: str, argument: str) -> None:
+    """Add a side of a limit, or the texts that it allows, to those of its column."""
+    if sign in sides or (sides and "in" in (sign, *sides)):
         raise invalid(argument, "given once for each side of a column", Received(text))
-    sides[sign] = finite_number(argument, float(number))
+    sides[sign] = value
 
 
-def _ends_of_sides(sides: Mapping[str, float]) -> Ends:
+def _limit_of_sides(sides: Mapping[str, Any]) -> Any:
+    if "in" in sides:
+        return sides["in"]
     return sides.get(">="), sides.get("<=")
 
 
 def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any]:
-    sides_by_column: dict[str | int, dict[str, float]] = {}
-    texts_by_column: dict[str | int, list[str]] = {}
+    sides_by_column: dict[str | int, dict[str, Any]] = {}
     allowed: list[str] | None = None  # of the list that an entry may continue
     for entry in entries_of(texts):
-        if allowed is not None and not re.search("[<>=]", entry) and not _TEXTS.fullmatch(entry):
+        match = _TEXTS.fullmatch(entry)
+        if allowed is not None and match is None and not re.search("[<>=]", entry):
             allowed.append(entry)
             continue
         allowed = None
-        of_texts = _TEXTS.fullmatch(entry) or _TEXT.fullmatch(entry)
-        if of_texts is not None:
-            if of_texts["name"] in texts_by_column:
-                raise invalid(argument, "given once for a column of texts", Received(entry))
-            texts_by_column[of_texts["name"]] = [of_texts["text"].strip()]
-            if of_texts.re is _TEXTS:
-                allowed = texts_by_column[of_texts["name"]]
+        if match is not None:
+            listed = [match["text"].strip()]
+            _add_side(sides_by_column.setdefault(match["name"], {}), "in", listed, entry, argument)
+            if match["list"]:
+                allowed = listed
             continue
         match = _LIMIT.fullmatch(entry)
         if match is None or not (match["left"] or match["right"]):
@@ -187,23 +187,15 @@ def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any
                 "use <= or >=, plain numbers with a decimal point, and no units",
             )
         sides = sides_by_column.setdefault(match["name"], {})
-        if match["left"]:
-            # 1 <= x is x >= 1.
-            sign = ">=" if match["left"] == "<=" else "<="
-            _require_one_meaning(match["first"], entry, argument)
-            _add_side(sides, sign, match["first"], entry, argument)
-        if match["right"]:
-            _require_one_meaning(match["last"], entry, argument)
-            _add_side(sides, match["right"], match["last"], entry, argument)
-    for column in texts_by_column:
-        if column in sides_by_column:
-            raise invalid(argument, "on numbers or on texts of a column", Received(str(column)))
-    ends_by_column = {column: _ends_of_sides(side) for column, side in sides_by_column.items()}
-    return {**texts_by_column, **ends_by_column}
+        for sign, number in ((_TURNED.get(match["left"]), "first"), (match["right"], "last")):
+            if sign:
+                value = _number_of_one_meaning(match[number], entry, argument)
+                _add_side(sides, sign, value, entry, argument)
+    return {column: _limit_of_sides(sides) for column, sides in sides_by_column.items()}
 
 
-def _require_one_meaning(number: str, text: str, argument: str) -> None:
-    """Refuse a number that people write for five and for five thousand alike."""
+def _number_of_one_meaning(number: str, text: str, argument: str) -> float:
+    """Return a number; one that people write for five and for five thousand alike is refused."""
     if _AMBIGUOUS.fullmatch(number):
         raise invalid(
             argument,
@@ -211,6 +203,23 @@ def _require_one_meaning(number: str, text: str, argument: str) -> None:
             Received(f"{text}, with a decimal point or one between thousands"),
             f"write {number.replace('.', '')}, or one decimal more or less",
         )
+    return finite_number(argument, float(number))
+
+
+def allowed_by(column: Any, limit: Any) -> Allowed:
+    """Return what a limit allows; a number is the greatest value.
+
+    Args:
+        column: Name of the column, for messages.
+        limit: A number, a pair of numbers or None, or texts.
+
+    Raises:
+        ArgumentValueError: A number is NaN, or the lower one is above the upper one.
+        ArgumentTypeError: It has none of these forms.
+    """
+    if is_of_texts(limit):
+        return [*limit]
+    return ends(column, limit)
 
 
 def ends(column: Any, limit: Any) -> tuple[float, float]:
@@ -256,26 +265,26 @@ def limits_by_name(limits: Limits | None, objectives: Sequence[str]) -> dict[str
     return limit_by_name
 
 
-def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
-    """Return what limits allow, in the order of the table's columns.
-
-    Limits on texts are left out, see :func:`texts_of`.
+def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
+    """Return what limits allow, numbers in the order of the table's columns and texts after them.
 
     Raises:
-        ArgumentValueError: A column is unknown, is named twice, or is a constraint; a limit is
-            NaN, its lower end is above the upper one, or it is unclear which end a number is.
+        ArgumentValueError: A column of numbers is unknown, is named twice, or is a constraint; a
+            limit is NaN, its lower end is above the upper one, or it is unclear which end a number
+            is.
         ArgumentTypeError: The limits have none of the forms that they may have.
     """
-    bounds = {}
+    allowed = {}
     free = [name for name in layout.columns if name not in layout.constraints]
-    for name, limit in limits_by_name(limits, layout.objectives).items():
+    by_name = limits_by_name(limits, layout.objectives)
+    for name, limit in by_name.items():
+        allowed[name] = allowed_by(name, limit)
         if is_of_texts(limit):
             continue
         remedy = ""
         if name in layout.constraints:
             remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
         known_name("a limit", name, free, remedy)
-        bounds[name] = ends(name, limit)
         if name in layout.maximize and not isinstance(limit, (tuple, list)):
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
             raise invalid(
@@ -285,34 +294,27 @@ def bounds_of(limits: Limits | None, layout: Layout) -> Bounds:
                 remedy,
             )
     # The order of the columns, not of the mapping: columns of violations stand in it.
-    bounded = [name for name in layout.columns if name in bounds]
-    return {name: bounds[name] for name in bounded if np.isfinite(bounds[name]).any()}
+    ordered = {}
+    for name in layout.columns:
+        if name in allowed and not is_of_texts(by_name[name]) and allowed[name] != OPEN:
+            ordered[name] = allowed[name]
+    return ordered | {name: texts for name, texts in allowed.items() if is_of_texts(texts)}
 
 
-def texts_of(limits: Limits | None) -> dict[str, list[str]]:
-    """Return the texts that limits allow in columns of texts, by name."""
-    return {str(name): limit for name, limit in limits_of(limits).items() if is_of_texts(limit)}
-
-
-def allowed_text(name: str, texts: Sequence[str]) -> str:
-    """Return a limit on texts in its written form.
-
-    Example:
-        >>> allowed_text("rail", ["yes"]), allowed_text("material", ["steel", "alu"])
-        ('rail=yes', 'material in steel, alu')
-    """
-    if len(texts) == 1:
-        return f"{name}={texts[0]}"
-    return f"{name} in {', '.join(texts) or 'nothing'}"
-
-
-def limit_text(name: str, lower: float, upper: float) -> str:
+def limit_text(name: str, limit: Allowed) -> str:
     """Return a limit in its written form, which :func:`limits_of` reads.
 
     Example:
-        >>> limit_text("mass", -np.inf, 30.0), limit_text("width", 0.25, 0.75)
+        >>> limit_text("mass", (-np.inf, 30.0)), limit_text("width", (0.25, 0.75))
         ('mass<=30', '0.25<=width<=0.75')
+        >>> limit_text("rail", ["yes"]), limit_text("material", ["steel", "alu"])
+        ('rail=yes', 'material in steel, alu')
     """
+    if isinstance(limit, list):
+        if len(limit) == 1:
+            return f"{name}={limit[0]}"
+        return f"{name} in {', '.join(limit) or 'nothing'}"
+    lower, upper = limit
     low = plain_number(lower)
     high = plain_number(upper)
     if np.isinf(upper):
@@ -328,27 +330,3 @@ def plain_number(value: float) -> float:
     if value.is_integer() and abs(value) < 2**53:
         return int(value)
     return value
-
-
-def within(bounds: Bounds, column: Callable[[str], AnyArray], n: int) -> Mask:
-    """``(n,)`` which rows keep every limit; a value that is not finite keeps none.
-
-    Args:
-        bounds: The limits.
-        column: Gives the ``(n,)`` values of a column by its name, in the original direction.
-        n: How many rows there are.
-    """
-    # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
-    return np.asarray(excess(bounds, column, n) == 0)
-
-
-def excess(bounds: Bounds, column: Callable[[str], AnyArray], n: int) -> Array:
-    """``(n,)`` by how much rows exceed limits, summed; infinite where a value is not finite."""
-    total = np.zeros(n)
-    for name, (low, high) in bounds.items():
-        values = real_column(name, column(name))
-        with np.errstate(over="ignore", invalid="ignore"):
-            over = np.maximum(low - values, 0) + np.maximum(values - high, 0)
-        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
-        total += np.where(np.isfinite(values), over, np.inf)
-    return total

@@ -43,7 +43,7 @@ from pymoo_psi.pareto import (
     ranking_of,
     violated_constraints,
 )
-from pymoo_psi.table._designs import design_matrix, real_column
+from pymoo_psi.table._designs import design_matrix
 from pymoo_psi.table._formats import CSV, STUDY, WORKBOOK
 from pymoo_psi.table._formulation import ATTRIBUTES, Formulation, FormulationFields, formulated
 from pymoo_psi.table._head import Columns, blocks_of, columns_of
@@ -56,7 +56,7 @@ from pymoo_psi.table._joining import (
     unequal,
 )
 from pymoo_psi.table._layout import Key, Layout, number_column
-from pymoo_psi.table._limits import allowed_text, limit_text, limits_by_name, within
+from pymoo_psi.table._limits import OPEN, Allowed, limit_text, limits_by_name
 from pymoo_psi.table._repeats import averaged, confidence
 from pymoo_psi.table._tests import Tests, extra_columns, nonfinite_objective, require_distinct
 
@@ -189,17 +189,14 @@ class TestTable(Tests, Shown):
         if not tested.any():
             return []
         idle = []
-        for name, (low, high) in self.limits.items():
-            values = real_column(name, self.column(name)[tested])
-            if not np.isfinite(values).all():  # what is not finite keeps no limit
-                continue
-            if -np.inf < low <= values.min():
-                idle.append(limit_text(name, low, np.inf))
-            if values.max() <= high < np.inf:
-                idle.append(limit_text(name, -np.inf, high))
-        for name, texts in self.allowed_texts.items():
-            if self.has_texts(name, texts)[tested].all():
-                idle.append(allowed_text(name, texts))
+        for name, limit in self.limits.items():
+            parts: list[Allowed] = [limit]
+            if not isinstance(limit, list):
+                low, high = limit
+                parts = [(low, np.inf), (-np.inf, high)]
+            for part in parts:
+                if part != OPEN and not self.excess(name, part)[tested].any():
+                    idle.append(limit_text(name, part))
         return idle
 
     # Sets of designs
@@ -302,8 +299,7 @@ class TestTable(Tests, Shown):
         rows = rows[~self._repeated(rows)]
         names = self.names
         ranking = self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
-        is_limited = self.limits or self.allowed_texts
-        if not is_limited or self.formulation.ranges:
+        if not self.limits or self.formulation.ranges:
             return ranking
         free = self.under(limits={})
         front = free.F[free.pareto()]
@@ -418,13 +414,10 @@ class TestTable(Tests, Shown):
         has_run = ~constraints.any(axis=1) | np.isfinite(self.F).any(axis=1)
         masks = [constraints]
         names = list(self.layout.constraints)
-        for name, ends in self.limits.items():
-            exceeds = ~within({name: ends}, self.column, len(self)) & has_run
+        for name, limit in self.limits.items():
+            exceeds = (self.excess(name, limit) > 0) & has_run
             masks.append(exceeds[:, None])
-            names.append(limit_text(name, *ends))
-        for name, texts in self.allowed_texts.items():
-            masks.append((~self.has_texts(name, texts) & has_run)[:, None])
-            names.append(allowed_text(name, texts))
+            names.append(limit_text(name, limit))
         mask = np.hstack(masks)
         mask[self.status == "failed"] = False
         return mask, tuple(names)

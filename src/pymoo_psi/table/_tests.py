@@ -30,10 +30,10 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import violated_constraints
-from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows
+from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows, real_column
 from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._layout import ORIGIN, POINT, RESERVED, Layout, number_column
-from pymoo_psi.table._limits import Bounds, bounds_of, limits_of, texts_of, within
+from pymoo_psi.table._limits import Allowed, limits_of, limits_on
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -183,35 +183,36 @@ class Tests:
     def _violates(self, failed: Mask) -> Mask:
         """``(n,)`` which tests violate a constraint or a limit."""
         violates = violated_constraints(self.G, self.H, self.layout.eq_tolerance).any(axis=1)
-        bounds = self._bounds(every_test_failed=bool(failed.all()))
-        if bounds:
-            violates = violates | ~within(bounds, self.column, len(self))
-        for name, texts in self.allowed_texts.items():
-            violates = violates | ~self.has_texts(name, texts)
+        for name, limit in self._limits(every_test_failed=bool(failed.all())).items():
+            violates = violates | (self.excess(name, limit) > 0)
         return np.asarray(violates)
 
-    @property
-    def allowed_texts(self) -> dict[str, list[str]]:
-        """The texts that the formulation allows in columns of texts, by name.
+    def excess(self, name: str, limit: Allowed) -> Array:
+        """``(n,)`` by how much tests exceed a limit on a column.
 
-        Example:
-            >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
-            >>> table.under(limits="x1=tin").allowed_texts
-            {'x1': ['tin']}
-        """
-        return texts_of(self.formulation.limits)
-
-    def has_texts(self, name: str, texts: Sequence[str]) -> Mask:
-        """``(n,)`` which tests have one of some texts in a column; a missing one is empty.
+        It is infinite where a number is not finite, and 1 where a text is none of those allowed.
 
         Raises:
-            ArgumentValueError: There is no such column of texts, or it has none of the texts.
+            ArgumentValueError: The column has no such values.
+            ArgumentTypeError: It holds other values than numbers.
 
         Example:
-            >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
-            >>> table.has_texts("x1", ["tin"])
-            array([False,  True])
+            >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.5]])
+            >>> table.excess("f1", (0.0, 2.0)), table.excess("x1", ["tin"])
+            (array([0. , 0.5]), array([1., 0.]))
         """
+        if isinstance(limit, list):
+            return np.where(self._has_texts(name, limit), 0.0, 1.0)
+        values = real_column(name, self.column(name))
+        low, high = limit
+        # Differences of float64 have the sign of the comparison: gradual underflow sees to it.
+        with np.errstate(over="ignore", invalid="ignore"):
+            excess = np.maximum(low - values, 0) + np.maximum(values - high, 0)
+        # Infinity is what a division by zero leaves: nothing that is known to be large enough.
+        return np.asarray(np.where(np.isfinite(values), excess, np.inf))
+
+    def _has_texts(self, name: str, texts: Sequence[str]) -> Mask:
+        """``(n,)`` which tests have one of some texts in a column; a missing one is empty."""
         known_name("a limit", name, self.columns)
         kinds = dict(zip(self.layout.variables, self.kinds, strict=True))
         if name not in self.extra and kinds.get(name) is not Kind.CHOICE:
@@ -231,24 +232,24 @@ class Tests:
         return mask
 
     @property
-    def limits(self) -> Bounds:
-        """The least and the greatest value that the formulation allows, by column.
+    def limits(self) -> dict[str, Allowed]:
+        """What the formulation allows, by column: the least and the greatest value, or texts.
 
-        In the order of the columns, infinite for an end that is open.
+        In the order of the columns, columns of texts last; infinite for an end that is open.
 
         Example:
-            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
-            >>> table.under(limits={"f1": 1.5}).limits
-            {'f1': (-inf, 1.5)}
+            >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
+            >>> table.under(limits="f1<=1.5, x1=tin").limits
+            {'f1': (-inf, 1.5), 'x1': ['tin']}
         """
-        return self._bounds(every_test_failed=bool((self.status == "failed").all()))
+        return self._limits(every_test_failed=bool((self.status == "failed").all()))
 
-    def _bounds(self, *, every_test_failed: bool) -> Bounds:
+    def _limits(self, *, every_test_failed: bool) -> dict[str, Allowed]:
         limits = limits_of(self.formulation.limits)
         if every_test_failed:  # as the first tests may: then it is unknown which outputs there are
-            columns = self.layout.columns
+            columns = self.columns
             limits = {name: limit for name, limit in limits.items() if name in columns}
-        return bounds_of(limits, self.layout)
+        return limits_on(limits, self.layout)
 
     @classmethod
     def of(

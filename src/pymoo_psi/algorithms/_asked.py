@@ -17,7 +17,7 @@ import numpy as np
 from pymoo_psi._validation import Array
 from pymoo_psi.parallel import Runner, Waiting
 from pymoo_psi.pareto import constraint_violation, nondominated
-from pymoo_psi.table import Formulation, Limits, TestTable, excess, limits_of
+from pymoo_psi.table import Formulation, Limits, TestTable, limits_of
 
 _WORTH_SENDING = 100_000  # designs, the dominance of which takes longer than to send them
 
@@ -87,7 +87,7 @@ def total_violation(tests: TestTable, asked: Asked) -> Array:
     """
     table = under(tests, asked)
     total = constraint_violation(table.G, table.H, table.layout.eq_tolerance)
-    total = total + excess(table.limits, table.column, len(table))
-    for name, texts in table.allowed_texts.items():
-        total = total + ~table.has_texts(name, texts)
-    return np.where(table.status == "failed", np.inf, total)
+    excess = np.zeros(len(table))
+    for name, limit in table.limits.items():
+        excess += table.excess(name, limit)
+    return np.where(table.status == "failed", np.inf, total + excess)
