@@ -299,7 +299,7 @@ def evidence(folder: Path, kills: int) -> None:
     n_tested = len(table) - len(given)
     print(
         f"evidence: {n_killed} kills of 8 processes, {len(table)} tests of "
-        f"{len(Study(path).facts()['runs'])} runs, each design once and right; "
+        f"{len(Study(path).facts().runs)} runs, each design once and right; "
         f"{n_evaluated - n_tested} evaluations were interrupted or made by two at once"
     )
 

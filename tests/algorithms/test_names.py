@@ -157,4 +157,4 @@ def test_names_and_directions_of_a_study_can_be_changed_without_a_test(tmp_path)
     np.testing.assert_array_equal(read["lift"], -first["f2"])
     np.testing.assert_array_equal(read.F, first.F)
     assert read.layout.maximize == ("lift",)
-    assert len(Study(study).facts()["runs"]) == 1
+    assert len(Study(study).facts().runs) == 1

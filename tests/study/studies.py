@@ -65,14 +65,13 @@ def of_one_run(columns):
     """The columns of tests of a single run, without the numbers that say that it is one."""
     assert (columns["test"] == columns["test_point"]).all()
     assert (columns["run"] == 1).all()
-    assert (columns["repeat"] == 1).all()
-    return {name: columns[name] for name in columns if name not in ("test", "run", "repeat")}
+    return {name: columns[name] for name in columns if name not in ("test", "run")}
 
 
 def read(path):
     """The head and the tests of a study of one run."""
     facts, columns = Study(path).contents()
-    return facts["head"], of_one_run(columns)
+    return facts.head, of_one_run(columns)
 
 
 def begun(path, head=HEAD, **options):
@@ -94,7 +93,7 @@ def as_version_0_3(path):
         "ALTER TABLE tests DROP COLUMN row_checksum",
         "ALTER TABLE tests DROP COLUMN run",
         "ALTER TABLE tests DROP COLUMN test_point",
-        "ALTER TABLE tests DROP COLUMN repeat",
+        "ALTER TABLE tests DROP COLUMN design_checksum",
         "ALTER TABLE tests RENAME COLUMN test TO test_point",
         "CREATE TABLE p (test_point INTEGER PRIMARY KEY, round INTEGER, origin TEXT, content TEXT)",
         "INSERT INTO p SELECT test_point, round, origin, content FROM proposals",
@@ -103,6 +102,6 @@ def as_version_0_3(path):
         "DROP TABLE runs",
         "DROP TABLE known",
         "DROP TABLE history",
-        "DELETE FROM study WHERE name = 'checksum'",
+        "DELETE FROM study WHERE name NOT IN ('head', 'id', 'begun')",
         "PRAGMA user_version = 4",
     )

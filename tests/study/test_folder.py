@@ -50,7 +50,7 @@ def test_a_folder_is_read_as_one_study(tmp_path):
     whole = shares(tmp_path, 5, 47)
     facts, columns, missing = read_folder(tmp_path)
     assert bits(of_one_run(columns)) == bits(whole)
-    assert facts["head"] == read(tmp_path / "share-2-of-5.db")[0]
+    assert facts.head == read(tmp_path / "share-2-of-5.db")[0]
     assert missing == ""
 
 
@@ -97,7 +97,9 @@ def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_rea
         shares(tmp_path / "a", 3, 10, [2])
     shares(tmp_path / "b", 2, 10, [2], other)
     shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path / "a")
-    with pytest.raises(StudyMismatchError, match=r"share-2-of-2.db has other points.*1-of-2.db"):
+    with pytest.raises(
+        StudyMismatchError, match=r"share-2-of-2.db is a share of other points.*1-of-2.db"
+    ):
         read_folder(tmp_path / "a")
 
 

@@ -70,15 +70,20 @@ def test_a_run_has_the_points_that_it_would_have_alone(model, study, n_first):
     assert sorted(result.opt.get("test_point")) == sorted(expected)
 
 
-def test_points_that_are_asked_for_later_get_numbers_behind_those_of_others(model, study):
+def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model, study):
     first = investigate(model, 8, study=study)
-    investigate(Restricted(model, {"x1": (0.5, 1)}), 8, study=study)
+    part = Restricted(model, {"x1": (0.5, 1)})
+    assert investigate(part, 8, study=study).numbers.tolist() == [*range(1_000_001, 1_000_009)]
     longer = investigate(model, 16, study=study)
     assert longer.numbers[:8].tolist() == first.numbers.tolist() == list(range(1, 9))
-    assert longer.numbers.min(initial=99, where=longer["test_point"].astype(int) > 8) > 16
+    numbers, X = longer.numbers, longer.X
+    is_own = numbers < 1_000_000  # the others are designs that the other run has tested
+    assert (numbers[is_own] == longer["test_point"][is_own].astype(int)).all()
     np.testing.assert_array_equal(
-        longer.rows(np.argsort(longer["test_point"])).X, investigate(model, 16).X
+        X[np.argsort(longer["test_point"].astype(int))], investigate(model, 16).X
     )
+    with pytest.raises(PsiError, match="number of test points must be at most 1000000 for run 1"):
+        investigate(model, 1, study=study, first=1_000_001)
 
 
 def test_more_points_continue_and_an_interrupted_run_is_finished_first(model, study):
@@ -156,7 +161,7 @@ def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, stu
     "statement",
     [
         "UPDATE runs SET points = replace(points, '0.0', '0.1')",
-        "UPDATE runs SET segments = '[[1, 9, 0]]'",
+        "UPDATE runs SET last = 9",
         "UPDATE tests SET run = 2 WHERE test = 3",
         "UPDATE tests SET test_point = 5 WHERE test = 3",
     ],
@@ -171,7 +176,7 @@ def test_runs_with_another_value_are_reported(tmp_path, statement):
 
 def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, study):
     investigate(model, 4, study=study)
-    record = Study(study).facts()["runs"][0].record
+    record = Study(study).facts().runs[0].record
     assert {*record} >= {"begun", "host", "python", "numpy", "pymoo-psi"}
 
 

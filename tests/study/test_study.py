@@ -130,8 +130,8 @@ def test_other_programs_read_a_study_without_us(study):
         frame = pd.read_sql("SELECT * FROM tests ORDER BY test", db)
         facts = {name: json.loads(value) for name, value in db.execute("SELECT * FROM study")}
     assert list(frame) == [
-        *("test", "run", "test_point", "repeat"),
-        *("status", "reason", "origin", "seconds", "row_checksum"),
+        *("test", "run", "test_point"),
+        *("status", "reason", "origin", "seconds", "design_checksum", "row_checksum"),
         *("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"),
     ]
     for name in ("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"):

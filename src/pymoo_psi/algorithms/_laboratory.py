@@ -6,19 +6,19 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import AnyArray, Numbers, Received, counted, invalid, known_name
+from pymoo_psi._validation import Array, Designs, Received, counted, invalid, known_name
 from pymoo_psi.algorithms._executor import Model, executor_of
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import Run, table_of_run
 from pymoo_psi.algorithms._sources import PlannedPoints, Points, unit_points
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.problems import requirements_of
-from pymoo_psi.study import Columns, Proposal, Requests, Study, run_of
+from pymoo_psi.study import Columns, Database, Proposal, Study
 from pymoo_psi.table import (
     PROPOSAL_ROUND,
     Expression,
@@ -35,8 +35,115 @@ if TYPE_CHECKING:
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # of the sequence, which come before proposals of surrogates
 _BLOCKS = 200  # of points that are tried until enough of them are new designs
-_ROUNDING = 1e-9  # of the terms of an equality
 _DISCRETE = (Kind.CHOICE, Kind.BINARY)
+
+
+class _Request(NamedTuple):
+    """A test that people are asked for.
+
+    Attributes:
+        run: Its run.
+        proposal: How it is stored.
+        design: The design, values by name.
+        of: The number of the test that it repeats, if it was not asked for.
+        test: The number of its test in the study, or 0; another run may have tested the design.
+    """
+
+    run: int
+    proposal: Proposal
+    design: dict[str, Any]
+    of: int | None
+    test: int
+
+
+class _Requests:
+    """What people are asked for in a study, and its tests.
+
+    Args:
+        database: The study in a transaction.
+
+    Attributes:
+        head: Its head.
+        tests: The columns of all tests.
+        asked: The requests by the number of the test.
+    """
+
+    def __init__(self, database: Database) -> None:
+        self.head = database.facts.head
+        self.tests = database.tests()
+        self.asked: dict[int, _Request] = {}
+        stored = {*self.tests[TEST].tolist()}
+        for run in database.facts.runs:
+            proposals = []
+            for proposal in database.proposals(run.number):
+                if "design" in proposal[3]:
+                    proposals.append(proposal)
+            if not proposals:
+                continue
+            points = np.array([proposal[0] for proposal in proposals])
+            designs = [proposal[3]["design"] for proposal in proposals]
+            columns = {}
+            for name in self.head["variables"]:
+                columns[name] = np.array([design[name] for design in designs])
+            database.adopt(run.number, {"test_point": points} | columns)
+            tests = database.numbers_of(run.number, points)
+            for proposal, test in zip(proposals, tests.tolist(), strict=True):
+                content = proposal[3]
+                if test not in stored:
+                    test = 0
+                request = _Request(run.number, proposal, content["design"], content.get("of"), test)
+                self.asked[run.start + proposal[0]] = request
+
+    @property
+    def pending(self) -> list[int]:
+        """The numbers of the tests that were asked for and have no result."""
+        pending = []
+        for number, request in self.asked.items():
+            if request.of is None and not request.test:
+                pending.append(number)
+        return pending
+
+    def stored(self, number: int) -> list[dict[str, Any]]:
+        """Return the stored tests of a request, its repeats behind it."""
+        tests = []
+        for asked, request in self.asked.items():
+            if request.test and number in (asked, request.of):
+                row = np.flatnonzero(self.tests[TEST] == request.test)
+                cells = [column[row].item() for column in self.tests.values()]
+                tests.append(dict(zip(self.tests, cells, strict=True)))
+        return tests
+
+    def frame(self, numbers: Sequence[int]) -> pd.DataFrame:
+        """Return requests as a table to be filled in."""
+        import pandas as pd
+
+        frame = pd.DataFrame([self.asked[number].design for number in numbers])
+        for name, kind in zip(self.head["variables"], self.head["kinds"], strict=True):
+            if kind == Kind.CHOICE.value:
+                frame[name] = choice_values(frame[name])
+        frame.insert(0, TEST, numbers)
+        frame[[*_results(self.head), FAILURE]] = None
+        return frame
+
+
+def _add(database: Database, run: int, requests: Sequence[tuple[int, str, Any]]) -> list[int]:
+    """Ask for tests, given by round, origin and content; return their numbers."""
+    stored = database.facts.run(run)
+    numbers: list[int] = []
+    for proposed_in, origin, content in requests:
+        test_point = stored.last + len(numbers) + 1
+        database.add_proposals(run, [(test_point, proposed_in, origin, content)])
+        numbers.append(stored.start + test_point)
+    database.plan(run, stored.last + len(numbers))
+    return numbers
+
+
+def _results(head: Mapping[str, Any]) -> list[str]:
+    """Return the columns that are told of a test, as they do not follow from others."""
+    expressions = head.get("expressions", {})
+    n_constraints = head.get("model_inequalities", 0)
+    names = [*head["objectives"], *head["inequalities"][:n_constraints], *head["equalities"]]
+    return [name for name in dict.fromkeys([*names, *expressions]) if not expressions.get(name)]
 
 
 # Asking
@@ -68,41 +175,40 @@ def ask_tests(
     for name in (TEST, FAILURE):
         if name in model.layout.columns:
             raise invalid("the columns", f"named unlike {TEST} and {FAILURE}", name)
-    store = _store(model, options, "")
-    texts = {}
-    for variable in model.space.variables:
-        if variable.kind in _DISCRETE:
-            texts[variable.title] = choice_texts(variable.options or (False, True)).tolist()
-    store.remembered("options", texts)
-    of_surrogates = store
-    if with_surrogates:
-        of_surrogates = _store(model, options, ", then proposals on request")
-    while True:
-        with store.study.requests() as known:
-            if n_tests == 0:
-                return _frame(known, known.pending)
-        search = _Search(model, options, known)
-        n_first = n_tests
-        if with_surrogates:
-            n_first = min(n_tests, max(0, _POINTS - search.n_known))
-        points = search.points(store, n_first)
-        proposals: list[Proposal] = []
-        if n_first < n_tests:
-            proposals = search.proposals(of_surrogates, n_tests - n_first)
-        with store.study.requests() as requests:
-            if len(requests.asked) == len(known.asked):  # otherwise somebody else has asked
-                numbers = requests.add(store.run, points)
-                numbers += requests.add(of_surrogates.run, proposals)
-                return _frame(requests, numbers)
-
-
-def _store(model: Model, options: RunOptions, method: str) -> StudyStore:
     sampling = options.sampling_in(len(model.space.searched))
 
     def identity() -> str:
-        return sampling.identity(_BLOCKS, options.seed) + method
+        return sampling.identity(_BLOCKS, options.seed) + ", then proposals on request"
 
-    return StudyStore(table_of_run(model, options, identity), options, model)
+    store = StudyStore(table_of_run(model, options, identity), options, model)
+    texts = {}
+    for variable in model.space.variables:
+        if variable.kind in _DISCRETE:
+            values: Any = variable.options or (False, True)
+            stored = list(values)
+            if variable.kind is Kind.CHOICE:
+                stored = choice_texts(values).tolist()
+            texts[variable.title] = dict(zip(map(str, values), stored, strict=True))
+    store.remembered("options", texts)
+    with store.writing():
+        with store.study.changes() as database:
+            requests = _Requests(database)
+            n_points = database.facts.run(store.run).record.get("points", 0)
+        if n_tests == 0:
+            return requests.frame(requests.pending)
+        search = _Search(model, options, requests, n_points)
+        n_first = n_tests
+        if with_surrogates:
+            n_known = len(requests.tests[TEST]) + len(requests.pending)
+            n_first = min(n_tests, max(0, _POINTS - n_known))
+        new = search.points(n_first, store.origin)
+        if n_first < n_tests:
+            new += search.proposals(n_tests - n_first, store)
+        with store.study.changes() as database:
+            record = {**database.facts.run(store.run).record, "points": search.n_points}
+            database.change_run(store.run, record=record)
+            numbers = _add(database, store.run, new)
+            return _Requests(database).frame(numbers)
 
 
 class _Search:
@@ -111,53 +217,62 @@ class _Search:
     Args:
         model: The model.
         options: The options of the run.
-        known: What is tested and asked for.
-
-    Attributes:
-        n_known: How many designs are tested or pending.
+        requests: What is tested and asked for.
+        n_points: How many points of the sequence were tried before; it is kept up to date.
     """
 
-    def __init__(self, model: Model, options: RunOptions, known: Requests) -> None:
+    def __init__(
+        self, model: Model, options: RunOptions, requests: _Requests, n_points: int
+    ) -> None:
+        self.n_points = n_points
         self._model = model
         self._options = options
-        self._facts = known.facts
-        self._pending = [known.asked[number]["design"] for number in known.pending]
-        cells = [known.tests[name].tolist() for name in model.layout.variables]
+        self._requests = requests
+        self._pending = [requests.asked[number].design for number in requests.pending]
+        cells = [requests.tests[name].tolist() for name in model.layout.variables]
         self._seen = {*zip(*cells, strict=True)}
-        for request in known.asked.values():
-            self._seen.add(tuple(request["design"].values()))
-        self.n_known = len(known.tests["test"]) + len(self._pending)
-        self._last_round = max([r["proposal"][1] for r in known.asked.values()], default=0)
+        for request in requests.asked.values():
+            self._seen.add(tuple(request.design.values()))
 
-    def points(self, store: StudyStore, n: int) -> list[Proposal]:
+    def points(self, n: int, origin: str) -> list[tuple[int, str, Any]]:
         """Return the next n points of the sequence that are new and meet the requirements."""
         model = self._model
-        found: list[Proposal] = []
-        first = run_of(self._facts, store.run).planned + 1
-        last = first + n * _BLOCKS
+        found: list[tuple[int, str, Any]] = []
+        last = self.n_points + n * _BLOCKS
         while len(found) < n:
-            if first > last:
+            if self.n_points >= last:
                 rule = f"at most {len(found)}, the new designs up to point {last}"
                 raise invalid("the number of designs", rule, n)
-            options = replace(self._options, first=first)
+            options = replace(self._options, first=self.n_points + 1)
             points = unit_points(options, n - len(found), len(model.space.searched))
-            first += len(points)
+            self.n_points += len(points)
             X = points.matrix(model.space)
             is_met = (model.violations(X) <= 0).all(axis=1)
-            found += self._new(points.numbers[is_met], X[is_met], 0, store.origin)
+            found += self._new(X[is_met], 0, origin)
         return found
 
-    def proposals(self, store: StudyStore, n: int) -> list[Proposal]:
+    def proposals(self, n: int, store: StudyStore) -> list[tuple[int, str, Any]]:
         """Return n new designs that surrogates propose."""
         from pymoo_psi.algorithms._surrogate import SurrogateSource  # imports half of SciPy
 
         model = self._model
-        none = Points.none()
-        points = replace(none, n_dim=len(model.space.searched), coordinates=np.zeros((0, 0)))
-        run = Run(model, PlannedPoints(points), executor_of(model, self._options), store)
+        n_dim = len(model.space.searched)
+        none = Points(np.zeros(0, dtype=np.int64), n_dim, np.zeros((0, n_dim)))
+        run = Run(model, PlannedPoints(none), executor_of(model, self._options), store)
         source = SurrogateSource(run, 0, n, self._options.seed or 0, n, is_asynchronous=False)
         source.tell(store.known())
-        layout = model.layout
+        pending = Points(np.arange(len(self._pending)), n_dim, self._pending_units())
+        rounds = [request.proposal[1] for request in self._requests.asked.values()]
+        last_round = max(rounds, default=0)
+        X = model.space.matrix(source.proposed(n, pending, last_round))
+        found = self._new(X, last_round + 1, "surrogates")
+        if not found:
+            raise invalid("the number of designs", "0, as surrogates find no new one", n)
+        return found
+
+    def _pending_units(self) -> Array:
+        """Return the ``(p, d)`` points of pending designs."""
+        layout = self._model.layout
         cells = []
         for name, kind in zip(layout.variables, layout.kinds, strict=True):
             column: Any = [design[name] for design in self._pending]
@@ -165,51 +280,22 @@ class _Search:
                 column = choice_values(column)
             cells.append(np.array(column, dtype=object))
         designs = np.column_stack(cells)
-        units = model.space.points(designs[model.space.has_options(designs)])
-        pending = Points(np.arange(len(units)), points.n_dim, units)
-        X = model.space.matrix(source.proposed(n, pending, self._last_round))
-        first = run_of(self._facts, store.run).planned + 1
-        numbers = first + np.arange(len(X))
-        found = self._new(numbers, X, self._last_round + 1, "surrogates")
-        if not found:
-            raise invalid("the number of designs", "0, as surrogates find no new one", n)
-        return found
+        space = self._model.space
+        return space.points(designs[space.has_options(designs)])
 
-    def _new(self, numbers: Numbers, X: AnyArray, proposed_in: int, origin: str) -> list[Proposal]:
-        """Return those of designs that are new as proposals; they are pending from now on."""
+    def _new(self, X: Designs, proposed_in: int, origin: str) -> list[tuple[int, str, Any]]:
+        """Return those of designs that are new; they are pending from now on."""
         layout = self._model.layout
         columns = columns_of_designs(layout.variables, layout.kinds, X)
         cells = [column.tolist() for column in columns.values()]
-        found: list[Proposal] = []
-        for number, *values in zip(numbers.tolist(), *cells, strict=True):
-            if tuple(values) not in self._seen:
-                self._seen.add(tuple(values))
+        found: list[tuple[int, str, Any]] = []
+        for values in zip(*cells, strict=True):
+            if values not in self._seen:
+                self._seen.add(values)
                 design = dict(zip(columns, values, strict=True))
                 self._pending.append(design)
-                found.append((number, proposed_in, origin, {"design": design}))
+                found.append((proposed_in, origin, {"design": design}))
         return found
-
-
-def _frame(requests: Requests, numbers: Sequence[int]) -> pd.DataFrame:
-    """Return requests as a table to be filled in."""
-    import pandas as pd
-
-    head = requests.facts["head"]
-    frame = pd.DataFrame([requests.asked[number]["design"] for number in numbers])
-    for name, kind in zip(head["variables"], head["kinds"], strict=True):
-        if kind == Kind.CHOICE.value:
-            frame[name] = choice_values(frame[name])
-    frame.insert(0, TEST, numbers)
-    frame[[*_results(head), FAILURE]] = None
-    return frame
-
-
-def _results(head: Mapping[str, Any]) -> list[str]:
-    """Return the columns that are told of a test, as they do not follow from others."""
-    expressions = head.get("expressions", {})
-    n_constraints = head.get("model_inequalities", 0)
-    names = [*head["objectives"], *head["inequalities"][:n_constraints], *head["equalities"]]
-    return [name for name in dict.fromkeys([*names, *expressions]) if not expressions.get(name)]
 
 
 # Telling
@@ -234,7 +320,7 @@ def tell_tests(
     Args:
         source: The table of :func:`ask_tests` with results, as a file or a data frame; or ``None``.
         study: The study.
-        correct: Whether other results of a test than those in the study take their place.
+        correct: Whether another result of a test than that in the study takes its place.
         withdraw: Tests whose results are withdrawn; those that were asked for are pending again.
         cancel: Pending tests that will not be made.
         decimal: The decimal mark of a text, if it is not clear.
@@ -250,34 +336,41 @@ def tell_tests(
         StudyError: The study is damaged or cannot be written.
     """
     sentences: list[str] = []
-    with Study(study).requests() as requests:
+    with Study(study).changes() as database:
+        stored = [*map(str, _Requests(database).tests[TEST])]
         for test in withdraw:
-            known_name("a test to withdraw", str(test), [*map(str, requests.tests["test"])])
-            requests.discard(test, "withdrawn")
+            known_name("a test to withdraw", str(test), stored)
+            database.discard("tests", {TEST: test}, test, "withdrawn")
+        requests = _Requests(database)
         for test in cancel:
             known_name("a test to cancel", str(test), [*map(str, requests.pending)])
-            requests.discard(test, "cancelled")
+            run, proposal, *_ = requests.asked[test]
+            key = {"run": run, "test_point": proposal[0]}
+            database.discard("proposals", key, test, "cancelled")
+        requests = _Requests(database)
         if source is not None:
-            rows = _rows_of(source, requests, decimal, sheet, sentences)
-            new = _new_tests(requests, rows, correct)
+            told = source_columns(
+                source, requests.head.get("units", {}), decimal=decimal, sheet=sheet
+            )
+            rows = _rows_of(*told, database, requests, sentences)
+            new = _new_tests(database, requests, rows, correct)
             if new:
-                requests.keep(_columns(requests, new, sentences))
+                _keep(database, new, sentences)
             n_known = len(rows) - len(new)
             sentences.insert(0, f"{counted(len(new), 'test')} taken, {n_known} known already.")
-        pending = ", ".join(map(str, requests.pending)) or "none"
+        pending = ", ".join(map(str, _Requests(database).pending)) or "none"
     return [*sentences, f"Pending tests: {pending}."]
 
 
 def _rows_of(
-    source: Any,
-    requests: Requests,
-    decimal: str | None,
-    sheet: str | None,
+    cells: Any,
+    columns: Mapping[str, Any],
+    database: Database,
+    requests: _Requests,
     remarks: list[str],
 ) -> list[dict[str, Any]]:
     """Return the rows with results: values by name, ``test``, ``reason`` and ``where``."""
-    head = requests.facts["head"]
-    cells, columns = source_columns(source, head.get("units", {}), decimal=decimal, sheet=sheet)
+    head = requests.head
     results = _results(head)
     kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE} | dict.fromkeys(results, Kind.REAL)
     kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
@@ -285,55 +378,49 @@ def _rows_of(
     if missing:
         rule = "those of the file that was written for these tests"
         raise invalid("the columns", rule, Received(f"none named {min(missing)!r}"))
-    texts: dict[str, Any] = {}
-    for run in requests.facts["runs"]:
-        texts |= run.record.get("options", {})
+    options: dict[str, Any] = {}
+    for run in database.facts.runs:
+        options |= run.record.get("options", {})
     rows = []
     for i in range(len(cells.rows)):
-        row: dict[str, Any] = {"where": cells.where(i)}
+        row: dict[str, Any] = {}
         for name, kind in kinds.items():
             cell = columns[name].cells[i]
             if is_blank(cell):
                 continue
-            row[name] = str(cell).strip()
-            if name in texts:
-                options = {str(option): option for option in choice_values(texts[name])}
+            place = f"{cells.where(i)}, {name}"
+            value: Any = str(cell).strip()
+            if name in options:
                 if kind is Kind.BINARY:  # TRUE in spreadsheets
-                    row[name] = row[name].capitalize()
-                row[name] = options[known_name(f"{row['where']}, {name}", row[name], options)]
-                if kind is Kind.CHOICE:
-                    row[name] = choice_texts([row[name]])[0]
+                    value = value.capitalize()
+                value = options[name][known_name(place, value, options[name])]
             elif name != FAILURE:
-                row[name] = columns[name].require_numbers()[i].item()
-                is_whole = row[name] % 1 == 0 or kind is not Kind.INTEGER
-                if not (math.isfinite(row[name]) and is_whole):
-                    raise invalid(f"{row['where']}, {name}", f"one {kind.value} number", cell)
-        row["reason"] = row.pop(FAILURE, "")
+                value = columns[name].require_numbers()[i].item()
+                is_whole = kind is not Kind.INTEGER or value % 1 == 0
+                if not (math.isfinite(value) and is_whole):
+                    raise invalid(place, f"one {kind.value} number", cell)
+            row[name] = value
+        where = cells.where(i)
+        reason = row.pop(FAILURE, "")
         n_results = len(row.keys() & {*results})
-        if n_results == 0 and not row["reason"]:
+        if n_results == 0 and not reason:
             continue
-        if TEST not in row or (n_results and row["reason"]):
+        if TEST not in row or (n_results and reason):
             rule = "a number of a test, and either results or the reason of a failure"
-            raise invalid(row["where"], rule, Received(", ".join(row)))
-        if n_results < len(results) and not row["reason"]:
-            remarks.append(f"Test {row[TEST]:g} stays pending, as it lacks some results.")
+            raise invalid(where, rule, Received(", ".join(row)))
+        number = int(row[TEST])
+        if n_results < len(results) and not reason:
+            remarks.append(f"Test {number} stays pending, as it lacks some results.")
             continue
-        rows.append(_as_asked(requests, row) | {"repeat": 1})
+        if number not in requests.asked or requests.asked[number].of is not None:
+            rule = "that of a test that was asked for and is not cancelled"
+            raise invalid(f"{where}, {TEST}", rule, number)
+        for name, value in requests.asked[number].design.items():
+            if _text(row.get(name, value)) == _text(value):
+                row[name] = value  # with all its digits
+        unknown = dict.fromkeys(results, np.nan)
+        rows.append(unknown | row | {TEST: number, "reason": reason, "where": where})
     return rows
-
-
-def _as_asked(requests: Requests, row: dict[str, Any]) -> dict[str, Any]:
-    """Return a row with all columns; a variable as it was asked for has all its digits."""
-    number = int(row[TEST])
-    request = requests.asked.get(number, {"of": number})
-    if "of" in request:
-        rule = "that of a test that was asked for and is not cancelled"
-        raise invalid(f"{row['where']}, {TEST}", rule, number)
-    whole = dict.fromkeys(_results(requests.facts["head"]), np.nan) | row | {TEST: number}
-    for name, value in request["design"].items():
-        if _text(row.get(name, value)) == _text(value):
-            whole[name] = value
-    return whole
 
 
 def _text(value: Any) -> str:
@@ -344,9 +431,9 @@ def _text(value: Any) -> str:
 
 
 def _new_tests(
-    requests: Requests, rows: Sequence[dict[str, Any]], correct: bool
+    database: Database, requests: _Requests, rows: Sequence[dict[str, Any]], correct: bool
 ) -> list[dict[str, Any]]:
-    """Return the rows that the study does not have, with the numbers of their tests and repeats.
+    """Return the rows that the study does not have, with the numbers of their tests.
 
     Raises:
         ArgumentValueError: A row has other results than the study, and this is no correction.
@@ -355,76 +442,65 @@ def _new_tests(
     for row in rows:
         rows_by_test.setdefault(row[TEST], []).append(row)
     tests = []
-    free = requests.pending
     for number, rows_of_test in rows_by_test.items():
-        stored = _stored(requests, number)
-        repeats = [test["repeat"] for test in stored]
+        stored = requests.stored(number)
         new = []
         for row in rows_of_test:
             equal = [test for test in stored if not _differences(row, test)]
             if equal:
-                stored = [test for test in stored if test is not equal[0]]
+                stored.remove(equal[0])
             else:
                 new.append(row)
-        if new and stored and not (correct and len(new) == len(stored)):
-            received = Received("; ".join(_differences(new[0], stored[0])))
-            rule = f"as the study has test {number}"
-            remedy = "--correct replaces it; a repeat needs the stored row beside it"
-            raise invalid(new[0]["where"], rule, received, f"{remedy}; nothing was taken")
-        for row in new:
-            if stored:
-                replaced = stored.pop(0)
-                requests.discard(replaced[TEST], "corrected")
-                row |= {TEST: replaced[TEST], "repeat": replaced["repeat"]}
-            elif number in free:
-                free.remove(number)
-            else:
-                row[TEST] = requests.repeat(number)
-                row["repeat"] = 1 + max(repeats, default=1)
-                repeats.append(row["repeat"])
+        if new and stored:
+            if not (correct and len(new) == len(stored) == 1):
+                received = Received("; ".join(_differences(new[0], stored[0])))
+                rule = f"as the study has test {number}"
+                remedy = "--correct replaces it; a repeat needs the stored row beside it"
+                raise invalid(new[0]["where"], rule, received, f"{remedy}; nothing was taken")
+            new[0][TEST] = stored[0][TEST]
+            database.discard("tests", {TEST: new[0][TEST]}, number, "corrected")
+        elif new:
+            request = requests.asked[number]
+            repeats = new
+            if not request.test:
+                repeats = new[1:]
+            proposed_in, origin = request.proposal[1:3]
+            content = {"design": request.design, "of": number}
+            again = [(proposed_in, origin, content)] * len(repeats)
+            numbers = _add(database, request.run, again)
+            for row, repeat in zip(repeats, numbers, strict=True):
+                row[TEST] = repeat
         tests += new
     return tests
-
-
-def _stored(requests: Requests, number: int) -> list[dict[str, Any]]:
-    """Return the stored tests of a request, its repeats behind it."""
-    columns = requests.tests
-    stored = []
-    for row, test in enumerate(columns[TEST].tolist()):
-        if number in (test, requests.asked.get(test, {}).get("of")):
-            cells = {name: column[row : row + 1].tolist()[0] for name, column in columns.items()}
-            stored.append(cells)
-    return stored
 
 
 def _differences(row: Mapping[str, Any], test: Mapping[str, Any]) -> list[str]:
     """Return in what a row differs from a stored test."""
     differences = []
     for name, value in row.items():
-        if name not in ("where", TEST, "repeat") and _text(value) != _text(test[name]):
+        if name not in ("where", TEST) and _text(value) != _text(test[name]):
             differences.append(f"{name} = {_text(value)} where it has {_text(test[name])}")
     return differences
 
 
-def _columns(requests: Requests, tests: Sequence[Mapping[str, Any]], remarks: list[str]) -> Columns:
-    """Return tests as a study has them, with what follows from variables and results."""
-    head = requests.facts["head"]
+def _keep(database: Database, tests: Sequence[Mapping[str, Any]], remarks: list[str]) -> None:
+    """Write tests, with what follows from variables and results."""
+    head = database.facts.head
+    asked = _Requests(database).asked
     columns: Columns = {}
     for name in tests[0].keys() - {"where"}:
         columns[name] = np.array([test[name] for test in tests])
     failed = columns["reason"] != ""
     columns["status"] = np.where(failed, "failed", "ok")
-    requested = [requests.asked[test[TEST]] for test in tests]
-    rounds = np.array([request["proposal"][1] for request in requested], dtype=np.float64)
+    requests = [asked[number] for number in columns[TEST].tolist()]
+    rounds = np.array([request.proposal[1] for request in requests], dtype=np.float64)
     if rounds.any():
         columns[PROPOSAL_ROUND] = rounds
-    titles = []
-    for test, request in zip(tests, requested, strict=True):
+    for test, request in zip(tests, requests, strict=True):
         title = f"Test {test[TEST]}"
-        if "of" in request:
-            title += f", a repeat of {request['of']}"
-        titles.append(title)
-        for name, value in request["design"].items():
+        if request.of is not None:
+            title += f", a repeat of {request.of}"
+        for name, value in request.design.items():
             if test[name] != value:
                 change = f"{name} = {_text(test[name])} instead of {_text(value)}"
                 remarks.append(f"{title}: {change}; what was tested counts.")
@@ -435,14 +511,10 @@ def _columns(requests: Requests, tests: Sequence[Mapping[str, Any]], remarks: li
     for name in head["inequalities"][head["model_inequalities"] :]:
         rule = name.rpartition(": ")[2]
         columns[name] = np.zeros(len(tests))
-        if "=" not in rule:  # a function, which only the problem has
-            continue
-        (requirement,) = requirements_of({name: rule}, [*designs])
-        amounts = columns[name] = requirement.violation(designs)
-        if requirement.is_equality:
-            amounts, sizes = requirement.deviation(designs)
-            amounts = np.where(amounts > _ROUNDING * sizes, amounts, 0)
-        for row in np.flatnonzero(amounts > 0).tolist():
-            miss = f"misses {rule} by {amounts[row]:.3g}"
-            remarks.append(f"{titles[row]}, {miss}; what was tested counts.")
-    return columns
+        if "=" in rule:  # otherwise it is a function, which only the problem has
+            (requirement,) = requirements_of({name: rule}, [*designs])
+            columns[name] = requirement.violation(designs)
+    columns["origin"] = np.array([request.proposal[2] for request in requests])
+    columns["seconds"] = np.full(len(tests), np.nan)
+    database.widen(columns)
+    database.insert(columns | database.numbered(columns[TEST]))

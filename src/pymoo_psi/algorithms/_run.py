@@ -376,9 +376,8 @@ def run_of_sequence(
     table = table_of_run(model, options, lambda: sampling.identity(n_points, options.seed) + method)
     store = Store(table)
     if options.study is not None:
-        first = int(points.numbers[0])
         last = max(int(points.numbers[-1]), options.first + (n_planned or 0) - 1)
-        store = StudyStore(table, options, model, (first, last))
+        store = StudyStore(table, options, model, last)
     repeats = None
     if model.space.finite and (model.problem.elementwise or runner is None):
         repeats = Repeats(model, store.known())

@@ -19,7 +19,7 @@ from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.problems import requirement_texts
-from pymoo_psi.study import LAST, Columns, Proposal, Study, points_of, run_of
+from pymoo_psi.study import LAST, Columns, Proposal, Study, points_of
 from pymoo_psi.table import (
     POINT,
     RUN,
@@ -68,7 +68,7 @@ class Store:
         """Return the stored tests of points, by number, without those to be retried."""
         return self.empty
 
-    def known(self, first: int = 1, count: int = LAST) -> TestTable:
+    def known(self) -> TestTable:
         """Return stored tests of the run, without those to be retried."""
         return self.empty
 
@@ -108,7 +108,7 @@ class StudyStore(Store):
             tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
         options: The options of the run.
         model: The model of the run.
-        planned: The first and the last test point that the run is asked for, if that is known.
+        last: The last test point that the run is asked for, if that is known.
 
     Raises:
         ArgumentValueError: The study is a folder without a share, or a file with one.
@@ -120,13 +120,14 @@ class StudyStore(Store):
         table: TestTable,
         options: RunOptions,
         model: Model,
-        planned: tuple[int, int] | None = None,
+        last: int = 0,
     ) -> None:
         super().__init__(table)
         self._model = model
         self._retry = options.retry
-        self._stored = np.zeros(0, dtype=np.int64)  # test points, as far as they are known
         self._others = table  # the tests of other runs, as far as they are known
+        self._n_others = 0
+        self._stored = np.zeros(0, dtype=np.int64)  # test points, as far as they are known
         self._was_locked = False
         self.study = _study_of(options)
         sampling = str((table.problem or {})["sampling"])
@@ -135,14 +136,14 @@ class StudyStore(Store):
         self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"
         head = _head_of_run(table, model)
         share = options.part if options.part.of > 1 else None
-        facts = self.study.begin(head, _points_of_run(head, sampling, model), share, planned)
-        self._run: int = facts["run"].number
+        points = _points_of_run(head, sampling, model)
+        facts, run = self.study.begin(head, points, share, last)
+        self._run = run.number
         self._part = options.part
-        self._asked: tuple[int, int] = options.first, facts["run"].planned  # before this call
-        self._has_others = len(facts["runs"]) > 1
-        if not facts.get("is_complete", True):
-            columns = self.study.contents()[1]
-            self.study.complete({"test": columns["test"]} | model.completed(columns))
+        self._asked = options.first, run.last
+        self._has_others = len(facts.runs) > 1
+        if not facts.is_complete:
+            self.study.complete(model.completed)
 
     @contextmanager
     def session(self) -> Iterator[Recall]:
@@ -152,18 +153,25 @@ class StudyStore(Store):
 
             def recall_or_lock(points: Points) -> TestTable:
                 nonlocal is_locked
-                if not self._was_locked:
+                if not self._was_locked and not self._has(points):
                     self._look(points)
-                if not is_locked and not np.isin(points.numbers, self._stored).all():
+                if not is_locked and not self._has(points):
                     lock.enter_context(self.writing())
                     is_locked = True
                     self._was_locked = True
                     self._look(points)  # another process may have stored some meanwhile
-                if not np.isin(points.numbers, self._stored).any():
+                if not self._has_others and not np.isin(points.numbers, self._stored).any():
                     return self.empty
                 return self.recall(points)
 
             yield recall_or_lock
+
+    def _look(self, points: Points) -> None:
+        """Learn which test points have tests, from the first of increasing numbers on."""
+        self._stored = self.study.numbers(int(points.numbers[0]), run=self._run)
+
+    def _has(self, points: Points) -> bool:
+        return bool(np.isin(points.numbers, self._stored).all())
 
     @property
     def run(self) -> int:
@@ -176,36 +184,32 @@ class StudyStore(Store):
         with self.study.writing(self._run):
             yield
 
-    def _look(self, points: Points) -> None:
-        """Learn which tests are stored, from the first of increasing numbers on."""
-        numbers = points.numbers
-        is_missing = ~np.isin(numbers, self._stored)
-        if is_missing.any() and self._has_others:
-            missing = points.at(is_missing)
-            layout = self.empty.layout
-            X = missing.matrix(self._model.space)
-            designs = columns_of_designs(layout.variables, layout.kinds, X)
-            self.study.adopt({POINT: missing.numbers} | designs, self._run)
-        if is_missing.any():
-            is_retried = self._retry == "failed"
-            first = int(numbers[0])
-            self._stored = self.study.numbers(first, failed=not is_retried, run=self._run)
-
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
         numbers = points.numbers
         if len(numbers) == 0:
             return self.empty
         first, last = int(numbers[0]), int(numbers[-1])
-        tests = self.known(first, last - first + 1)
+        if self._has_others:
+            layout = self.empty.layout
+            X = points.matrix(self._model.space)
+            designs = columns_of_designs(layout.variables, layout.kinds, X)
+            columns = self.study.adopt({POINT: numbers} | designs, self._run)
+        else:
+            columns = self.study.contents(first, last - first + 1, run=self._run)[1]
+        tests = self._kept(columns)
         is_wanted = np.isin(tests.numbers, numbers)
         if is_wanted.all():  # without a copy
             return tests
         return tests.rows(is_wanted)  # the file of a share may hold points of other shares
 
-    def known(self, first: int = 1, count: int = LAST) -> TestTable:
-        """Return stored tests of the run, without those to be retried; see :meth:`stored`."""
-        tests, is_retried = self.stored(first, count)
+    def known(self) -> TestTable:
+        """Return the stored tests of the run, without those to be retried."""
+        return self._kept(self.study.contents(run=self._run)[1])
+
+    def _kept(self, columns: Columns) -> TestTable:
+        tests = self._table(columns, POINT)
+        is_retried = self._is_retried(columns)
         if not is_retried.any():
             return tests
         return tests.rows(~is_retried)
@@ -222,15 +226,10 @@ class StudyStore(Store):
                 is_retried |= unknown != unknown  # NaN
         return np.asarray(is_retried & ~failed)
 
-    def stored(self, first: int = 1, count: int = LAST) -> tuple[TestTable, Mask]:
-        """Return what is stored of ``count`` test points of the run from number ``first`` on.
-
-        And ``(n,)`` which of these tests are to be evaluated once more.
-        """
-        columns = self.study.contents(first, count, run=self._run)[1]
-        tests = self._table(columns, POINT)
-        retried = columns[POINT][self._is_retried(columns)]
-        return tests, np.isin(tests.numbers, retried)
+    def stored(self, first: int) -> tuple[TestTable, Mask]:
+        """Return the tests of the run from test point ``first`` on, and which are retried."""
+        columns = self.study.contents(first, run=self._run)[1]
+        return self._table(columns, POINT), self._is_retried(columns)
 
     def whole(self) -> TestTable:
         """Return all tests of the study, of whatever run, by their numbers."""
@@ -245,9 +244,11 @@ class StudyStore(Store):
         """Return the tests of other runs of the same model, without those to be retried."""
         if not self._has_others:
             return self.empty
-        n_tests = sum(run.n_tests for run in self.study.facts()["runs"] if run.number != self._run)
-        if n_tests == len(self._others):
+        n_tests = self.study.n_tests()
+        n_tests.pop(self._run, None)
+        if sum(n_tests.values()) == self._n_others:
             return self._others
+        self._n_others = sum(n_tests.values())
         columns = self.study.contents()[1]
         is_of_other = (columns["run"] != self._run) & ~self._is_retried(columns)
         columns = {name: column[is_of_other] for name, column in columns.items()}
@@ -301,7 +302,7 @@ class StudyStore(Store):
 
     def numbers(self, test_points: Numbers) -> Numbers:
         """Return the numbers that the tests of test points have in the study."""
-        return run_of(self.study.facts(), self._run).tests(test_points)
+        return self.study.tests_of(test_points, self._run)
 
     def remembered(self, name: str, value: Any) -> Any:
         """Return what the run had as a value when it was begun."""
@@ -380,7 +381,7 @@ def _kept_values(model: Model, choices: Mapping[str, Sequence[str]]) -> dict[str
 
 
 # Columns of a study that a table of a single run does not have.
-_NUMBERS = ("test", RUN, POINT, "repeat")
+_NUMBERS = ("test", RUN, POINT)
 
 
 def _with_origin(tests: TestTable, runs: Numbers, test_points: Numbers) -> TestTable:

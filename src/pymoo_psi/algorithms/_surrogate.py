@@ -28,7 +28,7 @@ from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import Formulation, TestTable
+from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -179,7 +179,7 @@ class SurrogatePSI(PointAlgorithm):
         if self._is_start_fixed:
             return 0
         n_left_out = 0
-        if len(store.known(1, 1)) == 0:  # a run that was begun goes on as it was
+        if len(store.known()) == 0:  # a run that was begun goes on as it was
             n_left_out = min(self._n_sequence, len(store.others()))
         return int(store.remembered("points left out of the sequence", n_left_out))
 
@@ -381,7 +381,11 @@ class SurrogateSource(Source):
         """
         self._ends = [len(self._tests)] * (round_number + 1)
         with threadpool_limits(limits=1, user_api="blas"):
-            return self._proposed(size, pending, self._table(), len(self._others))
+            table = self._table()
+            n_uniform = len(table)
+            if PROPOSAL_ROUND in table.layout.outputs:
+                n_uniform = int(np.count_nonzero(~(table.column(PROPOSAL_ROUND) > 0)))
+            return self._proposed(size, pending, table, n_uniform)
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""

@@ -34,7 +34,7 @@ def run_ask(options: Options) -> int:
         import_into_study(problem, options, run)
     with_surrogates = options.algorithm == "surrogate"
     frame = ask_tests(problem, options.points, run, with_surrogates=with_surrogates)
-    units = Study(options.study).facts()["head"].get("units", {})
+    units = Study(options.study).facts().head.get("units", {})
     write_frame(frame.rename(columns=lambda name: with_unit(name, units.get(name, ""))), out)
     study, file = shlex.quote(str(options.study)), shlex.quote(str(options.out))
     say(f"{counted(len(frame), 'design')} to test in {options.out}.")

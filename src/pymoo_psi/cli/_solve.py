@@ -231,10 +231,10 @@ def import_into_study(problem: Problem, options: Options, run: RunOptions) -> No
 
 def _say_study(run: RunOptions, n_tests: int) -> None:
     """Print how many tests a study has, if it has more than those of this run."""
-    facts = Study(run.study or "").facts()
-    n_stored = sum(run_of_study.n_tests for run_of_study in facts["runs"])
+    n_tests_of_runs = Study(run.study or "").n_tests()
+    n_stored = sum(n_tests_of_runs.values())
     if n_stored > n_tests:
-        runs = counted(len(facts["runs"]), "run")
+        runs = counted(len(n_tests_of_runs), "run")
         say(f"The study has {n_stored} tests of {runs}; this run asked for {n_tests} of them.")
 
 

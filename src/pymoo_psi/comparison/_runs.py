@@ -362,7 +362,7 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
     expected = json.dumps(_head(TestTable.empty(layout), problem), sort_keys=True)
     for path in sorted(folder.glob("*.db")):
         facts, columns = Study(path).contents()
-        head = facts["head"]
+        head = dict(facts.head)
         run = head.pop("run", None)
         if run is None or json.dumps(head, sort_keys=True) != expected:
             raise StudyMismatchError(

@@ -17,9 +17,9 @@ from pymoo_psi.study._study import Study
 # isort: split
 from pymoo_psi.study._database import LAST as LAST
 from pymoo_psi.study._database import Columns as Columns
+from pymoo_psi.study._database import Database as Database
+from pymoo_psi.study._database import Facts as Facts
 from pymoo_psi.study._database import Proposal as Proposal
-from pymoo_psi.study._database import Requests as Requests
-from pymoo_psi.study._database import run_of as run_of
 from pymoo_psi.study._runs import StudyRun as StudyRun
 from pymoo_psi.study._runs import points_of as points_of
 from pymoo_psi.study._shares import ALL as ALL

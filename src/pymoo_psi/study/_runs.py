@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-import numpy as np
-
-from pymoo_psi._validation import Integers, flat
+from pymoo_psi._validation import flat
 from pymoo_psi.errors import StudyMismatchError
 
 Head: TypeAlias = Mapping[str, Any]
-Segment: TypeAlias = tuple[int, int, int]
 
 # Entries of a problem's identity that belonged to the model in version 0.3.
 _OF_RUNS = ("sampling", "functions", "inequality constraints", "equality constraints")
@@ -31,132 +28,35 @@ _TEMPLATE = "problem.parameters.template"
 _IN_ONE = "problem.parameters.template and outputs"
 
 
+ROOM = 1_000_000
+"""How many numbers of tests there are for a run, unless it is the last one."""
+
+
 @dataclass(frozen=True)
 class StudyRun:
     """A run of a study.
 
-    The tests of a run are numbered as its test points, as long as these numbers are free: those of
-    the first run always are. Test points of a later run are shifted behind all numbers before.
+    The number of a test says its run and test point: 3 000 017 is test point 17 of run 4, and 17
+    that of the first run. A run with more than a million test points takes up the numbers of the
+    runs after it, which then do not exist.
 
     Attributes:
         number: Its number, from 1.
         points: What determines its test points: ``sampling``, ``lower`` and ``upper`` bounds,
             ``log``, ``requirements``.
         record: When, where and with which versions it was begun.
-        segments: ``(first, last, shift)``: the tests of test points ``first`` to ``last`` have the
-            numbers ``first + shift`` to ``last + shift``, which no other run uses.
-        known: ``(k, 2)`` test points, increasing, whose designs another run had tested, and the
-            numbers of these tests.
-        n_tests: How many tests it has; those of other runs are not counted.
+        last: The greatest test point that it was asked for; 0 if it was asked for none.
     """
 
     number: int
     points: Head
     record: Head
-    segments: tuple[Segment, ...]
-    known: Integers
-    n_tests: int = 0
+    last: int = 0
 
     @property
-    def planned(self) -> int:
-        """The greatest test point that the run was asked for; 0 if it was asked for none."""
-        return max((last for _, last, _ in self.segments), default=0)
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether its tests are numbered as its test points."""
-        return len(self.known) == 0 and all(shift == 0 for _, _, shift in self.segments)
-
-    def has(self, test_point: int) -> bool:
-        """Whether a test point has the number of a test."""
-        return any(first <= test_point <= last for first, last, _ in self.segments)
-
-    def tests(self, test_points: Integers) -> Integers:
-        """Return the numbers of the tests of test points."""
-        numbers = np.array(test_points, dtype=np.int64)
-        if self.is_plain:
-            return numbers
-        for first, last, shift in self.segments:
-            numbers[(test_points >= first) & (test_points <= last)] += shift
-        points, tests = self.known.T
-        rows = np.minimum(np.searchsorted(points, test_points), len(points) - 1)
-        if len(points):
-            is_known = points[rows] == test_points
-            numbers[is_known] = tests[rows[is_known]]
-        return numbers
-
-    def with_points(self, first: int, last: int, greatest: int) -> tuple[Segment, ...]:
-        """Return the segments after test points ``first`` to ``last`` are asked for, too.
-
-        Args:
-            first: The first test point.
-            last: The last one.
-            greatest: The greatest number that a test of any run has or will have; 0 if there is no
-                other run.
-        """
-        if greatest == 0:
-            firsts = [first, *(start for start, _, _ in self.segments)]
-            lasts = [last, *(end for _, end, _ in self.segments)]
-            return ((min(firsts), max(lasts), 0),)
-        segments = sorted(self.segments)
-        new = []
-        for start, end, _ in segments:
-            if first < start:
-                segment = _shifted(first, min(last, start - 1), greatest)
-                greatest = max(greatest, segment[1] + segment[2])
-                new.append(segment)
-            first = max(first, end + 1)
-            if first > last:
-                break
-        if first <= last:
-            new.append(_shifted(first, last, greatest))
-        return _merged(sorted([*segments, *new]))
-
-    def ranges(self, first: int, last: int) -> Iterator[tuple[int, int, int]]:
-        """Yield the least and the greatest number of the tests of test points, and their shift.
-
-        Args:
-            first: The first test point.
-            last: The last one.
-        """
-        for start, end, shift in self.segments:
-            low = max(first, start)
-            high = min(last, end)
-            if low <= high:
-                yield low + shift, high + shift, shift
-
-    def known_between(self, first: int, last: int) -> Integers:
-        """Return the rows of ``known`` with test points from ``first`` to ``last``."""
-        points = self.known[:, 0]
-        return self.known[(points >= first) & (points <= last)]
-
-
-def _merged(segments: Sequence[Segment]) -> tuple[Segment, ...]:
-    """Return segments in which neighbours of the same shift are one."""
-    merged: list[Segment] = []
-    for first, last, shift in segments:
-        if merged and merged[-1][1] == first - 1 and merged[-1][2] == shift:
-            first = merged.pop()[0]
-        merged.append((first, last, shift))
-    return tuple(merged)
-
-
-def _shifted(first: int, last: int, greatest: int) -> Segment:
-    """Return a segment whose tests have numbers above the greatest one."""
-    return first, last, max(0, greatest - first + 1)
-
-
-def segments_of(test_points: Integers, tests: Integers) -> tuple[Segment, ...]:
-    """Return the segments of test points whose tests have these numbers."""
-    order = np.argsort(test_points)
-    shifts = (tests - test_points)[order]
-    starts = np.flatnonzero(np.diff(shifts, prepend=shifts[:1] - 1))
-    segments = []
-    for rows in np.split(order, starts[1:]):
-        if len(rows):
-            first, last = int(test_points[rows[0]]), int(test_points[rows[-1]])
-            segments.append((first, last, int(tests[rows[0]]) - first))
-    return tuple(segments)
+    def start(self) -> int:
+        """The number before that of the test of its first test point."""
+        return (self.number - 1) * ROOM
 
 
 def require_same_model(path: str, stored: Head, asked: Head, where: str = "asked") -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -12,9 +13,8 @@ import numpy as np
 
 from pymoo_psi._validation import Integers, Received, integer, invalid, wrong_type
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
-from pymoo_psi.study._database import Columns, Facts, differing
-from pymoo_psi.study._runs import require_same_model, same_points
-from pymoo_psi.study._study import SUFFIX, Study, require_same_share, studies_in
+from pymoo_psi.study._database import Columns, Facts, differing, rows_of
+from pymoo_psi.study._study import SUFFIX, Study, require_fellow, studies_in
 
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 
@@ -99,22 +99,15 @@ def read_folder(path: str | PathLike[str]) -> tuple[Facts, Columns, str]:
     outputs: dict[str, None] = {}  # in order
     n_shares = 1
     for file, facts_of_file in zip(files, facts, strict=True):
-        require_same_model(file, facts_of_file["head"], facts[0]["head"], f"in {files[0]}")
-        require_same_share(file, facts_of_file, facts[0])
-        runs = facts_of_file["runs"]
-        if len(runs) > 1 or not same_points(runs[0].points, facts[0]["runs"][0].points):
-            raise StudyMismatchError(
-                f"study {file} has other points than {files[0]}, so that both are no shares of one "
-                "run; read each by itself, or join them by 'pymoo-psi export'"
-            )
-        outputs |= dict.fromkeys(facts_of_file["head"].get("outputs", ()))
-        if "share" in facts_of_file and n_shares == 1:
-            n_shares = facts_of_file["share"][1]
-    head = facts[0]["head"]
+        require_fellow(file, facts_of_file, facts[0], f"in {files[0]}")
+        outputs |= dict.fromkeys(facts_of_file.head.get("outputs", ()))
+        if facts_of_file.share is not None:
+            n_shares = facts_of_file.share[1]
+    head = facts[0].head
     if outputs:
-        head = head | {"outputs": [*outputs]}
+        head = {**head, "outputs": [*outputs]}
     columns = _joined(blocks, [*(blocks[0] | outputs)], files)
-    return facts[0] | {"head": head}, columns, _missing(n_shares, columns["test"])
+    return replace(facts[0], head=head), columns, _missing(n_shares, columns["test"])
 
 
 def _joined(blocks: Sequence[Columns], names: Sequence[str], files: Sequence[str]) -> Columns:
@@ -137,7 +130,8 @@ def _joined(blocks: Sequence[Columns], names: Sequence[str], files: Sequence[str
     columns = {name: column[order] for name, column in whole.items()}
     numbers = columns["test"]
     repeats = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
-    different = repeats[differing(columns, repeats, columns, repeats - 1)]
+    is_different = differing(rows_of(columns, repeats), rows_of(columns, repeats - 1))
+    different = repeats[is_different]
     if len(different):
         row = different[0]
         first = files[file_of_row[order[row - 1]]]

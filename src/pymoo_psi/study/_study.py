@@ -1,17 +1,17 @@
 """The study file: an SQLite database of tables that any program can read.
 
-- ``tests`` has one row for each test: ``test``, its number; ``run`` and ``test_point``, the point
-  for which it was made; ``repeat``, which of the tests of its design it is; ``status``; ``reason``,
-  why it failed; ``origin``, where its design comes from; ``seconds``, the time of its evaluation
-  (the mean of designs that were evaluated together); then variables, objectives, constraints and
-  outputs under their names. A name that is taken gets ``_`` appended. NaN is NULL, binary variables
-  are 0 and 1, choices are texts. ``row_checksum`` is that of what a row holds but origin and
-  seconds, see ``_checksum``: a cell that was changed, by whatever, is noticed when it is read.
+- ``tests`` has one row for each test: ``test``, its number, which says the ``run`` and the
+  ``test_point`` for which it was made, see :class:`StudyRun`; ``status``; ``reason``, why it
+  failed; ``origin``, where its design comes from; ``seconds``, the time of its evaluation (the mean
+  of designs that were evaluated together); then variables, objectives, constraints and outputs
+  under their names. A name that is taken gets ``_`` appended. NaN is NULL, binary variables are 0
+  and 1, choices are texts. ``row_checksum`` is that of what a row holds but origin and seconds: a
+  cell that was changed, by whatever, is noticed when it is read. Equal designs have the same
+  ``design_checksum``.
 - ``runs`` says for each run what determines its points, when, where and by which versions it was
-  begun, and the numbers of its tests; ``known`` has the points of a run whose designs other runs
-  had tested.
-- ``proposals`` has designs that an algorithm or people are going to test; those that are asked of
-  people have the number of their test, and when they were cancelled if they were.
+  begun, and the last point that it was asked for; ``known`` has the points of a run whose designs
+  other runs had tested.
+- ``proposals`` has designs that an algorithm or people are going to test.
 - ``history`` has tests as they were before they were corrected or withdrawn, and when that was.
 - ``study`` has the facts about the whole file: names, and values as JSON; and their checksum.
 
@@ -28,7 +28,7 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from os import PathLike
 from pathlib import Path
@@ -37,46 +37,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import Integers, identity_text, invalid, wrong_type
+from pymoo_psi._validation import Integers, Received, identity_text, invalid, wrong_type
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import (
     LAST,
-    OF_0_3,
     Columns,
+    Database,
     Facts,
     Proposal,
-    Requests,
-    add_known,
-    add_proposals,
-    add_run,
-    ask,
-    convert,
-    count_tests,
     create,
-    design_checksums,
-    insert,
+    is_of_0_3,
     new_run,
-    numbered,
-    put,
-    read_facts,
-    remember,
-    reserve,
-    rewrite,
-    run_of,
-    run_with,
-    selected,
-    selected_of_run,
-    stored_numbers,
-    stored_proposals,
-    stored_test_points,
-    tests_by_design,
-    to_write,
-    widen,
+    opened,
     with_outputs,
     with_stored_columns,
 )
 from pymoo_psi.study._lock import RESERVED_SUFFIXES, locked, reported, require_own_journals
-from pymoo_psi.study._runs import Head, points_of, require_same_model, segments_of
+from pymoo_psi.study._runs import ROOM, Head, StudyRun, points_of, require_same_model
 
 SUFFIX = ".db"  # of the studies in a folder
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
@@ -111,17 +88,14 @@ class Study:
                 )
         self.wait = wait
         self._id: str | None = None  # of the study that was used; another file may take its place
-        # Of which run, how many tests the other runs have and how many were changed; the tests of
-        # the other runs by their designs.
-        self._others: tuple[tuple[int, int, int], dict[int, int]] = (0, 0, 0), {}
 
     def begin(
         self,
         head: Head,
         points: Head | None = None,
         share: tuple[int, int] | None = None,
-        planned: tuple[int, int] | None = None,
-    ) -> Facts:
+        last: int = 0,
+    ) -> tuple[Facts, StudyRun]:
         """Begin a run, or continue the one that has the same points; create the file if needed.
 
         Args:
@@ -133,11 +107,10 @@ class Study:
             share: For a share of an investigation: its part and the number of parts. Its folder is
                 made if necessary; the other studies in it must belong to the same model and points
                 and have the same number of parts.
-            planned: The first and the last test point that the run is asked for, for which numbers
-                of tests are kept.
+            last: The last test point that the run is asked for.
 
         Returns:
-            The facts, see :meth:`facts`, and the ``run``, a :class:`StudyRun`.
+            The facts, and the run.
 
         Raises:
             StudyMismatchError: The file belongs to another model; the message says what differs.
@@ -148,52 +121,32 @@ class Study:
         asked = json.loads(identity_text(head))
         if points is None:
             points = points_of(asked, None)
-        facts: Facts = {"head": asked}
+        facts = Facts(asked, share, runs=[new_run(1, points, last)])
         if share is not None:
-            facts["share"] = [*share]
-            self._require_fellow_shares(facts, points)
+            folder = os.path.dirname(self.path)
+            with reported(self.path):
+                os.makedirs(folder, exist_ok=True)
+            for path in studies_in(folder):
+                require_fellow(path, Study(path).facts(), facts)
         if not os.path.exists(self.path):
             with self.writing():
                 # The previous owner of the lock may have made it meanwhile.
                 if not os.path.exists(self.path):
-                    segments = [(*planned, 0)] if planned else []
-                    create(self.path, facts, [new_run(1, points, segments)])
+                    create(self.path, facts)
         self._id = None
         stored = self.facts()
-        require_same_model(self.path, stored["head"], asked)
-        require_same_share(self.path, stored, facts)
-        run = run_with(stored["runs"], points)
-        head = with_stored_columns(stored["head"], asked)
-        is_known = run is not None and (planned is None or all(map(run.has, planned)))
-        if is_known and json.dumps(head) == json.dumps(stored["head"]):
-            return stored | {"run": run}
-        if run is None and "share" in stored:
-            raise StudyMismatchError(
-                f"study {self.path} is a share of other points; give the name of another folder, "
-                "or join the shares by 'pymoo-psi export' and go on with that study"
-            )
-        with self._transaction(_WRITE) as (db, stored):
-            ask(db, stored, asked)
-            run = run_with(stored["runs"], points)
-            if run is None:
-                run = add_run(db, stored, points)
-            if planned:
-                run = reserve(db, stored, run, *planned)
-        return stored | {"run": run}
-
-    def _require_fellow_shares(self, facts: Facts, points: Head) -> None:
-        """Make the folder of a share, and refuse one with shares of something else."""
-        folder = os.path.dirname(self.path)
-        with reported(self.path):
-            os.makedirs(folder, exist_ok=True)
-        for path in studies_in(folder):
-            stored = Study(path).facts()
-            require_same_model(path, stored["head"], facts["head"])
-            require_same_share(path, stored, facts)
-            if run_with(stored["runs"], points) is None:
-                raise StudyMismatchError(
-                    f"study {path} is a share of other points; give the name of another folder"
-                )
+        require_same_model(self.path, stored.head, asked)
+        if stored.share is not None:
+            require_fellow(self.path, stored, facts)
+        run = stored.run_with(points)
+        head = with_stored_columns(stored.head, asked)
+        is_known = run is not None and last <= run.last
+        if run is not None and is_known and json.dumps(head) == json.dumps(stored.head):
+            return stored, run
+        with self._transaction(_WRITE) as database:
+            database.ask(asked)
+            run = database.facts.run_with(points) or database.add_run(points)
+            return database.facts, database.plan(run.number, last)
 
     @contextmanager
     def writing(self, run: int = 1) -> Iterator[None]:
@@ -215,12 +168,12 @@ class Study:
         Raises:
             StudyError: As :meth:`append`.
         """
-        record = run_of(self.facts(), run).record
-        if name in record:
-            return record[name]
-        with self._transaction(_WRITE) as (db, facts):
-            remember(db, run_of(facts, run), name, value)
-        return value
+        record = self.facts().run(run).record
+        if name not in record:
+            with self._transaction(_WRITE) as database:
+                record = {name: value, **database.facts.run(run).record}
+                database.change_run(run, record=record)
+        return record[name]
 
     def append(
         self,
@@ -256,52 +209,34 @@ class Study:
             StudyAccessError: The disk is full, or file or folder cannot be written.
             StudyCorruptError: The file is damaged.
         """
-        if len(columns["test_point"]) == 0:
+        n = len(columns["test_point"])
+        if n == 0:
             return 0
-        with self.writing(run), self._transaction(_WRITE) as (db, facts):
-            self._adopt(db, facts, run, columns)
-            columns = numbered(db, facts, run, columns)
-            columns["seconds"] = np.full(len(columns["test"]), seconds, dtype=np.float64)
-            columns, n_new = to_write(db, self.path, facts, columns)
-            n_written = len(columns["test"])
-            if n_written:
-                widen(db, facts, columns)
-                insert(db, facts["head"], columns, origin, columns["seconds"])
-                count_tests(db, run, n_new)
-        return n_written
+        origins = np.full(n, origin, dtype=object)
+        more = {"origin": origins, "seconds": np.full(n, seconds, dtype=np.float64)}
+        with self.writing(run), self._transaction(_WRITE) as database:
+            return database.append(run, columns | more)
 
-    def adopt(self, columns: Columns, run: int) -> None:
-        """Take tests of other runs for those of points of a run that have the same designs.
+    def adopt(self, columns: Columns, run: int) -> Columns:
+        """Return the tests of points of a run, also those of other runs with the same designs.
 
         Args:
             columns: ``test_point`` and the variables of n points, as for :meth:`append`.
             run: The run.
 
+        Returns:
+            What the study has between the least and the greatest of these points.
+
         Raises:
             StudyError: As :meth:`append`.
         """
-        if len(self.facts()["runs"]) > 1:
-            with self._transaction(_WRITE) as (db, facts):
-                self._adopt(db, facts, run, columns)
+        test_points = columns["test_point"]
+        with self._transaction(_WRITE) as database:
+            database.adopt(run, columns)
+            return database.tests_of_run(run, int(test_points.min()), int(test_points.max()))
 
-    def _adopt(self, db: sqlite3.Connection, facts: Facts, run: int, columns: Columns) -> None:
-        """Note the tests of other runs with the designs of points; see :meth:`adopt`."""
-        n_others = sum(other.n_tests for other in facts["runs"] if other.number != run)
-        if n_others == 0:
-            return
-        state = run, n_others, facts.get("n_changes", 0)
-        if self._others[0] != state:
-            self._others = state, tests_by_design(db, facts, run)
-        tests = self._others[1]
-        designs = design_checksums(facts["head"], columns).tolist()
-        rows = []
-        for test_point, design in zip(columns["test_point"].tolist(), designs, strict=True):
-            if design in tests:
-                rows.append((test_point, tests[design]))
-        add_known(db, facts, run_of(facts, run), rows)
-
-    def facts(self) -> dict[str, Any]:
-        """Return the facts about the whole file: ``head``, ``id``, ``begun``, ``share``, ``runs``.
+    def facts(self) -> Facts:
+        """Return what is known of the study as a whole.
 
         Raises:
             StudyMismatchError: Another study has taken the place of this one.
@@ -309,12 +244,12 @@ class Study:
             StudyCorruptError: The file is damaged, or no study.
             StudyAccessError: The file does not exist or cannot be read.
         """
-        with self._transaction(_READ) as (_, facts):
-            return facts
+        with self._transaction(_READ) as database:
+            return database.facts
 
     def contents(
         self, first: int = 1, count: int = LAST, *, run: int | None = None
-    ) -> tuple[dict[str, Any], Columns]:
+    ) -> tuple[Facts, Columns]:
         """Return the facts and stored tests, both of the same moment.
 
         Args:
@@ -324,49 +259,67 @@ class Study:
 
         Returns:
             The facts, and the columns of the tests in the order of their numbers: those of
-            :meth:`append`, and the integers ``test``, the number; ``run``; and ``repeat``. Of a
-            run, they are in the order of its test points, which ``test_point`` has.
+            :meth:`append`, and the integers ``test``, the number, and ``run``. Of a run, they are
+            in the order of its test points, which ``test_point`` has.
 
         Raises:
             StudyError: As :meth:`facts`.
         """
         last = min(first + count - 1, LAST)
-        with self._transaction(_READ) as (db, facts):
+        with self._transaction(_READ) as database:
             if run is None:
-                return facts, selected(db, facts, first, last)
-            return facts, selected_of_run(db, facts, run_of(facts, run), first, last)
+                return database.facts, database.tests(first, last)
+            return database.facts, database.tests_of_run(run, first, last)
 
-    def numbers(self, first: int = 1, *, failed: bool = True, run: int | None = None) -> Integers:
-        """Return the numbers of the stored tests, or the test points of a run, increasing.
-
-        Args:
-            first: The number of the first test, or the first test point of the run.
-            failed: Whether failed tests are included.
-            run: The run; ``None`` for all tests.
+    def n_tests(self) -> dict[int, int]:
+        """Return how many tests each run has, without those of other runs.
 
         Raises:
             StudyError: As :meth:`facts`.
         """
-        with self._transaction(_READ) as (db, facts):
-            if run is None:
-                return stored_numbers(db, facts, first, LAST, failed)
-            return stored_test_points(db, facts, run_of(facts, run), first, failed)
+        with self._transaction(_READ) as database:
+            return dict(database.db.execute("SELECT run, count(*) FROM tests GROUP BY run"))
 
-    def complete(self, columns: Columns) -> None:
+    def numbers(self, first: int = 1, *, failed: bool = True, run: int = 1) -> Integers:
+        """Return the test points of a run that have a test, increasing.
+
+        Args:
+            first: The first test point.
+            failed: Whether failed tests are included.
+            run: The run.
+
+        Raises:
+            StudyError: As :meth:`facts`.
+        """
+        with self._transaction(_READ) as database:
+            return database.test_points(run, first, failed=failed)
+
+    def tests_of(self, test_points: Integers, run: int) -> Integers:
+        """Return the numbers of the tests of test points of a run.
+
+        Raises:
+            StudyError: As :meth:`facts`.
+        """
+        with self._transaction(_READ) as database:
+            return database.numbers_of(run, test_points)
+
+    def complete(self, completed: Callable[[Columns], Columns]) -> None:
         """Write what stored tests lacked after the last change of the head.
 
         Args:
-            columns: ``test``, the numbers of n tests, and the columns with new values, which are
-                NaN where they are not known; other columns stay as they are.
+            completed: Returns columns with new values for the columns of all tests.
 
         Raises:
             StudyError: As :meth:`append`.
         """
-        with self._transaction(_WRITE) as (db, facts):
-            if len(columns) > 1:
-                widen(db, facts, columns)
-                rewrite(db, facts, columns)
-            put(db, is_complete=True)
+        with self._transaction(_WRITE) as database:
+            columns = database.tests()
+            new = completed(columns)
+            if new:
+                database.widen(new)
+                database.insert(columns | new)
+            database.facts.is_complete = True
+            database.write_facts()
 
     def propose(self, proposals: Sequence[Proposal], run: int = 1) -> list[Proposal]:
         """Commit designs that are going to be tested, unless others are stored under their numbers.
@@ -381,11 +334,11 @@ class Study:
         Raises:
             StudyError: As :meth:`append`.
         """
-        with self.writing(run), self._transaction(_WRITE) as (db, facts):
-            stored = stored_proposals(db, facts, run, proposals[0][0], proposals[-1][0])
+        with self.writing(run), self._transaction(_WRITE) as database:
+            stored = database.proposals(run, proposals[0][0], proposals[-1][0])
             if stored:
                 return stored
-            add_proposals(db, run, proposals)
+            database.add_proposals(run, proposals)
         return list(proposals)
 
     def proposals(self, first: int, count: int, run: int = 1) -> list[Proposal]:
@@ -394,57 +347,75 @@ class Study:
         Raises:
             StudyError: As :meth:`facts`.
         """
-        with self._transaction(_READ) as (db, facts):
-            return stored_proposals(db, facts, run, first, min(first + count - 1, LAST))
+        with self._transaction(_READ) as database:
+            return database.proposals(run, first, min(first + count - 1, LAST))
 
     @contextmanager
-    def requests(self) -> Iterator[Requests]:
-        """Yield the tests that people are asked for; what the body changes is committed together.
+    def changes(self) -> Iterator[Database]:
+        """Yield the study in a transaction; what the body changes is committed together.
 
         Raises:
             StudyError: As :meth:`append`.
         """
-        with self._transaction(_WRITE) as (db, facts):
-            yield Requests(db, facts)
+        with self._transaction(_WRITE) as database:
+            yield database
 
     @contextmanager
-    def _transaction(self, begin: str) -> Iterator[tuple[sqlite3.Connection, Facts]]:
-        """Yield a connection in a transaction, and the facts of what is still the same study.
-
-        If the body raises, its changes are undone.
-        """
+    def _transaction(self, begin: str) -> Iterator[Database]:
+        """Yield what is still the same study in a transaction; an error in the body undoes it."""
         with reported(self.path):
             if not os.path.isfile(self.path):
                 raise StudyAccessError(f"study {self.path} does not exist; check the name")
             require_own_journals(self.path)
-            # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
-            # that must not be written as read-only. isolation_level=None: Python's module would
-            # begin transactions by itself.
-            uri = f"{Path(self.path).as_uri()}?mode=rw"
-            connected = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
-            with closing(connected) as db:
-                db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
-                db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
+            with closing(self._connected(begin)) as db:
                 db.execute(begin)
-                facts = read_facts(db, self.path)
-                if self._id not in (None, facts["id"]):
+                database = opened(db, self.path)
+                if self._id not in (None, database.facts.id):
                     raise StudyMismatchError(
                         f"study {self.path} is not the one that this run began or continued: "
                         "another has taken its place, and was left as it is; put the right file "
                         "back, or run again to continue this one"
                     )
-                if begin == _WRITE and facts["format"] == OF_0_3:
-                    convert(db, facts)
-                yield db, facts
+                yield database
                 db.execute("COMMIT")
-        self._id = facts["id"]
+        self._id = database.facts.id
+
+    def _connected(self, begin: str) -> sqlite3.Connection:
+        """Return a connection to the file; to read a study of version 0.3, to a copy in memory."""
+        # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
+        # that must not be written as read-only. isolation_level=None: Python's module would
+        # begin transactions by itself.
+        uri = f"{Path(self.path).as_uri()}?mode=rw"
+        db = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
+        try:
+            db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
+            db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
+            if begin == _WRITE or not is_of_0_3(db):
+                return db
+            copy = sqlite3.connect(":memory:", isolation_level=None)
+            db.backup(copy)
+        except BaseException:
+            db.close()
+            raise
+        db.close()
+        return copy
 
 
-def require_same_share(path: str, facts: Facts, others: Facts) -> None:
-    """Refuse a study that is one of another number of shares."""
-    if "share" in facts and "share" in others and facts["share"][1] != others["share"][1]:
-        parts = f"one of {facts['share'][1]} shares, not of {others['share'][1]}"
+def require_fellow(path: str, facts: Facts, others: Facts, where: str = "asked") -> None:
+    """Refuse a study that is no share of the same points as another one.
+
+    Raises:
+        StudyMismatchError: It is none; the message says what differs.
+    """
+    require_same_model(path, facts.head, others.head, where)
+    if facts.share and others.share and facts.share[1] != others.share[1]:
+        parts = f"one of {facts.share[1]} shares, not of {others.share[1]}"
         raise StudyMismatchError(f"study {path} is {parts}; give the name of another folder")
+    if len(facts.runs) > 1 or others.run_with(facts.runs[0].points) is None:
+        raise StudyMismatchError(
+            f"study {path} is a share of other points than those {where}; give the name of another "
+            "folder, or join the shares by 'pymoo-psi export' and go on with that study"
+        )
 
 
 def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None:
@@ -454,7 +425,7 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
         path: The file.
         head: The head; its ``problem`` may say the ``sampling`` of its points, or the points of
             several ``runs`` by their numbers.
-        columns: The columns of :meth:`Study.contents`; of a single run, ``test_point`` is enough.
+        columns: The columns of :meth:`Study.append`, and the ``run`` if there are several.
 
     Raises:
         StudyAccessError: There is a file of that name, or none can be written.
@@ -468,21 +439,17 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
     problem = stored_head["problem"] or {}
     sampling = problem.pop("sampling", None)
     points_by_run = problem.pop("runs", None) or {"1": points_of(stored_head, sampling)}
-    columns = _with_numbers(columns)
-    runs = []
-    for number, points in points_by_run.items():
-        is_of_run = columns["run"] == int(number)
-        test_points = columns["test_point"][is_of_run]
-        segments = segments_of(test_points, columns["test"][is_of_run])
-        runs.append(new_run(int(number), points, segments))
-    create(file, {"head": with_outputs(stored_head, columns)}, runs, columns)
-
-
-def _with_numbers(columns: Columns) -> Columns:
-    """Return columns of tests with the numbers that those of a single run need not have."""
-    ones = np.ones(len(columns["test_point"]), dtype=np.int64)
     test_points = np.asarray(columns["test_point"], dtype=np.int64)
-    return {"test": test_points, "run": ones, "repeat": ones} | columns
+    columns = {"run": np.ones(len(test_points), dtype=np.int64)} | columns
+    columns["test"] = (columns["run"] - 1) * ROOM + test_points
+    if len(np.unique(columns["test"])) < len(test_points):
+        rule = "different ones, as numbers of tests follow from them"
+        raise invalid("the runs and test points of a study", rule, Received("some that recur"))
+    facts = Facts(with_outputs(stored_head, columns))
+    for number, points in points_by_run.items():
+        last = test_points[columns["run"] == int(number)].max(initial=0)
+        facts.runs.append(new_run(int(number), points, int(last)))
+    create(file, facts, columns)
 
 
 def studies_in(folder: str | PathLike[str]) -> list[str]:

@@ -44,7 +44,7 @@ class StudyFile(FileFormat):
         from pymoo_psi.study import Study
 
         facts, columns = Study(file.path).contents()
-        return _stored_tests(facts["head"], facts["runs"], columns)
+        return _stored_tests(dict(facts.head), facts.runs, columns)
 
     def save_tests(self, path: str | PathLike[str], table: Any) -> None:
         """Write a table as a new study, whole or not at all; extra columns are left out.
@@ -67,7 +67,6 @@ class StudyFile(FileFormat):
             head["limits"] = limits
         columns = columns_of(tests)
         if RUN in table.extra:
-            columns["test"] = table.numbers
             for name in (RUN, POINT):
                 columns[name] = table.extra[name].astype(np.int64)
         write_study(path, head, columns)
@@ -87,7 +86,7 @@ def tests_of_folder(path: Path) -> StoredTests:
     from pymoo_psi.study import read_folder
 
     facts, columns, missing = read_folder(path)
-    tests = _stored_tests(facts["head"], facts["runs"], columns)
+    tests = _stored_tests(dict(facts.head), facts.runs, columns)
     if missing:
         return tests._replace(remarks=(f"{missing}.", *tests.remarks))
     return tests
@@ -101,10 +100,9 @@ def _stored_tests(head: Head, runs: Sequence[StudyRun], columns: Columns) -> Sto
         runs: Its runs.
         columns: All its tests.
     """
-    head = dict(head)
     limits = head.pop("limits", {})
     problem = dict(head.get("problem") or {})
-    if len(runs) == 1 and runs[0].is_plain:
+    if len(runs) == 1 and runs[0].number == 1:
         sampling = runs[0].points.get("sampling")
         if sampling is not None:
             problem["sampling"] = sampling
