@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.comparison_problems import PROBLEMS, keep_reference, kept_reference, known_front
 from benchmarks.machine import describe_machine
-from pymoo_psi.comparison import INDICATORS, SIGNIFICANCE, Comparison, compare
+from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.plots import plot_indicator
 
 HERE = Path(__file__).parent
@@ -31,6 +31,7 @@ README = HERE / "README.md"
 BUDGETS = (256, 1024, 4096, 16384)
 ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3", "psi-scrambled+nsga3")
 SEEDS = 11
+SIGNIFICANCE = 0.05
 BEGIN = "<!-- comparison: written by python -m benchmarks.comparison -->"
 END = "<!-- end -->"
 

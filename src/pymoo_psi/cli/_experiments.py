@@ -14,7 +14,7 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.cli._source import counts_in
-from pymoo_psi.comparison import INDICATORS, Comparison, compare, conclusions
+from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
@@ -34,7 +34,7 @@ _TITLES = {
 
 
 def run_compare(options: Options) -> int:
-    """Compare algorithms, write all results to a folder, print the medians and the conclusions."""
+    """Compare algorithms, write all results to a folder, print the medians and the tests."""
     problem = load_problem(options.problem)
     name = problem_name(problem)
     job_count("--jobs", options.jobs)
@@ -61,7 +61,9 @@ def run_compare(options: Options) -> int:
     medians["seconds"] = medians["seconds"].map("{:.4f}".format)
     headings = {"n_nondominated": "designs", "igd_plus": "IGD+", "optimum_distance": "to optimum"}
     print_frame(medians.rename(columns=headings), f"{name}: medians over the runs")
-    say(*conclusions(result), f"Tables, the figure and the runs written to {out}")
+    tests = result.tests().drop(columns="p").round(3)
+    print_frame(tests, "Hypervolume by pairs; a difference is significant where p_holm < 0.05")
+    say(f"Tables, the figure and the runs written to {out}")
     return 0
 
 

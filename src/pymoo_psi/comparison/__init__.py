@@ -21,7 +21,7 @@ Example:
 Any algorithm of pymoo can be compared (``algorithms={"mine": lambda n: NSGA2(pop_size=50)}``), and
 ``n_jobs`` runs seeds in parallel. With ``folder=`` a comparison continues after an interruption:
 the folder contains each finished run as a study with all its tests, which any command opens.
-``pymoo-psi compare bnh --out comparison`` prints :func:`conclusions` and writes tables and a figure
+``pymoo-psi compare bnh --out comparison`` prints medians and tests, and writes tables and a figure
 (:func:`pymoo_psi.plots.plot_indicators`).
 
 The p values are corrected for all pairs and budgets. With the four algorithms and three budgets of
@@ -37,8 +37,6 @@ from pymoo_psi.comparison._quality import Reference
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
-from pymoo_psi.comparison._comparison import SIGNIFICANCE as SIGNIFICANCE
-from pymoo_psi.comparison._comparison import conclusions as conclusions
 from pymoo_psi.comparison._quality import INDICATORS as INDICATORS
 from pymoo_psi.comparison._quality import effect_size as effect_size
 from pymoo_psi.comparison._quality import holm as holm

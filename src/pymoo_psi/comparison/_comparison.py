@@ -19,7 +19,6 @@ from pymoo_psi._validation import (
     Array,
     Received,
     counted,
-    instance,
     integer,
     invalid,
     job_count,
@@ -38,7 +37,6 @@ from pymoo_psi.comparison._runs import (
     stored_runs,
 )
 from pymoo_psi.parallel import in_parallel, progress_bar
-from pymoo_psi.pareto import listed
 from pymoo_psi.problems import (
     design_space,
     problem_layout,
@@ -57,15 +55,6 @@ DEFAULT_EVALUATIONS = (256, 1024, 4096)
 FEW_EVALUATIONS = (64, 128, 256)
 _WITH_SURROGATES = (SEARCHES["surrogate"], SEARCHES["surrogate-scrambled"])
 _DETERMINISTIC = SEARCHES["psi"]
-SIGNIFICANCE = 0.05
-"""A difference is claimed if the corrected p value is below this, the customary level."""
-
-_NAMES = {
-    "hypervolume": "the largest hypervolume",
-    "igd_plus": "the smallest IGD+",
-    "epsilon": "the smallest additive epsilon",
-    "optimum_distance": "the Salukvadze optimum nearest to the best known",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -400,89 +389,3 @@ def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.Data
         rows.append(row)
     # Integers of pandas, which may be missing; NumPy would make floats of the seeds.
     return pd.DataFrame(rows).astype({"seed": "Int64"})
-
-
-def conclusions(comparison: Comparison, indicator: str = "hypervolume") -> tuple[str, ...]:
-    """Return a text for every budget: which algorithm is the best, and how significantly.
-
-    Each text names the algorithm with the best median, the algorithms that are significantly worse,
-    with the effect size and the corrected p value, and those without a significant difference.
-
-    Args:
-        comparison: The comparison.
-        indicator: ``"hypervolume"``, ``"igd_plus"``, ``"epsilon"`` or ``"optimum_distance"``.
-
-    Raises:
-        ArgumentValueError: The indicator is unknown.
-
-    Example:
-        >>> from pymoo.problems import get_problem
-        >>> from pymoo_psi import compare
-        >>> result = compare(
-        ...     get_problem("osy"), n_evaluations=512, seeds=6, algorithms=["psi", "nsga3"]
-        ... )
-        >>> print(conclusions(result)[0])
-        512 evaluations: nsga3 has the largest hypervolume (median 0...). It is better than psi
-        (effect 1.00, p = 0.031).
-    """
-    instance("comparison", comparison, Comparison, "compare(...) gives one")
-    tests = comparison.tests(indicator)
-    summary = comparison.summary()
-    texts = []
-    for budget in comparison.evaluations:
-        of_budget = summary[summary["evaluations"] == budget]
-        medians = of_budget.set_index("algorithm")[indicator]
-        conclusion = _conclusion(indicator, medians, tests[tests["evaluations"] == budget])
-        texts.append(f"{counted(budget, 'evaluation')}: {conclusion}")
-    return tuple(texts)
-
-
-def _conclusion(indicator: str, medians: pd.Series, tests: pd.DataFrame) -> str:
-    """Return the conclusion for one budget.
-
-    Args:
-        indicator: One of :data:`INDICATORS`.
-        medians: Its median for each algorithm.
-        tests: The rows of the budget of :meth:`Comparison.tests`.
-    """
-    ordered = medians.sort_values(ascending=INDICATORS[indicator] < 0, kind="stable")
-    best = ordered.index[0]
-    value = ordered.iloc[0]
-    worst_value = np.inf
-    if indicator == "hypervolume":
-        worst_value = 0.0
-    if value == worst_value:
-        return f"every algorithm has the worst possible median, {value:g}."
-    better_than: list[str] = []
-    worse_than: list[str] = []
-    undecided: list[str] = []
-    for pair in tests[(tests["better"] == best) | (tests["worse"] == best)].itertuples():
-        other = pair.worse
-        effect = pair.effect
-        claim = better_than
-        if pair.worse == best:
-            other = pair.better
-            effect = 1 - effect
-            claim = worse_than
-        if not pair.p_holm < SIGNIFICANCE:  # or NaN, if both are deterministic
-            claim = undecided
-        claim.append(f"{other} (effect {effect:.2f}, {_p_text(pair.p_holm)})")
-    sentences = [f"{best} has {_NAMES[indicator]} (median {value:.4g})."]
-    if better_than:
-        sentences.append(f"It is better than {listed(better_than)}.")
-    if worse_than:  # the best median, but more runs are worse than better
-        sentences.append(
-            f"However, its runs are more often worse than those of {listed(worse_than)}."
-        )
-    if undecided:
-        sentences.append(f"It does not differ significantly from {listed(undecided)}.")
-    return " ".join(sentences)
-
-
-def _p_text(p: float) -> str:
-    """Return a p value as a conclusion names it."""
-    if np.isnan(p):
-        return "one value each"
-    if p < 0.001:
-        return "p < 0.001"
-    return f"p = {p:.3f}"
