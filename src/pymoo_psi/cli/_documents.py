@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, timezone
@@ -166,112 +165,99 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> str | 
 
 
 def run_analyze(options: Options) -> int:
-    """Print sensitivities and convergence; write tables and figures."""
-    from pymoo_psi.algorithms import sections
-    from pymoo_psi.plots import plot_sections, plot_sensitivities, save_figures
-    from pymoo_psi.table import convergence, even_part, sensitivities
-
+    """Print sensitivities, sections and convergence; write tables and figures."""
     path = options.file
     formulation = formulation_of(options)
     table = opened(path, options, formulation)
     if not table.layout.variables:
         raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
-    out = _analysis_folder(path, options.out)
-    indices = None
-    steps = None
-    remarks: list[str] = []
-    try:
-        remarks += even_part(table)[1]
-        indices = sensitivities(table)
-    except PsiError as error:
-        remarks.append(f"Sensitivities not available: {error}.")
-    try:
-        steps = convergence(table)
-    except PsiError as error:
-        remarks.append(f"Convergence not available: {error}.")
-    lines = None
-    try:
-        lines = sections(table, n_values=17)
-        for name in ("expected", "low", "high", "error"):  # more digits would be none
-            lines[name] = [float(f"{value:.4g}") for value in lines[name]]
-    except PsiError as error:
-        remarks.append(f"Sections not available: {error}.")
-    if out is not None and lines is not None:
-        write_frame(lines, out / "sections.csv")
-        figure = plot_sections(lines, title=path.name)
-        save_figures([("sections", figure)], out, 200, ".png")
-    if out is not None and indices is not None:
-        write_frame(indices.reset_index(), out / "sensitivities.csv")
-        figure = plot_sensitivities(indices, title=path.name)
-        save_figures([("sensitivities", figure)], out, 200, ".png")
-    if out is not None and steps is not None:
-        write_frame(steps.to_frame().reset_index(), out / "convergence.csv")
-
+    if options.out is not None:
+        folder = results_folder(options.out)
+        if path.resolve() in [folder.resolve() / f"{name}.csv" for name in _ANALYSES]:
+            raise invalid("--out", "another folder than that of the file read", str(options.out))
     say_source(path, table, formulation, ranked=False)
-    say(*remarks)
-    if indices is not None:
-        _say_sensitivities(indices)
-    if lines is not None:
-        _say_sections(lines)
-    if steps is not None:
-        frame = steps.to_frame().reset_index()
-        print_frame(frame.round(4), "Convergence with the number of tests")
-        say(steps.verdict())
-    if out is not None:
+    for name, analyze in _ANALYSES.items():
+        try:
+            frame = analyze(table)
+        except PsiError as error:
+            say(f"{name.capitalize()} not available: {error}.")
+            continue
+        if options.out is not None:
+            _write_analysis(name, frame, folder, path.name)
+    if options.out is not None:
         say(f"Tables and figures written to {options.out}")
     return 0
 
 
-def _analysis_folder(path: Path, out: Path | None) -> Path | None:
-    """Return the folder for the results, if one is given; refuse one where they replace the source.
+def _write_analysis(name: str, frame: pd.DataFrame, folder: Path, title: str) -> None:
+    """Write the frame of an analysis, and its figure if there is one."""
+    from pymoo_psi import plots
 
-    Raises:
-        ArgumentValueError: A result has the path of the source.
-        OSError: The folder cannot be written to.
-    """
-    if out is None:
-        return None
-    folder = results_folder(out)
-    for name in ("sensitivities.csv", "convergence.csv", "sections.csv"):
-        if path.resolve() == folder.resolve() / name:
-            raise invalid("--out", "another folder than that of the file read", str(out))
-    return folder
+    plot = getattr(plots, f"plot_{name}", None)
+    if plot is not None:
+        plots.save_figures([(name, plot(frame, title=title))], folder, 200, ".png")
+    if frame.index.names != [None]:
+        frame = frame.reset_index()
+    write_frame(frame, folder / f"{name}.csv")
 
 
-def _say_sections(sections: pd.DataFrame) -> None:
+def _sensitivities(table: TestTable) -> pd.DataFrame:
+    """Print and return the sensitivities."""
+    from pymoo_psi.table import even_part, sensitivities
+
+    say(*even_part(table)[1])
+    indices = sensitivities(table)
+    shares = indices.round(2).astype(str)
+    bands = (indices["upper"] - indices["first_order"]).round(2).astype(str)
+    title = "First-order sensitivities: the share of the variance that a variable explains alone"
+    order = indices["first_order"].groupby(level="variable", sort=False).max()
+    variables = order.sort_values(ascending=False).index.tolist()
+    _print_by_variable(shares["first_order"] + " ± " + bands, variables, title)
+    return indices
+
+
+def _sections(table: TestTable) -> pd.DataFrame:
     """Print the least and the greatest value of each objective along each variable."""
-    columns = sections["column"].unique().tolist()
-    rows = []
-    for variable, of_variable in sections.groupby("variable", sort=False):
-        row = {"variable": variable}
-        for column in columns:
-            values = of_variable.loc[of_variable["column"] == column, "expected"]
-            row[column] = f"{values.min():.4g} … {values.max():.4g}"
-        rows.append(row)
+    from pymoo_psi.algorithms import sections
+
+    lines = sections(table, n_values=17)
+    for name in ("expected", "low", "high", "error"):  # more digits would be none
+        lines[name] = [float(f"{value:.4g}") for value in lines[name]]
+    ends = lines.groupby(["column", "variable"], sort=False)["expected"].agg(["min", "max"])
+    texts = ends["min"].astype(str) + " … " + ends["max"].astype(str)
     title = "Sections through the design: each objective where one variable changes, as expected"
-    print_frame(pd.DataFrame(rows[:_N_PRINTED]), title)
-    errors = sections.groupby("column", sort=False)["error"].first()
-    texts = [f"{column} {error:.2g}" for column, error in errors.items()]
-    say(f"Errors of prediction, in standard deviations of the tests: {', '.join(texts)}.")
+    _print_by_variable(texts, lines["variable"].unique().tolist(), title)
+    errors = lines.groupby("column", sort=False)["error"].first()
+    errors_by_name = ", ".join(f"{column} {error:.2g}" for column, error in errors.items())
+    say(f"Errors of prediction, in standard deviations of the tests: {errors_by_name}.")
+    return lines
+
+
+def _convergence(table: TestTable) -> pd.DataFrame:
+    """Print and return the convergence with the number of tests."""
+    from pymoo_psi.table import convergence
+
+    steps = convergence(table)
+    frame = steps.to_frame()
+    print_frame(frame.reset_index().round(4), "Convergence with the number of tests")
+    say(steps.verdict())
+    return frame
+
+
+def _print_by_variable(texts: pd.Series[str], variables: Sequence[str], title: str) -> None:
+    """Print texts by column and variable as a table with a row for each of some variables."""
+    columns = texts.index.unique("column").tolist()
+    rows = texts.unstack("column").reindex(variables)[columns]
+    print_frame(rows.rename_axis("variable").reset_index().head(_N_PRINTED), title)
     if len(rows) > _N_PRINTED:
         say(f"({len(rows) - _N_PRINTED} variables not shown)")
 
 
-def _say_sensitivities(indices: pd.DataFrame) -> None:
-    cells = []
-    for first_order, _, upper in indices.to_numpy().tolist():
-        if math.isnan(first_order):  # of a column that does not vary
-            cells.append("–")
-        else:
-            cells.append(f"{first_order:.2f} ± {upper - first_order:.2f}")
-    columns = indices.index.unique("column")
-    wide = pd.Series(cells, index=indices.index).unstack("column")[columns]
-    largest = indices["first_order"].groupby(level="variable", sort=False).max()
-    variables = largest.sort_values(ascending=False).index[:_N_PRINTED]
-    title = "First-order sensitivities: the share of the variance that a variable explains alone"
-    print_frame(wide.loc[variables].rename_axis("variable").reset_index(), title)
-    if len(largest) > len(variables):
-        say(f"({len(largest) - len(variables)} variables with smaller ones not shown)")
+_ANALYSES = {
+    "sensitivities": _sensitivities,
+    "sections": _sections,
+    "convergence": _convergence,
+}
 
 
 def run_export(options: Options) -> int:
