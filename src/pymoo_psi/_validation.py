@@ -10,7 +10,7 @@ import difflib
 import json
 import math
 import numbers
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, TypeVar
 
@@ -26,6 +26,9 @@ Numbers = NDArray[np.int64]  # of tests
 Rows = NDArray[np.intp]
 Integers = NDArray[np.int64]
 AnyArray = NDArray[Any]
+Names = Sequence[str]
+Entries = Mapping[str, Any]
+Values = dict[str, Any]
 Class = TypeVar("Class")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime, timezone
 from functools import reduce
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi._validation import Received, counted, invalid
+from pymoo_psi._validation import Names, Received, counted, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, require_output, results_folder, say, write_frame
 from pymoo_psi.cli._source import decision_remarks, formulation_of, opened, say_source, with_choice
@@ -244,7 +244,7 @@ def _convergence(table: TestTable) -> pd.DataFrame:
     return frame
 
 
-def _print_by_variable(texts: pd.Series[str], variables: Sequence[str], title: str) -> None:
+def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str) -> None:
     """Print texts by column and variable as a table with a row for each of some variables."""
     columns = texts.index.unique("column").tolist()
     rows = texts.unstack("column").reindex(variables)[columns]
@@ -286,7 +286,7 @@ def run_export(options: Options) -> int:
     return 0
 
 
-def _named_files(sources: Sequence[str]) -> tuple[dict[str, Path], bool]:
+def _named_files(sources: Names) -> tuple[dict[str, Path], bool]:
     """Return the files of sources by name, and whether any is given as ``name=path``.
 
     Raises:

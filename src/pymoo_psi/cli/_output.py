@@ -6,14 +6,13 @@ import errno
 import os
 import shutil
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
 
 import pandas as pd
 
 from pymoo_psi._output import is_marked
-from pymoo_psi._validation import Received, invalid
+from pymoo_psi._validation import Names, Received, invalid
 from pymoo_psi.cli._app import printable
 from pymoo_psi.pareto import number, wrapped
 from pymoo_psi.table import FORMATS, TestTable, designs_head, format_of, metadata_path
@@ -66,7 +65,7 @@ def print_frame(frame: pd.DataFrame, title: str) -> None:
     _print(text)
 
 
-def require_output(path: Path | None, suffixes: Sequence[str], *inputs: Path | None) -> Path | None:
+def require_output(path: Path | None, suffixes: Names, *inputs: Path | None) -> Path | None:
     """Refuse an output file that cannot or must not be written, before the work is done.
 
     Args:

@@ -12,7 +12,7 @@ import re
 import shlex
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -25,7 +25,7 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Received, invalid, job_count, positive_number
+from pymoo_psi._validation import Names, Received, Values, invalid, job_count, positive_number
 from pymoo_psi.cli._app import print_error
 from pymoo_psi.cli._output import print_frame, say
 from pymoo_psi.cli._source import pairs_in
@@ -55,8 +55,8 @@ def load_problem(
     name: str,
     timeout: float | None = None,
     *,
-    box: Sequence[str] = (),
-    log: Sequence[str] = (),
+    box: Names = (),
+    log: Names = (),
 ) -> Problem:
     """Return the problem of a name.
 
@@ -204,7 +204,7 @@ def _argument_names(source: Callable[..., Any]) -> list[str]:
     return list(names)
 
 
-def _arguments(problem: str, names: Sequence[str]) -> dict[str, Any]:
+def _arguments(problem: str, names: Names) -> Values:
     """Return the arguments of a problem by name from the options that the command does not have."""
     context = click.get_current_context()
     # With the command's own options click can suggest one of them for a misspelt name.
@@ -328,7 +328,7 @@ def _dask_client(place: str, cluster: Any) -> Any:
         raise invalid("--cluster", rule, place, one_line(error)) from error
 
 
-def _box_in(entries: Sequence[str], problem: Problem) -> dict[str, Any]:
+def _box_in(entries: Names, problem: Problem) -> Values:
     """Return narrowed bounds as :class:`~pymoo_psi.Restricted` takes them.
 
     Each entry is ``name=lower:upper``, where one of the two may be missing, ``name=value``, or for
@@ -427,7 +427,7 @@ def _end_of(path: Path) -> str:
     return "\n".join([f"The end of {path}:", *shown])
 
 
-def _trial_design(problem: Any, labels: Mapping[str, str]) -> dict[str, Any]:
+def _trial_design(problem: Any, labels: Mapping[str, str]) -> Values:
     """Return the middle of the bounds, or a random design that meets the requirements; print it."""
     required = Required(problem)
     space = design_space(required)

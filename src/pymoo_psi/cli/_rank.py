@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
-from pymoo_psi._validation import counted
+from pymoo_psi._validation import Values, counted
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import print_frame, require_output, say, write_frame
 from pymoo_psi.cli._source import formulation_of, opened, say_source, with_choice
@@ -43,7 +42,7 @@ def designs_frame(designs: TestTable, ranking: EfficiencyRanking) -> pd.DataFram
     """
     layout = designs.layout
     number = number_column(designs.extra) if layout.label is None else "row"
-    columns: dict[str, Any] = {number: designs.numbers}
+    columns: Values = {number: designs.numbers}
     for name, cells in designs.extra.items():
         if name == "place":  # of words
             name = "place (text)"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
-from pymoo_psi._validation import Received, counted, invalid
+from pymoo_psi._validation import Entries, Received, Values, counted, invalid
 from pymoo_psi.algorithms import (
     Recorded,
     RunOptions,
@@ -199,13 +199,13 @@ def _points(options: Options) -> int:
     return points
 
 
-def _limits(problem: Problem, formulation: Formulation) -> dict[str, Any]:
+def _limits(problem: Problem, formulation: Formulation) -> Values:
     """Return the limits of a search: those of the problem, where options say no others."""
     limits = limits_of_problem(known_limits(with_requirements(problem)))
     return limits | limits_by_name(formulation.limits, formulation.objectives)
 
 
-def _sources_of_limits(problem: str, given: Formulation, limits: Mapping[str, Any]) -> str:
+def _sources_of_limits(problem: str, given: Formulation, limits: Entries) -> str:
     """Return a line on which limits apply, and where each is from."""
     limits_given = limits_by_name(given.limits, given.objectives)
     texts = []

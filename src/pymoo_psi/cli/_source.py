@@ -7,12 +7,11 @@ in ``--objectives '"time, s",mass'``. An option that takes a list may be given s
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from pymoo_psi._validation import Received, counted, instance, invalid, known_name
+from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._output import say
 from pymoo_psi.pareto import RANKING_NAMES, number
@@ -44,7 +43,7 @@ def formulation_of(options: Options) -> Formulation:
     )
 
 
-def _computed_in(entries: Sequence[str]) -> dict[str, str]:
+def _computed_in(entries: Names) -> dict[str, str]:
     """Return the expressions of ``--compute`` by the name of their column."""
     expressions = {}
     for entry in entries:
@@ -80,7 +79,7 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
     return table
 
 
-def _with_units(table: TestTable, entries: Sequence[str], formulation: Formulation) -> TestTable:
+def _with_units(table: TestTable, entries: Names, formulation: Formulation) -> TestTable:
     """Return a table with the units of ``--units``, which cannot change those of a decision."""
     layout = table.layout
     units = pairs_in("--units", entries, "column=unit", layout.columns)
@@ -146,7 +145,7 @@ def decision_remarks(path: Path, table: TestTable, formulation: Formulation) -> 
     return remarks
 
 
-def _remark_on_choice(table: TestTable, chosen: str, page: Mapping[str, Any]) -> str:
+def _remark_on_choice(table: TestTable, chosen: str, page: Entries) -> str:
     """Say whether the chosen design is what it was when the page saved the decision."""
     warning = f"Warning: {chosen}, the chosen design,"
     if chosen not in table.names:
@@ -177,7 +176,7 @@ def require_free_names(names: Iterable[str]) -> None:
 
 
 def pairs_in(
-    option: str, entries: Sequence[str] | None, form: str, names: Collection[str]
+    option: str, entries: Names | None, form: str, names: Collection[str]
 ) -> dict[str, str]:
     """Return the values of entries ``name=value`` by name; a name may contain "=".
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Array,
+    Entries,
     Received,
     counted,
     integer,
@@ -194,7 +195,7 @@ def compare(
     *,
     n_evaluations: int | Sequence[int] | None = None,
     seeds: int | Sequence[int] = 11,
-    algorithms: Collection[str] | Mapping[str, Any] = DEFAULT_ALGORITHMS,
+    algorithms: Collection[str] | Entries = DEFAULT_ALGORITHMS,
     reference_front: ArrayLike | None = None,
     folder: str | PathLike[str] | None = None,
     n_jobs: int = 1,

@@ -49,6 +49,8 @@ from pymoo.termination.default import DefaultTermination
 from pymoo_psi._validation import (
     Array,
     Designs,
+    Entries,
+    Values,
     collection,
     counted,
     invalid,
@@ -85,7 +87,7 @@ Search = Callable[[Any, int, int], object]
 """Takes a problem, a number of evaluations and a seed, and evaluates designs."""
 
 
-def searches(algorithms: Collection[str] | Mapping[str, Any]) -> dict[str, Search]:
+def searches(algorithms: Collection[str] | Entries) -> dict[str, Search]:
     """Return the search of each algorithm by name.
 
     Args:
@@ -310,9 +312,9 @@ class ObservedProblem(WrappedProblem):
         self._space = design_space(problem)
         self.failure: EvaluationError | None = None
         self.evaluation_seconds = 0.0
-        self._kept: list[dict[str, Any]] = []
+        self._kept: list[Values] = []
 
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
+    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs; pymoo calls this from ``evaluate``."""
         if len(X) > self.left:
             raise BudgetSpentError(f"the budget of {self.budget} evaluations is spent")
@@ -373,6 +375,6 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
         yield _run(task, table_of(head, columns, path), **run)
 
 
-def _head(tests: TestTable, problem: Any) -> dict[str, Any]:
+def _head(tests: TestTable, problem: Any) -> Values:
     """Return the head of a study of a run, which identifies the problem."""
     return {**head_of(tests), "problem": problem_identity(problem)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from html import escape
@@ -18,7 +18,7 @@ import numpy as np
 
 from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import write_document
-from pymoo_psi._validation import Received, counted, invalid, known_name
+from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
 from pymoo_psi.page._payload import payload
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
 from pymoo_psi.table import Formulation, TestTable, read_table
@@ -76,7 +76,7 @@ class DecisionPage:
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
         return _html_of(self.title, content | {"origin": self.origin})
 
-    def _opens_with(self) -> dict[str, Any]:
+    def _opens_with(self) -> Values:
         """Return the formulation as the page writes it into decision files.
 
         The commands compute the same columns from such a file.
@@ -121,9 +121,9 @@ class DecisionPage:
 @asked_under_a_formulation
 def decision_page(
     source: Any,
-    formulation: Formulation | Sequence[str] | None = None,
+    formulation: Formulation | Names | None = None,
     *,
-    variables: Sequence[str] | None = None,
+    variables: Names | None = None,
     units: Mapping[str, str] | None = None,
     prototype: Any = None,
     title: str = "Pareto set",
@@ -254,7 +254,7 @@ def _frame_of(source: Any, formulation: Formulation) -> tuple[pd.DataFrame, Form
 # The document
 
 
-def _html_of(title: str, payload: Mapping[str, Any]) -> str:
+def _html_of(title: str, payload: Entries) -> str:
     """Return the page with all it needs inlined.
 
     Args:

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pymoo_psi._validation import Array, Mask
+from pymoo_psi._validation import Array, Entries, Mask, Names
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Kind, TestTable, number_column
 
@@ -34,8 +34,8 @@ def payload(
     title: str,
     table: TestTable,
     prototype: TestTable | None,
-    opens_with: Mapping[str, Any],
-    cautions: Sequence[str],
+    opens_with: Entries,
+    cautions: Names,
 ) -> Content:
     """Return the data that the script of the page reads, see ``decode`` in ``logic.js``.
 

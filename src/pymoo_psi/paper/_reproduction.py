@@ -15,12 +15,20 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import Array, Rows, counted, invalid, job_count, known_name
+from pymoo_psi._validation import (
+    Array,
+    Names,
+    Rows,
+    Values,
+    counted,
+    invalid,
+    job_count,
+    known_name,
+)
 from pymoo_psi.algorithms import investigate
 from pymoo_psi.chute import MODELS, criteria, motion
 from pymoo_psi.parallel import in_parallel
@@ -200,7 +208,7 @@ def solve_case(
         >>> solve_case(0.2, "full", 64)
         Case(full model, mu = 0.2: 64 Pareto optimal of 64 test points, the best no. 18)
     """
-    bounds: dict[str, Any] = {"upper": upper}
+    bounds: Values = {"upper": upper}
     if lower is not None:
         bounds["lower"] = lower
     table = investigate(VectorizedSphereChute(mu, model=model, **bounds), n_points)
@@ -213,7 +221,7 @@ def reproduce(
     n_points: int = PAPER_POINTS,
     *,
     mu: Sequence[float] = PAPER_MU,
-    models: Sequence[str] = MODELS,
+    models: Names = MODELS,
     lower: Sequence[float] | None = None,
     upper: Sequence[float] | None = None,
     n_jobs: int = 1,

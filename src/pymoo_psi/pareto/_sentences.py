@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from pymoo_psi._validation import Names
+
 SENTENCES: dict[str, str] = {}
 """Templates by name, filled by ``str.format`` with texts only."""
 for _group in json.loads(Path(__file__).with_name("sentences.json").read_text("utf-8")).values():
@@ -64,7 +66,7 @@ def percent(share: float) -> str:
     return f"{hundreds:.2g} %"
 
 
-def wrapped(sentences: Sequence[str], columns: int = 80) -> str:
+def wrapped(sentences: Names, columns: int = 80) -> str:
     """Return sentences in lines of at most ``columns`` letters; no line starts with "%"."""
     lines = []
     for text in sentences:

@@ -21,6 +21,7 @@ from matplotlib.ticker import NullLocator
 from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._validation import (
     Array,
+    Names,
     Received,
     Rows,
     counted,
@@ -88,8 +89,8 @@ _BARS: dict[str, tuple[float, float, Style]] = {
 def plot_table(
     table: TestTable,
     *,
-    variables: Sequence[str] | None = None,
-    objectives: Sequence[str] | None = None,
+    variables: Names | None = None,
+    objectives: Names | None = None,
     title: str = "",
 ) -> Drawing:
     """Return an overview of a table: histograms of variables, and objectives against variables.
@@ -144,9 +145,7 @@ def plot_table(
     return figure
 
 
-def _known(
-    argument: str, names: Sequence[str] | None, default: Sequence[str], layout: Layout
-) -> list[str]:
+def _known(argument: str, names: Names | None, default: Names, layout: Layout) -> list[str]:
     """Return the names of columns of a table, by default those given."""
     if names is None:
         names = default
@@ -236,7 +235,7 @@ def _outside(histograms: Sequence[Histogram]) -> str:
 def plot_objectives(
     table: TestTable,
     *,
-    objectives: Sequence[str] | None = None,
+    objectives: Names | None = None,
     design: int | str | None = None,
     title: str = "",
 ) -> Drawing:

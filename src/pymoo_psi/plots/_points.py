@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
-from pymoo_psi._validation import Array, Mask, counted, instance
+from pymoo_psi._validation import Array, Mask, Names, counted, instance
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._style import Style, literal, view
 from pymoo_psi.table import Kind, TestTable, value_ranks
@@ -257,7 +257,7 @@ def require_table(table: object) -> TestTable:
 
 def points_of_table(
     table: TestTable,
-    names: Sequence[str],
+    names: Names,
     chosen: TestTable | None = None,
 ) -> Points:
     """Return the tests over columns.

@@ -19,6 +19,7 @@ from pymoo_psi._validation import (
     Array,
     Mask,
     Received,
+    Values,
     collection,
     invalid,
     known_name,
@@ -397,7 +398,7 @@ def problem_layout(
     )
 
 
-def problem_identity(problem: Any) -> dict[str, Any]:
+def problem_identity(problem: Any) -> Values:
     """Return what identifies the model of a problem for a study, as plain values.
 
     The names and kinds of the variables belong to it as well; bounds, requirements, names of
@@ -416,7 +417,7 @@ def problem_identity(problem: Any) -> dict[str, Any]:
     for variable in design_space(model, log=()).variables:
         if variable.kind is Kind.CHOICE:
             choices[variable.title] = [str(option) for option in variable.options]
-    identity: dict[str, Any] = {
+    identity: Values = {
         "problem": problem_name(problem),
         "choices": choices,
         "parameters": own_parameters(problem),
@@ -430,7 +431,7 @@ def problem_identity(problem: Any) -> dict[str, Any]:
     return identity
 
 
-def own_parameters(problem: Any) -> dict[str, Any]:
+def own_parameters(problem: Any) -> Values:
     """Return what a problem's ``fingerprint()`` returns, or numbers and texts it was made with.
 
     These are the arguments of its classes that it keeps as attributes of the same name, or with an

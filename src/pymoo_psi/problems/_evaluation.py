@@ -396,12 +396,12 @@ class FailureTolerant(WrappedProblem):
         leave_failed_out(kwargs.get("algorithm"))
         return super().evaluate(X, *args, **kwargs)
 
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
+    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs and note the failures; pymoo calls this from ``evaluate``."""
         out = evaluate_designs(self.wrapped, X, *args, **kwargs)
         return self.tolerated(X, out, return_values_of)
 
-    def tolerated(self, X: Any, out: dict[str, Any], return_values_of: Any) -> dict[str, Any]:
+    def tolerated(self, X: Any, out: Values, return_values_of: Any) -> Values:
         """Note the failures among values of :func:`evaluate_designs`, and make them infeasible."""
         failed = out["failure"] != ""
         for i in np.flatnonzero(failed):
@@ -412,7 +412,7 @@ class FailureTolerant(WrappedProblem):
             self._penalise(X, out, failed)
         return self.formatted(X, out, return_values_of)
 
-    def _penalise(self, X: Any, out: dict[str, Any], failed: Mask) -> None:
+    def _penalise(self, X: Any, out: Values, failed: Mask) -> None:
         """Give failed designs objectives that are worse than any that did not fail so far."""
         F = out["F"]
         sizes = np.where(np.isfinite(F), np.abs(F), -np.inf)

@@ -12,7 +12,9 @@ from scipy.integrate import trapezoid
 
 from pymoo_psi._validation import (
     Array,
+    Entries,
     Received,
+    Values,
     invalid,
     known_name,
     mapping,
@@ -76,9 +78,9 @@ class Identification(NamedProblem):
 
     def __init__(
         self,
-        simulate: Callable[[Mapping[str, Any], pd.DataFrame], Any],
+        simulate: Callable[[Entries, pd.DataFrame], Any],
         experiments: Mapping[str, pd.DataFrame | str | PathLike[str]],
-        variables: Mapping[str, Any],
+        variables: Entries,
         *,
         measure: str = "rms",
         weights: Mapping[str, float] | None = None,
@@ -127,12 +129,12 @@ class Identification(NamedProblem):
             checked[column] = positive_number("weights", weight)
         return checked
 
-    def fingerprint(self) -> dict[str, Any]:
+    def fingerprint(self) -> Values:
         """Return what a study depends on: the measured series and how they are compared."""
         series = {name: data.to_csv(index=False) for name, data in self.experiments.items()}
         return {"measure": self.measure, "weights": self.weights, "experiments": series}
 
-    def series(self, design: Mapping[str, Any], experiment: str) -> pd.DataFrame:
+    def series(self, design: Entries, experiment: str) -> pd.DataFrame:
         """Return the series of the model for an experiment, with the columns of its data.
 
         Raises:
@@ -160,11 +162,11 @@ class Identification(NamedProblem):
         series.insert(0, data.columns[0], data.iloc[:, 0])
         return series
 
-    def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
+    def values(self, design: Entries) -> Mapping[str, float]:
         """Return the adequacy of a design in each experiment."""
         return {experiment: self._adequacy(design, experiment) for experiment in self.experiments}
 
-    def _adequacy(self, design: Mapping[str, Any], experiment: str) -> float:
+    def _adequacy(self, design: Entries, experiment: str) -> float:
         data = self.experiments[experiment]
         simulated = self.series(design, experiment)
         abscissa = data.iloc[:, 0].to_numpy()

@@ -12,7 +12,15 @@ import numpy as np
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
 
-from pymoo_psi._validation import finite_number, invalid, known_name, mapping
+from pymoo_psi._validation import (
+    Entries,
+    Names,
+    Values,
+    finite_number,
+    invalid,
+    known_name,
+    mapping,
+)
 from pymoo_psi.errors import ArgumentTypeError, EvaluationError
 from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
@@ -118,9 +126,9 @@ class NamedProblem(ElementwiseProblem):
 
     def __init__(
         self,
-        variables: Mapping[str, Any],
-        objectives: Sequence[str],
-        maximize: Sequence[str] = (),
+        variables: Entries,
+        objectives: Names,
+        maximize: Names = (),
         limits: Mapping[str, str] | None = None,
         requirements: Any = None,
         *,
@@ -144,7 +152,7 @@ class NamedProblem(ElementwiseProblem):
             "f": self.objectives,
             "g": [limit.text for limit in self.limits],
         }
-        space: dict[str, Any] = {"vars": self.variables}
+        space: Values = {"vars": self.variables}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
             titles_by_letter["x"] = [*self.variables]
             bounds = [variable.bounds for variable in self.variables.values()]
@@ -161,7 +169,7 @@ class NamedProblem(ElementwiseProblem):
         """Return the name of the problem."""
         return self._name
 
-    def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
+    def values(self, design: Entries) -> Mapping[str, float]:
         """Return the outputs of a design by name.
 
         Raises:
@@ -169,7 +177,7 @@ class NamedProblem(ElementwiseProblem):
         """
         raise NotImplementedError
 
-    def objectives_and_constraints(self, outputs: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
+    def objectives_and_constraints(self, outputs: Entries) -> tuple[list[Any], list[Any]]:
         """Return pymoo's F and G for outputs, numbers or arrays."""
         F = []
         for name in self.objectives:
@@ -180,7 +188,7 @@ class NamedProblem(ElementwiseProblem):
         G = [limit.violation(outputs[limit.output]) for limit in self.limits]
         return F, G
 
-    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+    def _evaluate(self, x: Any, out: Values, *args: Any, **kwargs: Any) -> None:
         design = dict(x if isinstance(x, Mapping) else zip(self.variables, x, strict=True))
         columns = {name: np.array([value]) for name, value in design.items()}
         for requirement in self._required:
@@ -230,12 +238,12 @@ def _limits(texts: Any) -> list[OutputLimit]:
     return limits
 
 
-def units_of(entries: Mapping[str, Any]) -> dict[str, str]:
+def units_of(entries: Entries) -> dict[str, str]:
     """Return the units of variables or outputs that have one, by name."""
     return {name: entry.unit for name, entry in entries.items() if entry.unit}
 
 
-def sections(where: str, kind: type[Any], entries: Any) -> dict[str, Any]:
+def sections(where: str, kind: type[Any], entries: Any) -> Values:
     """Return named entries of a file as values of a class."""
     entries = mapping(where, entries, "names to settings")
     return {name: section(f"{where}: {name}", kind, entry) for name, entry in entries.items()}

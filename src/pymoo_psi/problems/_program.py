@@ -14,7 +14,7 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from os import PathLike
@@ -24,7 +24,10 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._validation import (
+    Entries,
+    Names,
     Received,
+    Values,
     distinct,
     invalid,
     known_name,
@@ -106,7 +109,7 @@ class Output:
         """The variables and outputs that its expression uses."""
         return Expression.of(self.expression).columns if self.expression else []
 
-    def values(self, columns: Mapping[str, Any]) -> Any:
+    def values(self, columns: Entries) -> Any:
         """Return ``(n,)`` values of its expression, for ``(n,)`` columns by name."""
         return Expression.of(self.expression).values(columns)
 
@@ -142,7 +145,7 @@ class Output:
             raise ProgramError(f"no {self.key} in {self.file} ({reason:.80})") from None
         return str(value)
 
-    def _only(self, texts: Sequence[str], kind: str) -> str:
+    def _only(self, texts: Names, kind: str) -> str:
         """Return the text that ``row`` selects, or the only one."""
         if self.row is None and len(texts) > 1:
             remedy = "say which one by row, -1 for the last"
@@ -203,7 +206,7 @@ class Program:
 
     command: str = ""
     template: str = ""
-    files: Sequence[str] = ()
+    files: Names = ()
     timeout: int | float | None = None
     keep: str = "failed"
     folder: str = "runs"
@@ -225,7 +228,7 @@ class Program:
         if self.files and not self.template:
             raise invalid("files", "given with template, the folder they are in", self.files)
 
-    def run(self, words: Sequence[str], folder: Path) -> None:
+    def run(self, words: Names, folder: Path) -> None:
         """Run the command in a folder, then kill it and all processes that it has started.
 
         Args:
@@ -269,8 +272,8 @@ class Goals:
         maximize: Outputs to be maximized.
     """
 
-    minimize: Sequence[str] = ()
-    maximize: Sequence[str] = ()
+    minimize: Names = ()
+    maximize: Names = ()
 
 
 @dataclass
@@ -344,10 +347,10 @@ class ProgramProblem(NamedProblem):
 
     def __init__(
         self,
-        variables: Mapping[str, Any],
-        program: Mapping[str, Any] | None,
-        outputs: Mapping[str, Any],
-        objectives: Mapping[str, Any],
+        variables: Entries,
+        program: Entries | None,
+        outputs: Entries,
+        objectives: Entries,
         limits: Mapping[str, str] | None = None,
         requirements: Any = None,
         *,
@@ -433,7 +436,7 @@ class ProgramProblem(NamedProblem):
                 message += "; between '…' it stays as it is"
             raise ArgumentValueError(message) from error
 
-    def fingerprint(self) -> dict[str, Any]:
+    def fingerprint(self) -> Values:
         """Return what a study depends on: key, command, and hashes of the template and outputs.
 
         Version 0.3 knew neither hidden files nor those in linked folders, so these are apart.
@@ -477,7 +480,7 @@ class ProgramProblem(NamedProblem):
                 paths += [Path(folder, name) for name in files if name not in _LEFT_OUT]
         return sorted(filter(Path.is_file, paths))
 
-    def run(self, values: Mapping[str, Any], *, keep: bool = False) -> ProgramRun:
+    def run(self, values: Entries, *, keep: bool = False) -> ProgramRun:
         """Run the program for one design.
 
         Args:
@@ -508,7 +511,7 @@ class ProgramProblem(NamedProblem):
             shutil.rmtree(run.folder, ignore_errors=True)
         return run
 
-    def _fill_template(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
+    def _fill_template(self, run: ProgramRun, values: Entries) -> None:
         """Copy the template into the folder of a run and write values for its placeholders.
 
         Outputs of another run that lie in the template are no outputs of this one.
@@ -600,7 +603,7 @@ class ProgramProblem(NamedProblem):
             names.append(name)
         return used
 
-    def _read(self, run: ProgramRun, values: Mapping[str, Any]) -> None:
+    def _read(self, run: ProgramRun, values: Entries) -> None:
         """Read or compute the outputs in their order, and keep all that can be read.
 
         Raises:
@@ -638,7 +641,7 @@ class ProgramProblem(NamedProblem):
         """The outputs that are computed by expressions, by name."""
         return {name: output for name, output in self.outputs.items() if output.expression}
 
-    def computed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
+    def computed(self, columns: Entries) -> Values:
         """Return the outputs that are expressions, by name.
 
         Args:
@@ -651,7 +654,7 @@ class ProgramProblem(NamedProblem):
             outputs[name] = computed[name]
         return computed
 
-    def completed(self, columns: Mapping[str, Any]) -> dict[str, Any]:
+    def completed(self, columns: Entries) -> Values:
         """Return outputs of tests that were made before the outputs were what they are.
 
         Expressions are computed anew; other outputs that tests lack are read from the folders of
@@ -672,7 +675,7 @@ class ProgramProblem(NamedProblem):
             values[columns["status"] == "failed"] = np.nan
         return outputs
 
-    def _read_again(self, name: str, values: Any, columns: Mapping[str, Any]) -> Any:
+    def _read_again(self, name: str, values: Any, columns: Entries) -> Any:
         """Return an output of tests, those that lack it with the values in kept folders."""
         missing = np.flatnonzero(np.isnan(values) & (columns["status"] != "failed"))
         if len(missing) == 0 or self.by_people:
@@ -694,7 +697,7 @@ class ProgramProblem(NamedProblem):
                 folders[tuple(str(design[variable]) for variable in self.variables)] = path.parent
         return folders
 
-    def values(self, design: Mapping[str, Any]) -> Mapping[str, float]:
+    def values(self, design: Entries) -> Mapping[str, float]:
         """Return the outputs of a design; see :class:`NamedProblem`."""
         require_model(self)
         run = self.run(design)
@@ -706,7 +709,7 @@ class ProgramProblem(NamedProblem):
         return run.outputs
 
 
-def fill_placeholders(text: str, values: Mapping[str, Any]) -> tuple[str, dict[str, str]]:
+def fill_placeholders(text: str, values: Entries) -> tuple[str, dict[str, str]]:
     """Return a text with values for placeholders, and what was written for each placeholder."""
     written: dict[str, str] = {}
 

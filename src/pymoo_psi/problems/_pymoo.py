@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from functools import partial
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 
-from pymoo_psi._validation import invalid, wrong_type
+from pymoo_psi._validation import Entries, invalid, wrong_type
 from pymoo_psi.errors import ArgumentTypeError
 
 # Keywords of pymoo's Problem that follow from a model, and would contradict it if given.
@@ -33,7 +33,7 @@ OF_A_MODEL = (
 def require_known_keywords(
     owner: str,
     base: type,
-    keywords: Mapping[str, Any],
+    keywords: Entries,
     *,
     taken: Collection[str] = (),
     more: Collection[str] = (),

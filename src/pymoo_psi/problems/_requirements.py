@@ -6,7 +6,7 @@ import hashlib
 import inspect
 import re
 import sysconfig
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -18,7 +18,9 @@ import numpy as np
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Names,
     Received,
+    Values,
     collection,
     invalid,
     known_name,
@@ -112,7 +114,7 @@ class Requirement:
         """Whether it is an equality."""
         return not callable(self.rule) and self._terms[1] == 0
 
-    def equality(self, variables: Sequence[str]) -> list[float]:
+    def equality(self, variables: Names) -> list[float]:
         """Return the coefficients of all variables in an equality, and what they add up to.
 
         Raises:
@@ -217,7 +219,7 @@ def _code(function: Any) -> str:
     return f"{text}{code.co_code!r}{constants}{code.co_names}"
 
 
-def _used(function: Any) -> dict[str, Any]:
+def _used(function: Any) -> Values:
     """Return the values that a function uses, by name, and the default values of its arguments."""
     used = {"defaults": function.__defaults__, "keywords": function.__kwdefaults__}
     used |= inspect.getclosurevars(function).nonlocals
@@ -240,7 +242,7 @@ def _identity(value: Any) -> str:
         return str(getattr(value, "__qualname__", type(value).__qualname__))
 
 
-def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, ...]:
+def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
     """Return checked requirements.
 
     Args:
@@ -268,9 +270,9 @@ def requirements_of(rules: Any, variables: Sequence[str]) -> tuple[Requirement, 
     return tuple(requirements)
 
 
-def _by_name(rules: Iterable[Any]) -> dict[str, Any]:
+def _by_name(rules: Iterable[Any]) -> Values:
     """Return rules by their names, functions of the same name with a number."""
-    rule_by_name: dict[str, Any] = {}
+    rule_by_name: Values = {}
     for rule in rules:
         name = str(getattr(rule, "__name__", rule))
         unique = name
@@ -368,7 +370,7 @@ class Required(WrappedProblem):
         violations = [requirement.violation(columns) for requirement in self.required]
         return np.column_stack([np.zeros((len(matrix), 0)), *violations])
 
-    def values_from(self, X: Any, evaluate: Evaluate) -> dict[str, Any]:
+    def values_from(self, X: Any, evaluate: Evaluate) -> Values:
         """Return the values of all designs; those that meet the requirements are evaluated.
 
         Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection
 from numbers import Real
 from types import SimpleNamespace
 from typing import Any
@@ -14,8 +14,11 @@ import numpy as np
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Entries,
     Mask,
+    Names,
     Rows,
+    Values,
     finite_number,
     integer,
     invalid,
@@ -120,10 +123,10 @@ class Robust(WrappedProblem):
         self,
         problem: Any,
         *,
-        tolerances: Mapping[str, Any] | None = None,
-        uncertainty: Mapping[str, Any] | None = None,
+        tolerances: Entries | None = None,
+        uncertainty: Entries | None = None,
         n_scenarios: int = 64,
-        criteria: str | Sequence[str] = "mean",
+        criteria: str | Names = "mean",
         failure_probability: float = 0.0,
     ) -> None:
         tolerances = mapping("tolerances", tolerances or {}, "names to tolerances")
@@ -189,7 +192,7 @@ class Robust(WrappedProblem):
         """
         return f"robust {problem_name(self.wrapped)}"
 
-    def fingerprint(self) -> dict[str, Any]:
+    def fingerprint(self) -> Values:
         """Return what a study of this problem depends on besides the wrapped problem and bounds.
 
         Example:
@@ -207,7 +210,7 @@ class Robust(WrappedProblem):
             "failure_probability": self.failure_probability,
         }
 
-    def _evaluate(self, X: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+    def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
         designs = self.space.to_matrix(X)
         size = max(1, _AT_A_TIME // len(self.offsets))
         F = []
@@ -304,7 +307,7 @@ def _share(criterion: str) -> float:
     return 1 - float(criterion.removeprefix("cvar:"))
 
 
-def _quantiles(n_scenarios: int, distributions: Mapping[str, Any]) -> Array:
+def _quantiles(n_scenarios: int, distributions: Entries) -> Array:
     """Return ``(n_scenarios, k)`` quasi-random values of k independent uncertain quantities.
 
     They are LPτ points mapped by the quantile functions. The first point is the centre, with all

@@ -9,6 +9,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 
 from pymoo_psi._validation import (
     Received,
+    Values,
     finite_array,
     finite_number,
     invalid,
@@ -51,7 +52,7 @@ class _ChuteProblem(Problem):
             )
         super().__init__(n_var=2, n_obj=4, n_ieq_constr=1, xl=xl, xu=xu, **kwargs)
 
-    def fingerprint(self) -> dict[str, Any]:
+    def fingerprint(self) -> Values:
         """Return what a study of this problem depends on besides bounds and sizes.
 
         Example:
@@ -61,7 +62,7 @@ class _ChuteProblem(Problem):
         names = ("mu", "c", "r", "omega_X0", "omega_Y0", "omega_Z0")
         return {"model": self.model, **dict(zip(names, self.parameters.columns, strict=True))}
 
-    def _evaluate(self, x: Any, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
+    def _evaluate(self, x: Any, out: Values, *args: Any, **kwargs: Any) -> None:
         # (n, 2) designs of VectorizedSphereChute or one (2,) of SphereChute
         solved = motion(x[..., 0], x[..., 1], self.parameters, model=self.model)
         out["F"] = criteria(solved)

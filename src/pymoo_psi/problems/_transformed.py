@@ -12,7 +12,10 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     AnyArray,
+    Entries,
+    Names,
     Received,
+    Values,
     boolean,
     finite_number,
     invalid,
@@ -37,7 +40,7 @@ class Transformed(WrappedProblem):
         self.space = space
         self._space_within = design_space(problem)
         free = space.free
-        changed: dict[str, Any] = {"n_var": len(free.variables)}
+        changed: Values = {"n_var": len(free.variables)}
         if space.named:
             changed = {"vars": {v.name: _pymoo_variable(v) for v in free.variables}}
         elif problem.xl is not None:  # binary variables have no bounds
@@ -178,7 +181,7 @@ class Restricted(Transformed):
 
     same_columns = True
 
-    def __init__(self, problem: Any, box: Mapping[str, Any] | Sequence[Any]) -> None:
+    def __init__(self, problem: Any, box: Entries | Sequence[Any]) -> None:
         require_problem(problem)
         space = design_space(problem)
         parts = _parts_by_title(box, space.titles)
@@ -210,7 +213,7 @@ class Restricted(Transformed):
         return self.original(X)
 
 
-def _parts_by_title(box: Any, titles: Sequence[str]) -> dict[str, Any]:
+def _parts_by_title(box: Any, titles: Names) -> Values:
     """Return the parts of a box by the titles of variables; of two arrays, those without NaN."""
     parts = {}
     if isinstance(box, Mapping):

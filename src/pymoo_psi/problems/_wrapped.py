@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from pymoo.core.problem import Problem
 
+from pymoo_psi._validation import Entries, Values
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems._pymoo import problem_name, require_inequalities
 
@@ -92,7 +93,7 @@ class WrappedProblem(Problem):
         """Return designs, or one, as the wrapped problem takes them."""
         return X
 
-    def values_from(self, X: Any, evaluate: Evaluate) -> dict[str, Any]:
+    def values_from(self, X: Any, evaluate: Evaluate) -> Values:
         """Return the values of designs from those of the wrapped problem.
 
         Args:
@@ -110,7 +111,7 @@ class WrappedProblem(Problem):
         return other
 
     @property
-    def known_expressions(self) -> Mapping[str, Any]:
+    def known_expressions(self) -> Entries:
         """The outputs that are expressions of other columns; see :func:`known_expressions`."""
         return known_expressions(self.wrapped) if self.same_columns else {}
 
@@ -138,15 +139,15 @@ class WrappedProblem(Problem):
         require_inequalities(kwargs.get("algorithm"))
         return super().evaluate(X, *args, **kwargs)
 
-    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> dict[str, Any]:
+    def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs; pymoo calls this for every batch."""
 
-        def evaluate(designs: Any) -> dict[str, Any]:
+        def evaluate(designs: Any) -> Values:
             return dict(self.wrapped.do(designs, ["F", "G", "H"], *args, **kwargs))
 
         return self.formatted(X, self.values_from(X, evaluate), return_values_of)
 
-    def formatted(self, X: Any, out: dict[str, Any], return_values_of: Any) -> dict[str, Any]:
+    def formatted(self, X: Any, out: Values, return_values_of: Any) -> Values:
         """Return values of designs as pymoo's ``do`` returns them."""
         out = dict.fromkeys(return_values_of) | out
         return dict(self._format_dict(out, len(X), return_values_of))
@@ -201,7 +202,7 @@ def tolerates_failures(problem: Any) -> bool:
     return isinstance(problem, WrappedProblem) and problem.tolerates_failures
 
 
-def known_expressions(problem: Any) -> Mapping[str, Any]:
+def known_expressions(problem: Any) -> Entries:
     """Return the outputs of a problem that are expressions of other columns, by name.
 
     A problem that has some also has a method ``computed`` as that of :class:`ProgramProblem`.

@@ -6,13 +6,12 @@ A table is a dictionary of columns of texts by their headings.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import counted
+from pymoo_psi._validation import Entries, Values, counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -110,7 +109,7 @@ class Choice:
         ranking: EfficiencyRanking,
         row: int | None,
         reason: str,
-        selectors: Mapping[str, Any] | None,
+        selectors: Entries | None,
     ) -> None:
         self.table = table
         self.layout = table.layout
@@ -136,7 +135,7 @@ class Choice:
         self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(ranking))
         self.alternatives = self._alternatives(selectors)
 
-    def _alternatives(self, selectors: Mapping[str, Any] | None) -> list[str]:
+    def _alternatives(self, selectors: Entries | None) -> list[str]:
         """Return a sentence on what each selector would choose instead."""
         if selectors is None:
             selectors = self._selectors()
@@ -157,7 +156,7 @@ class Choice:
             sentences.append(f"noise: {sure}")
         return sentences
 
-    def _selectors(self) -> dict[str, Any]:
+    def _selectors(self) -> Values:
         """Return the selectors of a report that names none."""
         formulation = self.table.formulation
         normalize = formulation.normalize
@@ -240,7 +239,7 @@ class Choice:
 # The tests: how many there are, what limits cost, and why tests failed or designs are incomplete
 
 
-def problem_facts(table: TestTable) -> dict[str, Any]:
+def problem_facts(table: TestTable) -> Values:
     """Return facts about the problem by name."""
     problem = table.problem or {}
     facts = {

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from html import escape
@@ -22,7 +21,7 @@ from jinja2 import Environment, PackageLoader
 from pymoo_psi import plots
 from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import write_document
-from pymoo_psi._validation import Received, counted, instance, invalid
+from pymoo_psi._validation import Entries, Names, Received, Values, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice, Columns
@@ -118,7 +117,7 @@ class DecisionReport:
         positions = self._table.formulation.positions
         return [one["name"] for one in latest_positions(positions)] or ["", ""]
 
-    def _record(self) -> dict[str, Any]:
+    def _record(self) -> Values:
         """Return all that the report is made from, as values that JSON can hold."""
         formulation = self._table.formulation
         choice = self._choice
@@ -198,9 +197,9 @@ def decision_report(
     *,
     design: int | str | None = None,
     reason: str = "",
-    selectors: Mapping[str, Any] | None = None,
+    selectors: Entries | None = None,
     title: str = "Report on a choice",
-    about: Sequence[str] = (),
+    about: Names = (),
 ) -> DecisionReport:
     """Report on tests and on the design that is chosen or proposed among them.
 
@@ -303,7 +302,7 @@ def check_report(
     return warnings, ""
 
 
-def _table_of(record: Mapping[str, Any]) -> TestTable:
+def _table_of(record: Entries) -> TestTable:
     """Return the table in a record, under its formulation."""
     with TemporaryDirectory() as folder:
         path = Path(folder, "data.csv")
@@ -363,7 +362,7 @@ class _Document(HTMLParser):
             self.claims.append(text)
 
 
-def _fingerprint(record: Mapping[str, Any]) -> str:
+def _fingerprint(record: Entries) -> str:
     """Return the first digits of the hash of a record's data."""
     return sha256(f"{record['head']}{record['data']}".encode()).hexdigest()[:16]
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Array, Designs, Mask, Received, Rows, boolean, invalid
+from pymoo_psi._validation import Array, Designs, Entries, Mask, Received, Rows, boolean, invalid
 from pymoo_psi.pareto import rank_of_efficiency
 from pymoo_psi.problems import Robust, design_space, layers, tolerates_failures
 
@@ -107,7 +107,7 @@ def robustness(
     make_problem: Callable[..., Any],
     X: Any,
     *,
-    uncertainty: Mapping[str, Any],
+    uncertainty: Entries,
     n_scenarios: int = 256,
     normalize: bool = True,
 ) -> Robustness:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numbers
 import warnings
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from functools import partial
 from typing import Any
 
@@ -21,6 +21,7 @@ from pymoo.core.indicator import Indicator
 
 from pymoo_psi._validation import (
     Array,
+    Entries,
     Received,
     Rows,
     boolean,
@@ -252,7 +253,7 @@ class Knee(RankingSelector):
 
 
 def compare_selectors(
-    F: Any, selectors: Mapping[str, Any], *, normalize: bool = True, maximize: Collection[Any] = ()
+    F: Any, selectors: Entries, *, normalize: bool = True, maximize: Collection[Any] = ()
 ) -> dict[str, Rows]:
     """Return what several selectors choose from one set of designs.
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._validation import Array, Mask, Rows, instance, known_name, mapping
+from pymoo_psi._validation import Array, Mask, Rows, Values, instance, known_name, mapping
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     capital,
@@ -125,7 +125,7 @@ class _Search:
         self.kept = table.eligible()
         self.ranking = table.feasible_ranking()
         self.best = self.ranking.rows[self.ranking.salukvadze[0]]
-        self.options: dict[str, Any] = {"normalize": table.formulation.normalize}
+        self.options: Values = {"normalize": table.formulation.normalize}
         if table.formulation.ranges:
             frame = self.ranking.frame
             self.options |= {"ideal": frame.ideal, "nadir": frame.nadir}
