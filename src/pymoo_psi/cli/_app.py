@@ -15,7 +15,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import partial
 from io import StringIO, TextIOWrapper
@@ -25,7 +25,6 @@ from typing import Any, TypeVar
 
 import click
 
-from pymoo_psi._validation import Names
 from pymoo_psi.errors import PsiError
 
 _INTERRUPTED = 130  # 128 plus the number of the signal, the convention of shells
@@ -445,7 +444,7 @@ def reproduce(options: Options) -> int:
     return run_reproduce(options)
 
 
-def main(arguments: Names | None = None) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; a user's mistake never gives a traceback.
 
     Args:

@@ -207,12 +207,12 @@ def _sensitivities(table: TestTable) -> pd.DataFrame:
 
     say(*even_part(table)[1])
     indices = sensitivities(table)
-    shares = indices.round(2).astype(str)
-    bands = (indices["upper"] - indices["first_order"]).round(2).astype(str)
+    shares = indices["first_order"].map("{:.2f}".format)
+    bands = (indices["upper"] - indices["first_order"]).map("{:.2f}".format)
     title = "First-order sensitivities: the share of the variance that a variable explains alone"
     order = indices["first_order"].groupby(level="variable", sort=False).max()
     variables = order.sort_values(ascending=False).index.tolist()
-    _print_by_variable(shares["first_order"] + " ± " + bands, variables, title)
+    _print_by_variable(shares + " ± " + bands, variables, title)
     return indices
 
 
@@ -224,7 +224,7 @@ def _sections(table: TestTable) -> pd.DataFrame:
     for name in ("expected", "low", "high", "error"):  # more digits would be none
         lines[name] = [float(f"{value:.4g}") for value in lines[name]]
     ends = lines.groupby(["column", "variable"], sort=False)["expected"].agg(["min", "max"])
-    texts = ends["min"].astype(str) + " … " + ends["max"].astype(str)
+    texts = ends["min"].map("{:.4g}".format) + " … " + ends["max"].map("{:.4g}".format)
     title = "Sections through the design: each objective where one variable changes, as expected"
     _print_by_variable(texts, lines["variable"].unique().tolist(), title)
     errors = lines.groupby("column", sort=False)["error"].first()
