@@ -101,7 +101,6 @@ def test_try_shows_once_what_a_file_without_results_holds(beam, leaves, shown):
     folder = printed.partition("Folder: ")[2].splitlines()[0]
     assert shown.format(folder) in printed
     assert printed.count("stdout.txt") <= 5
-    assert "(nor can tilt be read there)" in printed
 
 
 def test_a_mistake_in_the_file_is_one_line(beam):

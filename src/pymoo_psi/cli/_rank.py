@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -86,7 +85,7 @@ def run_rank(options: Options) -> int:
     say(*group_sentences(table))
     _say_set(path, designs, ranking)
     title = "The best compromises, by place:"
-    say_best(frame, title, ranking, designs.layout.units, out)
+    say_best(frame, title, ranking, out)
     sure = confidence_sentence(table, int(ranking.salukvadze[0]))
     if sure:
         say(sure)
@@ -118,7 +117,6 @@ def say_best(
     frame: pd.DataFrame,
     title: str,
     ranking: EfficiencyRanking,
-    units: Mapping[str, str],
     out: Path | None,
 ) -> None:
     """Print reasons against relying on the ranking, the best designs, and why the optimum is one.
@@ -127,7 +125,6 @@ def say_best(
         frame: The frame of :func:`designs_frame`.
         title: Heading of the table.
         ranking: The ranking.
-        units: Units of objectives, and of other columns.
         out: The file to which the frame was written, if it was.
     """
     for caution in cautions(ranking):
@@ -152,9 +149,7 @@ def say_best(
     if ranking.frame.normalize:
         option = "(plain distances: --no-normalize)"
     say(f"{measured_in(ranking)} {option}.")
-    units = {name: unit for name, unit in units.items() if name in ranking.objectives.names}
-    explanation = explain(ranking, units=units)
-    say(*explanation.sentences[:_N_REASONS])
+    say(*explain(ranking).sentences[:_N_REASONS])
     weights = weights_sentence(ranking, int(ranking.salukvadze[0]))
     if weights:
         say(weights)

@@ -172,7 +172,7 @@ def _say_best(problem: Problem, options: Options, search: Search, out: Path | No
     name = problem_name(problem)
     title = f"{name} by {options.algorithm}: {size}, {search.counts}, by place"
     labelled = frame.rename(columns=designs.layout.label_of)
-    say_best(labelled, title, ranking, designs.layout.units, options.out)
+    say_best(labelled, title, ranking, options.out)
     say(*search.table.remarks, *_failures(search.reasons))
 
 

@@ -42,6 +42,7 @@ from ._ranking import measured_in as measured_in
 from ._ranking import ranking_frame as ranking_frame
 from ._ranking import ranking_from as ranking_from
 from ._ranking import ranking_of as ranking_of
+from ._ranking import with_units as with_units
 from ._sentences import SENTENCES as SENTENCES
 from ._sentences import capital as capital
 from ._sentences import listed as listed

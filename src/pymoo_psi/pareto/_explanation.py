@@ -18,7 +18,7 @@ import numpy as np
 
 from pymoo_psi._validation import Array, Rows, collection, counted, integer, invalid
 from pymoo_psi.pareto._dominance import without_rounding
-from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, ranking_from
+from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, ranking_from, with_units
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
 
 # Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
@@ -36,7 +36,6 @@ class DesignComparison:
         ranking: The ranking of all n designs, with their objectives, names and labels.
         rows: ``(k,)`` the rows of the designs in the ranking; the others are compared with the
             first.
-        units: Units of objectives by name.
         gains: ``(k, m)`` by how much each design is better than the first, in the units of the
             objectives; below 0 where it is worse, 0 where both are equal up to rounding. More is
             better for each objective, whether it is minimised or maximised.
@@ -51,7 +50,6 @@ class DesignComparison:
 
     ranking: EfficiencyRanking
     rows: Rows
-    units: Mapping[Any, str]
     gains: Array
     shares: Array
 
@@ -108,7 +106,7 @@ class DesignComparison:
         texts: list[str] = []
         for j in columns:
             name = self.ranking.objectives.names[j]
-            unit = self.units.get(name, "")
+            unit = self.ranking.objectives.units.get(name, "")
             if unit == "%":  # "9 %" of a share would be another amount
                 unit = "points"
             amount = f"{number(sizes[j])} {unit}".strip()
@@ -202,7 +200,7 @@ class Explanation:
         ranking = self.ranking
         design = capital(ranking.name_of(self.row))
         if self.dominated_by >= 0:
-            pair = _compared(ranking, [self.row, self.dominated_by], self.steps.units)
+            pair = _compared(ranking, [self.row, self.dominated_by])
             other = ranking.name_of(self.dominated_by)
             difference = pair.difference(1)
             return sentence("dominated", design=design, other=other, difference=difference)
@@ -314,7 +312,7 @@ def explain(
         Towards cost A gives up least: better in cost by 1 € (25 % of its range); worse
         in yield by 20 (67 %).
     """
-    ranking = ranking_from(F, normalize, maximize)
+    ranking = with_units(ranking_from(F, normalize, maximize), units)
     if row is not None:
         if design is not None:
             raise invalid("design", "left out where row is given", design)
@@ -341,7 +339,7 @@ def explain(
         nearest = _least(np.arange(len(front)), losses, distances, 0.0)
         dominated_by = int(front[nearest[0]])
     others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
-    steps = _compared(ranking, [row, *others], _units(F, units, ranking))
+    steps = _compared(ranking, [row, *others])
     shares = _shares(behind, lengths)
     return Explanation(ranking, row, behind, shares, neighbours, steps, dominated_by)
 
@@ -382,7 +380,7 @@ def compare_designs(
         Design 2 against design 1: better in f2 by 3 (38 % of its range); worse in f1 by
         3 (75 %).
     """
-    ranking = ranking_from(F, normalize, maximize)
+    ranking = with_units(ranking_from(F, normalize, maximize), units)
     if rows is None:
         entries = _two_or_more("designs", designs)
         places = [_place_of_design(design, F, ranking) for design in entries]
@@ -391,37 +389,32 @@ def compare_designs(
         places = [_place_of_row("rows", row, F, ranking) for row in entries]
     else:
         raise invalid("designs", "left out where rows are given", designs)
-    return _compared(ranking, places, _units(F, units, ranking))
+    return _compared(ranking, places)
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _compared(
-    ranking: EfficiencyRanking, rows: Sequence[int], units: Mapping[Any, str]
-) -> DesignComparison:
+def _compared(ranking: EfficiencyRanking, rows: Sequence[int]) -> DesignComparison:
     """Return the comparison of one design or more with the first."""
     _, _, values, lengths = _measured(ranking, rows)
     gains = values[0] - values + 0.0  # no -0.0
     shares = _shares(gains, lengths)
-    return DesignComparison(ranking, np.array(rows, dtype=np.intp), units, gains, shares)
+    return DesignComparison(ranking, np.array(rows, dtype=np.intp), gains, shares)
 
 
-def alternative(
-    ranking: EfficiencyRanking, chosen: Rows, row: int, units: Mapping[Any, str]
-) -> str:
+def alternative(ranking: EfficiencyRanking, chosen: Rows, row: int) -> str:
     """Return the choice of a selector, and its gains and losses compared with a design.
 
     Args:
         ranking: The ranking of all designs.
         chosen: The rows that the selector chooses, of which the first is described; may be empty.
         row: The design, in most cases the optimum.
-        units: Units of objectives by name.
     """
     if not len(chosen):
         return "no design stands out."
     first = int(chosen[0])
     name = ranking.name_of(row)
     if row not in chosen:
-        difference = _compared(ranking, [row, first], units).difference(1)
+        difference = _compared(ranking, [row, first]).difference(1)
         design = ranking.name_of(first)
         text = sentence("against", design=design, other=name, difference=difference)
     elif row in ranking.salukvadze:
@@ -477,20 +470,6 @@ def _shares(differences: Array, lengths: Array) -> Array:
     shares = differences / lengths + 0.0  # no -0.0
     shares[np.isinf(lengths) & (differences != 0)] = np.nan
     return shares
-
-
-def _units(
-    F: Any, units: Mapping[Any, str] | None, ranking: EfficiencyRanking
-) -> Mapping[Any, str]:
-    """Return checked units; without any, those of all columns of a test table."""
-    if units is None:
-        layout = getattr(F, "layout", None)
-        return getattr(layout, "units", {})
-    names = ranking.objectives.names
-    unknown = [name for name in units if name not in names]
-    if unknown:
-        raise invalid("units", f"of objectives among {', '.join(map(str, names))}", unknown[0])
-    return units
 
 
 def _two_or_more(name: str, entries: Any) -> list[Any]:

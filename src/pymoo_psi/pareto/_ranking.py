@@ -29,7 +29,7 @@ inferred from its tables, all of which it reproduces.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -82,6 +82,7 @@ class Objectives:
         labels: The row labels of a data frame, the names of the designs of a table; 0, 1, … for an
             array.
         numbers: ``(n,)`` the numbers of the tests of a table; None for another source.
+        units: Units by name, those of a table.
     """
 
     values: Array
@@ -89,6 +90,7 @@ class Objectives:
     names: tuple[Any, ...]
     labels: Any
     numbers: NDArray[np.int64] | None = None
+    units: Mapping[Any, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, F: Any, maximize: Collection[Any] = ()) -> Objectives:
@@ -137,11 +139,11 @@ class Objectives:
         """Return ``(..., m)`` minimised values in the original directions."""
         return minimized * self.sign + 0.0  # no -0.0
 
-    def headings(self, units: Mapping[Any, str]) -> list[str]:
+    def headings(self) -> list[str]:
         """Return the names for readers, each with its unit, and "(max)" if it is maximised."""
         headings = []
         for name, sign in zip(self.names, self.sign.tolist(), strict=True):
-            heading = with_unit(str(name), units.get(name, ""))
+            heading = with_unit(str(name), self.units.get(name, ""))
             if sign < 0:
                 heading += " (max)"
             headings.append(heading)
@@ -162,7 +164,7 @@ class Objectives:
     def rows(self, indices: Rows) -> Objectives:
         """Return the same objectives of some of the designs."""
         labels = [self.labels[i] for i in indices.tolist()]
-        return Objectives(self.values[indices], self.sign, self.names, labels)
+        return replace(self, values=self.values[indices], labels=labels, numbers=None)
 
     def turned(self, name: str, value: ArrayLike) -> Array:
         """Return a point in the original directions with all objectives minimised."""
@@ -562,6 +564,17 @@ def ranking_from(F: Any, normalize: bool, maximize: Collection[Any]) -> Efficien
     if isinstance(F, EfficiencyRanking):
         return F
     return rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+
+
+def with_units(ranking: EfficiencyRanking, units: Mapping[Any, str] | None) -> EfficiencyRanking:
+    """Return a ranking with units of its objectives by name; None leaves those that it has."""
+    if units is None:
+        return ranking
+    names = ranking.objectives.names
+    for name in units:
+        if name not in names:
+            raise invalid("units", f"of objectives among {', '.join(map(str, names))}", name)
+    return replace(ranking, objectives=replace(ranking.objectives, units=units))
 
 
 def measured_in(ranking: EfficiencyRanking) -> str:

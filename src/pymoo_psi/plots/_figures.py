@@ -31,7 +31,7 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.pareto import EfficiencyRanking, number
+from pymoo_psi.pareto import EfficiencyRanking, number, with_units
 from pymoo_psi.plots._points import (
     BLUE,
     OPTIMUM,
@@ -297,7 +297,7 @@ def plot_ranking(
 
     Args:
         ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
-        units: Units of objectives by name, such as ``table.layout.units``.
+        units: Units of objectives by name, those of a table by default.
         title: Subject of the ranking, with which the caption begins.
         row: Row of a design whose line is marked, such as the chosen one.
 
@@ -311,7 +311,7 @@ def plot_ranking(
         ['share of the range (0 is best)']
     """
     instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) returns one")
-    shares, labels, rotation = _ranking_info(ranking, units or {})
+    shares, labels, rotation = _ranking_info(with_units(ranking, units))
     n = len(labels)
     height = 60.0
     if n > MATRIX:
@@ -338,14 +338,11 @@ def plot_ranking(
     return figure
 
 
-def _ranking_info(
-    ranking: EfficiencyRanking, units: Mapping[Any, str]
-) -> tuple[Array, list[str], int]:
+def _ranking_info(ranking: EfficiencyRanking) -> tuple[Array, list[str], int]:
     """Return what :func:`plot_ranking` draws.
 
     Args:
         ranking: The ranking.
-        units: Units of objectives by name.
 
     Returns:
         ``(n, m)`` the values of the designs as shares of the way from best to worst; name, best
@@ -359,7 +356,7 @@ def _ranking_info(
     worst = front.max(axis=0) * sign
     lengths = np.where(worst == best, 1.0, worst - best)
 
-    names = ranking.objectives.headings(units)
+    names = ranking.objectives.headings()
     labels = []
     longest = 0
     for name, low, high in zip(names, best.tolist(), worst.tolist(), strict=True):

@@ -604,16 +604,13 @@ class ProgramProblem(NamedProblem):
         return used
 
     def _read(self, run: ProgramRun, values: Entries) -> None:
-        """Read or compute the outputs in their order, and keep all that can be read.
+        """Read or compute the outputs in their order, up to the first that cannot be read.
 
         Raises:
-            ProgramError: Some cannot be read.
+            ProgramError: There is one.
         """
         columns = {name: np.array([value]) for name, value in values.items()}
-        failures: dict[str, list[tuple[str, str]]] = {}  # by file: outputs with their errors
         for name, output in self.outputs.items():
-            if not columns.keys() >= {*output.operands}:  # an operand has failed already
-                continue
             try:
                 if output.expression:
                     value = float(output.values(columns)[0])
@@ -622,19 +619,9 @@ class ProgramProblem(NamedProblem):
                 if not math.isfinite(value):
                     raise ProgramError(f"it is {value}")
             except ProgramError as error:
-                failures.setdefault(output.file, []).append((name, str(error)))
-                continue
+                raise ProgramError(f"output {name}: {error}") from None
             run.outputs[name] = value
             columns[name] = np.array([value])
-        flaws = []
-        for (name, problem), *others in failures.values():
-            flaw = f"output {name}: {problem}"
-            if others:  # a file may lack all outputs, so only the first error is shown
-                names = ", ".join(name for name, _ in others)
-                flaw += f" (nor can {names} be read there)"
-            flaws.append(flaw)
-        if flaws:
-            raise ProgramError("; ".join(flaws))
 
     @property
     def known_expressions(self) -> dict[str, Output]:

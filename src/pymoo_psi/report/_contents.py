@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import Entries, Values, counted
+from pymoo_psi._validation import Values, counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -90,7 +90,6 @@ class Choice:
         ranking: The ranking of the feasible ones.
         row: Row of the chosen test; None if none is chosen, and the optimum is proposed.
         reason: Why it was chosen.
-        selectors: Other selectors, by name; a few by default.
 
     Attributes:
         word: "chosen" or "proposed".
@@ -109,17 +108,11 @@ class Choice:
         ranking: EfficiencyRanking,
         row: int | None,
         reason: str,
-        selectors: Entries | None,
     ) -> None:
         self.table = table
         self.layout = table.layout
         self.ranking = ranking
         self.reason = reason
-        self.units = {}
-        for name in self.layout.objectives:
-            if name in self.layout.units:
-                self.units[name] = self.layout.units[name]
-
         self.optimum = int(ranking.salukvadze[0])
         self.row = self.optimum
         self.word = "proposed"
@@ -128,26 +121,33 @@ class Choice:
             self.word = "chosen"
         self.is_optimum = self.row in ranking.salukvadze
         self.name = ranking.name_of(self.row)
-        self.explanation = explain(ranking, row=self.row, units=self.units)
+        self.explanation = explain(ranking, row=self.row)
         subject = "Attention"
         if not self.is_optimum:  # which the cautions are about
             subject = f"Attention to {ranking.name_of(self.optimum)}, the optimum"
         self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(ranking))
-        self.alternatives = self._alternatives(selectors)
+        self.alternatives = self._alternatives()
 
-    def _alternatives(self, selectors: Entries | None) -> list[str]:
-        """Return a sentence on what each selector would choose instead."""
-        if selectors is None:
-            selectors = self._selectors()
+    def _alternatives(self) -> list[str]:
+        """Return a sentence on what each of a few selectors would choose instead."""
+        formulation = self.table.formulation
+        normalize = formulation.normalize
+        selectors = {
+            "knee": Knee(),
+            "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
+        }
+        if not formulation.ranges:  # which only the ranking itself knows
+            name = "distances in units of the ranges"
+            if normalize:
+                name = "plain distances"
+            selectors[name] = SalukvadzeOptimum(normalize=not normalize)
         selected = {}
         if not self.is_optimum:
             selected["Salukvadze optimum"] = self.ranking.salukvadze
-        if selectors:
-            selected |= compare_selectors(self.ranking, selectors)
+        selected |= compare_selectors(self.ranking, selectors)
         sentences = []
         for name, rows in selected.items():
-            text = alternative(self.ranking, rows, self.row, self.units)
-            sentences.append(f"{name}: {text}")
+            sentences.append(f"{name}: {alternative(self.ranking, rows, self.row)}")
         weights = weights_sentence(self.ranking, self.row)
         if weights:
             sentences.append(f"weights: {weights}")
@@ -156,25 +156,9 @@ class Choice:
             sentences.append(f"noise: {sure}")
         return sentences
 
-    def _selectors(self) -> Values:
-        """Return the selectors of a report that names none."""
-        formulation = self.table.formulation
-        normalize = formulation.normalize
-        selectors = {
-            "knee": Knee(),
-            "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
-        }
-        if formulation.ranges:  # which only the ranking itself knows
-            return selectors
-        name = "distances in units of the ranges"
-        if normalize:
-            name = "plain distances"
-        selectors[name] = SalukvadzeOptimum(normalize=not normalize)
-        return selectors
-
     def instead(self) -> str:
         """Return a sentence on how the design differs from the proposed one."""
-        pair = compare_designs(self.ranking, rows=[self.optimum, self.row], units=self.units)
+        pair = compare_designs(self.ranking, rows=[self.optimum, self.row])
         optimum = self.ranking.name_of(self.optimum)
         difference = pair.difference(1)
         return sentence("instead", design=capital(self.name), other=optimum, difference=difference)

@@ -60,7 +60,6 @@ class DecisionReport:
     cautions: tuple[str, ...]
     _table: TestTable
     _choice: Choice | None
-    _selectors: bool = False
 
     def __str__(self) -> str:
         """Return the title and the design that is chosen or proposed."""
@@ -92,11 +91,12 @@ class DecisionReport:
         environment.filters |= {"grid": _grid, "image": _image, "capital": capital}
         record = self._record()
         positions = self._table.formulation.positions
+        names = [one["name"] for one in latest_positions(positions)]
         text = environment.get_template("report.html").render(
             fingerprint=_fingerprint(record),
             group=position_sentences(positions) + separation_sentences(self._table),
             decided=decision_sentences(self._table.formulation.decided),
-            names=self._names(),
+            names=names or ["", ""],  # of those who sign
             title=self.title,
             about=self.about,
             data=self._table,
@@ -111,11 +111,6 @@ class DecisionReport:
         record["pictures"] = _Document(text).pictures
         meta = f'<meta id="record" content="{escape(json.dumps(record))}">'
         return _with_contents(text.replace("<!-- record -->", meta, 1))
-
-    def _names(self) -> list[str]:
-        """Return the names of those who sign; empty texts where none is known."""
-        positions = self._table.formulation.positions
-        return [one["name"] for one in latest_positions(positions)] or ["", ""]
 
     def _record(self) -> Values:
         """Return all that the report is made from, as values that JSON can hold."""
@@ -136,7 +131,6 @@ class DecisionReport:
             "about": list(self.about),
             "design": design,
             "reason": "" if choice is None else choice.reason,
-            "selectors": self._selectors,
             "limits": formulation.limits,
             "positions": formulation.positions,
             "decided": formulation.decided,
@@ -197,7 +191,6 @@ def decision_report(
     *,
     design: int | str | None = None,
     reason: str = "",
-    selectors: Entries | None = None,
     title: str = "Report on a choice",
     about: Names = (),
 ) -> DecisionReport:
@@ -211,15 +204,11 @@ def decision_report(
         design: Number or label of the chosen design, a feasible one. By default none is chosen, and
             the Salukvadze optimum is proposed.
         reason: Reason for the choice.
-        selectors: Further selectors by name, as for
-            :func:`pymoo_psi.selection.compare_selectors`. By default the knee, the least bad worst
-            objective, and the optimum in the other distances.
         title: Heading of the report.
         about: Lines below the heading, such as the origin of the tests.
 
     Raises:
-        ArgumentValueError: The table has no test or no objective, a selector does not fit, or the
-            design is not feasible.
+        ArgumentValueError: The table has no test or no objective, or the design is not feasible.
         ArgumentTypeError: ``table`` is not a test table.
 
     Example:
@@ -242,12 +231,9 @@ def decision_report(
             raise invalid("design", "the number or label of a feasible test", design)
     if not eligible.any():
         return DecisionReport(title, tuple(about), None, (), table, None)
-    has_selectors = selectors is not None
     ranking = table.feasible_ranking()
-    choice = Choice(table, ranking, row, reason, selectors)
-    return DecisionReport(
-        title, tuple(about), ranking, choice.cautions, table, choice, has_selectors
-    )
+    choice = Choice(table, ranking, row, reason)
+    return DecisionReport(title, tuple(about), ranking, choice.cautions, table, choice)
 
 
 # The check of a report that was written
@@ -270,7 +256,7 @@ def check_report(
         hold.
 
     Raises:
-        ArgumentValueError: The file is no report, or one with selectors of Python.
+        ArgumentValueError: The file is no report.
         OSError: The file cannot be opened.
     """
     written = _Document(Path(path).read_text("utf-8"))
@@ -280,14 +266,10 @@ def check_report(
         arguments = {key: record[key] for key in ("design", "reason", "title", "about")}
         made_by = record["version"]
         pictures = record["pictures"]
-        has_selectors = record["selectors"]
     except (ValueError, TypeError, KeyError) as error:
         raise invalid(
             f"{path}", "a report with its data, unchanged", Received(str(error))
         ) from None
-    if has_selectors:
-        rule = "made without selectors of Python, which are not in it"
-        raise invalid("the report", rule, Received("one with selectors"))
     warnings = []
     if made_by != version("pymoo-psi"):
         warnings.append(f"made by pymoo-psi {made_by}, checked by {version('pymoo-psi')}")

@@ -38,7 +38,7 @@ Position: TypeAlias = Mapping[str, Any]
 
 _MOST_STEPS = 200  # up to so many values each is tried; of more every 64th part, then halves
 _PARTS = 64
-_FINE = np.arange(1, 2**18 + 1) / 2**18  # steps of values and weights, in shares of the way
+_FINE = np.arange(1, 2**20 + 1) / 2**20  # steps of values and weights, in shares of the way
 _TIE = 1e-9  # regrets that differ by less are equal
 _GREATEST_FACTOR = 1024.0  # of a weight
 _DOUBLINGS = 10  # of a weight on which two may agree
@@ -279,8 +279,9 @@ class _Search:
             mask[self.best] = low <= value <= high
             return self.recommended(mask, F)
 
-        change = self.first_change(sign * steps, at, self.best)
-        return ("value", name, "", direction, sign * start, *change)
+        value, *change = self.first_change(sign * steps, at, self.best)
+        value -= sign * length * _FINE[0]  # up to which it stays
+        return ("value", name, "", direction, sign * start, value, *change)
 
     def of_weights(self, preference: Position) -> list[tuple[Any, ...]]:
         """Return the changes of the first design by weights and aspirations."""
@@ -404,14 +405,13 @@ def separation_sentences(table: TestTable) -> list[str]:
     for one in latest_positions(table.formulation.positions):
         if one["chosen"] in rows:
             held.append(one)
-    units = {name: table.layout.units.get(name, "") for name in table.layout.objectives}
     sentences = []
     for k, one in enumerate(held):
         for other in held[:k]:
             if one["chosen"] == other["chosen"]:
                 continue
             places = [rows[other["chosen"]], rows[one["chosen"]]]
-            pair = compare_designs(free, rows=places, units=units)
+            pair = compare_designs(free, rows=places)
             text = sentence(
                 "apart",
                 name=one["name"],

@@ -313,7 +313,7 @@ class TestTable(Tests, Shown):
         sign = self.layout.sign
         F = Objectives.of(self.F[rows]).values * sign + 0.0  # no -0.0
         numbers = self.numbers[rows]
-        objectives = Objectives(F, sign, self.layout.objectives, labels, numbers)
+        objectives = Objectives(F, sign, self.layout.objectives, labels, numbers, self.layout.units)
         normalize = self.formulation.normalize
         ends = self._fixed_ends()
         return ranking_of(objectives, pareto, rows, normalize=normalize, **ends)
