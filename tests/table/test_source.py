@@ -246,13 +246,13 @@ def test_a_file_says_what_its_columns_are(read):
         '# {"pymoo_psi_designs": 1, "objectives": ["b", "a"], "maximized": ["b", "c"], '
         '"variables": ["k"], "outputs": ["c"], "units": {"a": "kg", "b": "%"}}\n'
     )
-    table = read(f"{head}k,a,b,c\n1,2,3,4\n5,1,2,3\n")
+    table = read(f"k,a,b,c\n1,2,3,4\n5,1,2,3\n{head}")
     layout = table.layout
     assert (layout.objectives, layout.variables, layout.outputs) == (("b", "a"), ("k",), ("c",))
     assert (layout.maximize, layout.units) == (("b", "c"), {"a": "kg", "b": "%"})
     np.testing.assert_array_equal(table.F, [[-3, 2], [-2, 1]])
     with pytest.raises(PsiError, match="is damaged; remove that"):
-        read(f"{head[:40]}\nk,a,b,c\n1,2,3,4\n")
+        read(f"k,a,b,c\n1,2,3,4\n{head[:40]}\n")
 
 
 @pytest.mark.parametrize(

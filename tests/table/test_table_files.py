@@ -1,7 +1,6 @@
 """Frames and files: a round trip changes nothing, a damaged file is named."""
 
 import csv
-import io
 import json
 import os
 from dataclasses import replace
@@ -175,10 +174,9 @@ OTHER = (
 @pytest.mark.parametrize(
     ("file", "damage", "message"),
     [
-        ("table.csv-metadata.json", head(pymoo_psi_test_table=5), TESTS + "its format is 5, this version reads 2 to 4"),
+        ("table.csv-metadata.json", head(pymoo_psi_test_table=5), TESTS + "its format is 5, not 4"),
         ("table.csv-metadata.json", head(lower=["a", 5]), TESTS + "could not convert string to float: 'a'"),
         ("table.csv-metadata.json", lambda text: text[:-30], "table.csv-metadata.json is damaged; remove that"),
-        ("table.csv-metadata.json", replaced("titles", "title"), "table.csv-metadata.json is damaged"),
         ("table.csv-metadata.json", replaced('"pymoo-psi:rows": 3', '"pymoo-psi:rows": 4'), "it is not the table of 4 rows"),
         ("table.csv", replaced("test_point,α", "test_point,a"), OTHER),
         ("table.csv", cut, OTHER),
@@ -186,7 +184,7 @@ OTHER = (
         ("table.csv", replaced("\n1,0.2,7", "\n3,0.2,7"), TESTS + "must be distinct, got test point 3 twice"),
         ("table.csv", replaced("\n1,0.2,7", "\n1,0.2,7.5"), TESTS + "the column 'teeth' holds other than integer values"),
         ("table.csv", replaced("\n1,0.2,7", "\n1,0_2,7"), TESTS + "the column 'α' holds other than real values"),
-        ("table.csv", replaced("\n1,0.2,7", "\n1,0,2,7"), TESTS + "its rows differ in length"),
+        ("table.csv", replaced("\n1,0.2,7", "\n1,0,2,7"), "line 3 has 11 cells, most lines 10"),
         ("table.csv", replaced(",infeasible,", ",ok,"), TESTS + "status must be ok where constraints and limits are met, .* got 'ok' for test point 1"),
     ],
 )  # fmt: skip
@@ -222,7 +220,7 @@ def test_no_damage_raises_anything_else(folder, content, position, cut):
         file.write_bytes(whole)
 
 
-# Files of 0.2 and 0.3, in which the head is a comment
+# Files of 0.3, in which the head is a comment
 
 
 OLD_HEAD = """{"pymoo_psi_test_table": 4, "tests": 3, "variables": ["\\u03b1", "teeth"], \
@@ -236,32 +234,13 @@ said no",False
 """
 
 
-@pytest.mark.parametrize("text", [f"{OLD_ROWS}\n# {OLD_HEAD}\n", f"# {OLD_HEAD}\n{OLD_ROWS}"])
-def test_tests_of_an_earlier_version_are_read(tmp_path, text):
+def test_tests_of_an_earlier_version_are_read_or_refused(tmp_path):
     path = tmp_path / "table.csv"
-    path.write_text(text, "utf-8-sig")
+    path.write_text(f"{OLD_ROWS}\n# {OLD_HEAD}\n", "utf-8-sig")
     assert read_table(path).equals(EXAMPLE)
-    cells = io.StringIO()
-    csv.writer(cells).writerow(f"# {OLD_HEAD}".split(","))  # as a spreadsheet saves it
-    path.write_text(text.replace(f"# {OLD_HEAD}\n", cells.getvalue()), "utf-8-sig")
-    assert read_table(path).equals(EXAMPLE)
-
-
-def test_a_table_of_the_first_version_keeps_its_directions(tmp_path):
-    """The head of 0.2.0 has "maximized"; a study of it comes as such a file."""
-    path = tmp_path / "table.csv"
-    path.write_text(
-        '# {"pymoo_psi_test_table": 3, "tests": 2, "variables": ["x1"], "objectives": ["mass", '
-        '"gain"], "inequalities": [], "equalities": [], "lower": [NaN], "upper": [NaN], '
-        '"eq_tolerance": 0.0001, "kinds": ["real"], "maximized": ["gain"], '
-        '"prototype": {"name": "now", "x": [0.3], "f": [1.5, -2.0]}}\n'
-        "test_point,x1,mass,gain,status,violated,reason,pareto\n"
-        "1,0.1,1.0,3.0,ok,,,True\n2,0.5,2.0,4.0,ok,,,True\n"
-    )
-    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"])
-    assert read_table(path).equals(
-        TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, -3.0], [2.0, -4.0]], layout=layout)
-    )
+    path.write_text(f"# {OLD_HEAD}\n{OLD_ROWS}", "utf-8-sig")
+    with pytest.raises(PsiError, match="it is of version 0.2; write it again with 0.3"):
+        read_table(path)
 
 
 @pytest.mark.parametrize("source", ["file", "folder"])
@@ -329,9 +308,7 @@ def test_metadata_say_in_csvw_what_the_columns_are(tmp_path):
     layout = Layout.of(["n", "steel"], ["=a", "b", "b [%]"], units={"=a": "k€", "b": "%"})
     X = np.array([[1, "oak"], [2, "#ash"]], dtype=object)
     table = TestTable.of([1, 2], X, [[1.5, 2, 3], [2.5, 1, 4]], layout=layout)
-    table = replace(
-        table, problem={"parameters": {"limit": np.inf, "text": "NaN, -Infinity \udcff"}}
-    )
+    table = replace(table, problem={"parameters": {"limit": 1.5, "text": "NaN, -Infinity \udcff"}})
     path = tmp_path / "my table.csv"
     table.to_csv(path)
     text = (tmp_path / "my table.csv-metadata.json").read_text("utf-8")

@@ -207,6 +207,20 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
     return Cells(columns, [*rows][1:], separator)
 
 
+def cells_as_written(rows: RowsByLine, head: dict[str, Any]) -> Cells:
+    """Return the rows of a file of ours as columns under the names in the first row, as they are.
+
+    Raises:
+        ArgumentValueError: The rows differ in length.
+    """
+    if not rows:
+        return Cells({}, head=head)
+    _require_one_length(rows)
+    header, *tests = rows.values()
+    columns = {str(name): [row[j] for row in tests] for j, name in enumerate(header)}
+    return Cells(columns, head=head)
+
+
 def _require_one_length(rows: RowsByLine) -> None:
     usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
     for end, row in rows.items():

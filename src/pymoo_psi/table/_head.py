@@ -9,7 +9,7 @@ columns are arrays of float64, int64, bool, or texts.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from types import MappingProxyType
@@ -25,10 +25,10 @@ from pymoo_psi._validation import (
     invalid,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table._cells import UnfitError, in_a_line
+from pymoo_psi.table._cells import Cells, UnfitError, in_a_line
 from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._layout import ORIGIN, Layout, names_of, number_column
+from pymoo_psi.table._layout import Layout, names_of, number_column
 
 if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable
@@ -73,7 +73,7 @@ def head_of(table: Any) -> Head:
     Returns:
         ``variables``, ``objectives``, ``inequalities``, ``equalities``: lists of names;
         ``kinds``: a word of :class:`Kind` for each variable, or nothing if the table has neither
-        tests nor kinds; ``lower``, ``upper``: lists of numbers, NaN where there is no bound;
+        tests nor kinds; ``lower``, ``upper``: lists of numbers, None where there is no bound;
         ``eq_tolerance``; if there are any ``outputs``, ``maximize`` and ``extra``, lists of names,
         ``units``, texts by name, and ``label``; of the formulation, ``limits``, ``ranges``,
         ``normalize`` if it is false and ``chosen``, the name of a design and why; and ``problem``.
@@ -84,8 +84,10 @@ def head_of(table: Any) -> Head:
     if len(table):
         kinds = table.kinds
     values = {field.name: getattr(layout, field.name) for field in fields(layout)}
-    values["lower"] = layout.lower.tolist()
-    values["upper"] = layout.upper.tolist()
+    for side in ("lower", "upper"):  # in JSON there is no NaN, but null
+        bounds = getattr(layout, side).astype(object)
+        bounds[bounds != bounds] = None
+        values[side] = bounds.tolist()
     values["kinds"] = [kind.value for kind in kinds]
     values["extra"] = [*table.extra]
     values["problem"] = table.problem
@@ -392,7 +394,7 @@ def _layout_of(head: Head) -> Layout:
     for field in fields(Layout):
         if field.name in head:
             arguments[field.name] = head[field.name]
-    for side in ("lower", "upper"):  # in JSON there is no NaN, but null
+    for side in ("lower", "upper"):
         arguments[side] = np.array(head[side], dtype=np.float64)
     return Layout(**arguments)
 
@@ -401,74 +403,47 @@ def _kinds(layout: Layout) -> tuple[Kind, ...]:
     return layout.kinds or (Kind.REAL,) * len(layout.variables)
 
 
-# From the rows of a file to columns
+# From the cells of a file to columns
 
 
-def tests_of_rows(
-    where: object,
-    head: Head,
-    rows: Iterable[Sequence[Any]],
-    text: Callable[[str], str],
-) -> StoredTests:
-    """Return the tests in a file by its head and its rows, names first.
+def tests_of_cells(where: object, cells: Cells) -> StoredTests:
+    """Return the tests in the cells of a file whose head is that of a table.
 
     Args:
         where: What they come from, for messages.
-        head: As :func:`marked` returns it.
-        rows: Texts, or the values in the cells of a workbook; blank ones are skipped.
-        text: Gives the text that is meant by one in a cell.
+        cells: Texts, or values; the head is as :func:`marked` returns it.
 
     Raises:
         ArgumentValueError: They are those of no table, or damaged; the message says where.
     """
     with described(where):
-        head, n, kinds = _in_this_format(head)
-        filled = [row for row in rows if any(cell not in ("", None) for cell in row)]
-        names, *tests = filled or [()]
-        # A file cut at the end of a line is one with fewer tests; the number in the head tells.
-        if len(tests) != n:
-            raise ValueError(
-                f"it holds {len(tests)} of {n} tests, so it was cut or edited; "
-                f'if that is meant, set "tests" in its head to {len(tests)}'
-            )
-        if not set(map(len, tests)) <= {len(names)}:
-            raise ValueError("its rows differ in length, so that one was cut or edited")
+        head = dict(cells.head)
+        version = head.pop(MARK)
+        if version != _FORMAT:
+            remedy = "pymoo-psi 0.3 reads 2 and 3"
+            raise ValueError(f"its format is {version!r:.20}, not {_FORMAT}; {remedy}")
         # By name, not by place: people rearrange columns and add their own, which are not read.
-        cells = [*zip(*tests, strict=True)] or [()] * len(names)
-        names = names_of([*map(text, names)], head.get("units", {}))
-        cells_by_name = dict(zip(names, cells, strict=True))
-        readers = {
-            Kind.INTEGER: _integer,
-            Kind.BINARY: _boolean,
-            Kind.CHOICE: lambda cell: text(_text(cell)),
-        }
+        names = names_of([*cells.columns], head.get("units", {}))
+        cells_by_name = dict(zip(names, cells.columns.values(), strict=True))
+        kinds = kinds_of_columns(_layout_of(head), head.get("extra", ()))
+        n = len(cells_by_name[next(iter(kinds))])
+        # A file cut at the end of a line is one with fewer tests; the number in the head tells.
+        expected = head.pop("tests")
+        if n != expected:
+            raise ValueError(
+                f"it holds {n} of {expected} tests, so it was cut or edited; "
+                f'if that is meant, set "tests" in its head to {n}'
+            )
         columns = {}
         for name, kind in kinds.items():
             if name in cells_by_name:
-                value = readers.get(kind, _real)
+                value = _READERS[kind]
                 try:
                     columns[name] = np.fromiter(map(value, cells_by_name[name]), DTYPES[kind], n)
                 except ValueError:
                     problem = f"the column {name!r} holds other than {kind.value} values"
                     raise ValueError(problem) from None
         return StoredTests(head, columns)
-
-
-def _in_this_format(head: Head) -> tuple[Head, int, dict[str, Kind]]:
-    """Return a head as this version writes it, the number of tests and the kinds of the columns."""
-    head = dict(head)
-    try:
-        version = head.pop(MARK)
-        n = int(head.pop("tests"))
-        if version in (2, 3):  # of 0.2.0, from which studies come as such tables
-            head["maximize"] = head.pop("maximized", [])
-        if head.pop("experiments", ()):  # columns of their own in 0.2.0
-            head["extra"] = [*head.get("extra", ()), *ORIGIN]
-    except (ValueError, KeyError, TypeError):
-        raise ValueError("its head, one line of JSON, is missing or damaged") from None
-    if version not in (2, 3, _FORMAT):
-        raise ValueError(f"its format is {version!r:.20}, this version reads 2 to {_FORMAT}")
-    return head, n, kinds_of_columns(_layout_of(head), head.get("extra", ()))
 
 
 def _text(cell: Any) -> str:
@@ -489,3 +464,12 @@ def _real(cell: Any) -> float:
     if cell in ("", None):
         return np.nan
     return float(str(cell).replace("_", " "))
+
+
+_READERS = {
+    Kind.REAL: _real,
+    Kind.LOG: _real,
+    Kind.INTEGER: _integer,
+    Kind.BINARY: _boolean,
+    Kind.CHOICE: _text,
+}

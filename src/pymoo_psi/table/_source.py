@@ -39,7 +39,7 @@ from pymoo_psi.table._head import (
     formulation_of_head,
     is_of_tests,
     table_of,
-    tests_of_rows,
+    tests_of_cells,
     units_of,
 )
 from pymoo_psi.table._layout import RESERVED, Layout, names_of
@@ -244,8 +244,7 @@ def _content(
     if isinstance(content, StoredTests):
         return content
     if is_of_tests(content.head):
-        rows = zip(*content.columns.values(), strict=True)
-        return tests_of_rows(path, content.head, [[*content.columns], *rows], str)
+        return tests_of_cells(path, content)
     return _with_names(content)
 
 

@@ -6,7 +6,7 @@ FILE.csv-metadata.json says what the columns are: in the "Metadata Vocabulary fo
 the W3C (CSVW), and in the head of the table, which is an entry of our own.
 
 What we read: also semicolons, tabs, bars or spaces between the cells, titles and comments. Files of
-0.2 and 0.3 have the head in a comment.
+0.3 have the head in a comment, the last line.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from dataclasses import replace
 from io import StringIO
 from os import PathLike
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 from urllib.parse import quote
 
 from pymoo_psi._output import is_marked, whole_file
@@ -32,6 +32,7 @@ from pymoo_psi.table._cells import (
     Cells,
     RowsByLine,
     UnfitError,
+    cells_as_written,
     cells_of_rows,
     in_a_line,
     is_blank,
@@ -47,11 +48,9 @@ from pymoo_psi.table._head import (
     HEAD_REMEDY,
     MARKS,
     Head,
-    StoredTests,
     is_of_tests,
-    tests_of_rows,
 )
-from pymoo_psi.table._layout import headings_of
+from pymoo_psi.table._layout import headings_of, names_of
 
 # The number of a line in its file, and the line.
 Line: TypeAlias = tuple[int, str]
@@ -65,8 +64,6 @@ _DATATYPES: dict[str, Any] = {  # of CSVW, by those of pandas
     "mixed-integer-float": "number",
     "boolean": {"base": "boolean", "format": "True|False"},
 }
-# What Python writes where JSON has no word; every reader takes 1e999 for infinity.
-_STANDARD = {"NaN": "null", "Infinity": "1e999", "-Infinity": "-1e999"}
 _WORD = re.compile(r"\S+")
 _GAP = re.compile(r"\S\s{2,}\S")  # by which columns are aligned
 _ABOVE_HEADER = re.compile(r'"*#|\s*$')  # comments and blank lines
@@ -90,27 +87,25 @@ class CsvFile(FileFormat):
         """Return True, as any text may be one."""
         return True
 
-    def read(self, file: SourceFile) -> Cells | StoredTests:
-        """Return the cells of a text, or the tests that :meth:`write` wrote."""
+    def read(self, file: SourceFile) -> Cells:
+        """Return the cells of a text, with what we wrote of them."""
         metadata = _metadata_of(file.path)
-        if metadata is None:
-            head, text = _split_head(file.text)
+        text = file.text
+        if metadata is not None:
+            head = metadata[_HEAD]
         else:
-            head = metadata.head
-            text = file.text
+            head, text = _split_head(text)
         if is_of_tests(head):
-            rows = _rows_of_tests(text)
-            if metadata is not None:
-                metadata.require_same(rows)
-            return tests_of_rows(file.path, head, rows, written_text)
-        cells = cells_of_text(text, file.skip_rows)
+            cells = cells_as_written(_rows_of_tests(text), head)
+        else:
+            cells = cells_of_text(text, file.skip_rows)
         if metadata is not None and not file.skip_rows:
-            metadata.require_same([[*cells.columns], *cells.lines])
+            _require_described(cells, metadata, file.path)
         if not head:
-            return replace(cells, metadata=f"{file.path.name}-metadata.json")
+            return replace(cells, metadata=metadata_path(file.path).name)
         columns = {}
         for name, column in cells.columns.items():
-            columns[written_text(name)] = column
+            columns[written_text(name)] = list(map(written_text, column))
         return replace(cells, columns=columns, head=head)
 
     def save(
@@ -137,7 +132,8 @@ class CsvFile(FileFormat):
             self.write(new, columns, head or {})
             if head:
                 with whole_file(metadata) as new_metadata:
-                    text = _standard_json(_document(path, columns, head))
+                    document = _document(path, columns, head)
+                    text = json.dumps(document, ensure_ascii=False, indent=1) + "\n"
                     # Half a pair of surrogates, as in a name that is no text, stays one in JSON.
                     new_metadata.write_text(text, encoding="utf-8", errors="backslashreplace")
             elif is_former:
@@ -148,14 +144,10 @@ class CsvFile(FileFormat):
         if is_marked(path):
             return True
         try:
-            metadata = _metadata_of(path)
-            if metadata is None:
-                return False
-            text = path.read_text(encoding="utf-8-sig", errors="replace")
-            metadata.require_same(_rows_of_tests(text))
+            with path.open("rb") as stream:
+                return bool(self.read(SourceFile(path, stream)).head)
         except UnfitError:
             return False
-        return True
 
     def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
         """Write columns under their names and units."""
@@ -203,15 +195,19 @@ def written_text(cell: str) -> str:
     return cell
 
 
-def _rows_of_tests(text: str) -> list[list[str]]:
-    """Return the rows of tests, names first, without blank ones.
+def _rows_of_tests(text: str) -> RowsByLine:
+    """Return the rows of tests by line, names first, without blank ones.
 
     Raises:
         UnfitError: The text is damaged.
     """
     try:
-        rows = csv.reader(StringIO(text.removeprefix("#\n"), newline=""))
-        return list(filter(any, rows))
+        reader = csv.reader(StringIO(text, newline=""))
+        rows = {}
+        for row in reader:
+            if any(row):
+                rows[reader.line_num] = row
+        return rows
     except csv.Error as error:
         raise UnfitError(f"it is no text in rows and columns: {error}") from None
 
@@ -219,43 +215,12 @@ def _rows_of_tests(text: str) -> list[list[str]]:
 # Metadata
 
 
-class _Metadata(NamedTuple):
-    """What metadata of ours say.
-
-    Attributes:
-        name: The name of their file.
-        head: What the columns are.
-        headings: The headings of the columns that are described.
-        n_rows: The number of rows that are described.
-    """
-
-    name: str
-    head: Head
-    headings: set[str]
-    n_rows: int
-
-    def require_same(self, rows: Sequence[Any]) -> None:
-        """Refuse rows, headings first, that are others: of a file that was cut, or of another one.
-
-        Columns may be rearranged and added.
-
-        Raises:
-            UnfitError: A column is missing, or the number of rows differs.
-        """
-        header = next(iter(rows), ())
-        if len(rows) - 1 != self.n_rows or not self.headings.issubset(map(in_a_line, header)):
-            raise UnfitError(
-                f"it is not the table of {counted(self.n_rows, 'row')} that {self.name} describes",
-                "restore both, or remove the latter and say --objectives and --maximize",
-            )
-
-
 def metadata_path(path: str | PathLike[str]) -> Path:
     """Return where the metadata of a CSV file stand; of a link, beside the file."""
     return Path(f"{os.path.realpath(path)}-metadata.json")
 
 
-def _metadata_of(path: Path) -> _Metadata | None:
+def _metadata_of(path: Path) -> dict[str, Any] | None:
     """Return the metadata that we wrote of a file, if there are any; others are not read.
 
     Raises:
@@ -266,10 +231,29 @@ def _metadata_of(path: Path) -> _Metadata | None:
         return None
     try:
         document = json.loads(file.read_bytes())
-        headings = {in_a_line(column["titles"]) for column in document["tableSchema"]["columns"]}
-        return _Metadata(file.name, dict(document[_HEAD]), headings, int(document[_N_ROWS]))
-    except (ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return {_HEAD: dict(document[_HEAD]), _N_ROWS: document[_N_ROWS]}
+    except (ValueError, LookupError, TypeError, RecursionError):
         raise UnfitError(f"{file.name} is damaged", HEAD_REMEDY) from None
+
+
+def _require_described(cells: Cells, metadata: Mapping[str, Any], path: Path) -> None:
+    """Refuse cells other than those that are described: of a file that was cut, or another one.
+
+    Columns may be rearranged and added.
+
+    Raises:
+        UnfitError: A column is missing, or the number of rows differs.
+    """
+    head = metadata[_HEAD]
+    n_rows = max(map(len, cells.columns.values()), default=0)
+    names = names_of(list(map(written_text, cells.columns)), head.get("units", {}))
+    described = {in_a_line(name) for name in (*head.get("variables", ()), *head["objectives"])}
+    if n_rows != metadata[_N_ROWS] or not described <= {*map(in_a_line, names)}:
+        raise UnfitError(
+            f"it is not the table of {counted(metadata[_N_ROWS], 'row')} that "
+            f"{metadata_path(path).name} describes",
+            "restore both, or remove the latter and say --objectives and --maximize",
+        )
 
 
 def _document(path: str | PathLike[str], columns: Mapping[str, Any], head: Head) -> dict[str, Any]:
@@ -294,48 +278,29 @@ def _document(path: str | PathLike[str], columns: Mapping[str, Any], head: Head)
     }
 
 
-def _standard_json(document: Any) -> str:
-    """Return JSON without the words that only Python knows."""
-    text = json.dumps(document, ensure_ascii=False, indent=1)
-    part = r'"(?:[^"\\]|\\.)*"|NaN|-?Infinity'
-    return re.sub(part, lambda found: _STANDARD.get(found[0], found[0]), text) + "\n"
-
-
-# The head in files of 0.2 and 0.3
+# The head in files of 0.3
 
 
 def _split_head(text: str) -> tuple[Head, str]:
-    """Return what a text says of its columns, if it does, and the text without that.
-
-    It is the last line, or the first in files of version 0.2.0. A blank comment then takes its
-    place, so that lines keep their numbers.
+    """Return what the last line of a text says of its columns, and the text without that line.
 
     Raises:
-        UnfitError: The line is damaged.
+        UnfitError: The line is damaged, or the first one, as version 0.2 had it.
     """
-    first, _, below = text.partition("\n")
     above, _, last = text.rstrip().rpartition("\n")
-    if _is_head(first):
-        return _head_of_line(first), f"#\n{below}"
     if _is_head(last):
-        return _head_of_line(last), f"{above}\n"
+        try:
+            return dict(json.loads(last.removeprefix("#"))), f"{above}\n"
+        except (ValueError, TypeError, RecursionError):
+            problem = "the line that says what its columns are is damaged"
+            raise UnfitError(problem, HEAD_REMEDY) from None
+    if _is_head(text.partition("\n")[0]):
+        raise UnfitError("it is of version 0.2", "write it again with 0.3")
     return {}, text
 
 
 def _is_head(line: str) -> bool:
     return line.lstrip('"').startswith("#") and any(mark in line for mark in MARKS)
-
-
-def _head_of_line(line: str) -> Head:
-    # A spreadsheet program may have taken the line for cells.
-    if line.startswith('"'):
-        line = ",".join(next(csv.reader([line])))
-    try:
-        return dict(json.loads(line.rstrip(",\r\n ").removeprefix("#")))
-    except (ValueError, TypeError, RecursionError):
-        raise UnfitError(
-            "the line that says what its columns are is damaged", HEAD_REMEDY
-        ) from None
 
 
 # Texts of other programs and people

@@ -14,14 +14,14 @@ from zipfile import ZipFile, is_zipfile
 
 from pymoo_psi._validation import counted, invalid, known_name
 from pymoo_psi.errors import PsiError
-from pymoo_psi.table._cells import Cells, RowsByLine, UnfitError, cells_of_rows
+from pymoo_psi.table._cells import Cells, RowsByLine, UnfitError, cells_as_written, cells_of_rows
 from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
     blocks_of_rows,
     texts_in,
 )
-from pymoo_psi.table._head import Head, StoredTests, is_of_tests, tests_of_rows
+from pymoo_psi.table._head import Head, is_of_tests
 from pymoo_psi.table._layout import headings_of
 
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
@@ -43,20 +43,20 @@ class WorkbookFile(FileFormat):
         """Say whether a file begins as workbooks do, those of old too."""
         return file.start.startswith((_ZIP, _OLE))
 
-    def read(self, file: SourceFile) -> Cells | StoredTests:
-        """Return the cells of a sheet, or the tests that :meth:`write` wrote."""
+    def read(self, file: SourceFile) -> Cells:
+        """Return the cells of a sheet, with what we wrote of them."""
         if file.start.startswith(_OLE):
             raise UnfitError(
                 "it is a workbook of old, or with a password",
                 "save it as .xlsx without one, or as CSV",
             )
         head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
-        if is_of_tests(head):
-            return tests_of_rows(file.path, head, rows.values(), str)
         kept = {}
         for number, row in rows.items():
             if number not in file.skip_rows:
                 kept[number] = list(map(_typed, row))
+        if is_of_tests(head):
+            return cells_as_written(kept, head)
         return replace(cells_of_rows(kept), head=head)
 
     def save(
@@ -263,8 +263,6 @@ def _typed(cell: Any) -> Any:
     """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
     if cell is None:
         return ""
-    if isinstance(cell, str):
-        return cell.strip()
-    if isinstance(cell, (int, float)):
+    if isinstance(cell, (str, int, float)):
         return cell
     return str(cell).removesuffix(" 00:00:00")  # a date
