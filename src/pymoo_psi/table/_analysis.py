@@ -601,28 +601,21 @@ class Convergence(Shown):
             "Not known: whether there is a better region between the tests, and how right the "
             "model is."
         )
-        changes = self._changes()
         if np.isnan(self.moved[-1]):
-            change = "did not change it"
-            if changes:
-                change = f"changed {listed(changes)}"
+            change = listed(self._changes()) or "nothing"
             distances = "One design is the best in every objective, so that distances have no unit"
-            return f"{distances}. {doubling} {change}. {unknown}"
+            return f"{distances}. {doubling} changed {change}. {unknown}"
         before, now = self.mu1[-2:].tolist()
         nearer = max(0.0, before - now) / (before or 1.0)
-        volume = float(self.hypervolume[-2])
-        larger = np.inf
-        growth = "from nothing"
-        if volume > 0:
-            larger = 1 / volume - 1
-        if np.isfinite(larger):
-            growth = f"by {percent(larger)}"
+        with np.errstate(divide="ignore"):
+            larger = float(1 / self.hypervolume[-2] - 1)
         mattered = "hardly mattered"
         if max(nearer, larger - 2 * self.volume_error[-2]) > _WORTH:
             mattered = "still mattered"
         moved = ""
-        if changes:
+        if self._changes():
             moved = f", which moved by {percent(self.moved[-1])} of a range"
+        growth = f"by {percent(larger)}".replace("by inf %", "from nothing")
         return (
             f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the "
             f"ideal point{moved}, and enlarged the hypervolume {growth}. {unknown}"

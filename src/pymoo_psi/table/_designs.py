@@ -167,10 +167,14 @@ def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
     keys: list[Any] = design_keys(X[rows])
     if F is not None:
         keys = list(zip(keys, map(bytes, F[rows]), strict=True))
-    row_by_key: dict[Any, int] = {}
-    for row, key in zip(rows.tolist(), keys, strict=True):
-        first[row] = row_by_key.setdefault(key, row)
+    first[rows] = rows[first_of(keys)]
     return first
+
+
+def first_of(keys: Iterable[Any]) -> Rows:
+    """Return ``(n,)`` the index of the first of n keys that is equal to each."""
+    index_by_key: dict[Any, int] = {}
+    return np.array([index_by_key.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)
 
 
 def _array(name: str, value: Any, variables: Sequence[str] | None) -> AnyArray:

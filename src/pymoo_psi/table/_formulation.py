@@ -41,6 +41,15 @@ from pymoo_psi.table._limits import Limits, allowed_by, ends, is_of_texts, limit
 Columns: TypeAlias = Mapping[str, AnyArray]
 
 _VERSION = 2  # of the file; 1 had no positions
+_NO_POSITION: dict[str, Any] = {
+    "name": "",
+    "date": "",
+    "chosen": None,
+    "limits": {},
+    "weights": {},
+    "aspiration": {},
+    "reason": "",
+}
 
 
 class FormulationFields(TypedDict, total=False):
@@ -280,25 +289,15 @@ class Formulation:
 
 def _position(entries: Any) -> dict[str, Any]:
     """Return a position of somebody, checked and complete."""
-    given = mapping_of("a position", entries, "name, date, chosen, limits, weights, … to values")
-    whole: dict[str, Any] = {
-        "name": "",
-        "date": "",
-        "chosen": None,
-        "limits": {},
-        "weights": {},
-        "aspiration": {},
-        "reason": "",
-    }
-    for key in given:
-        known_name("an entry of a position", key, whole)
-    whole |= given
-    for key in ("name", "date", "reason"):
-        instance(f"the {key} of a position", whole[key], str)
+    what = "name, date, chosen, limits, weights, … to values"
+    whole = {**_NO_POSITION, **mapping_of("a position", entries, what)}
+    for key in whole:
+        known_name("an entry of a position", key, _NO_POSITION)
+    _require_texts("of a position", whole, ("name", "date", "reason"))
     if not whole["name"]:
         raise invalid("the name of a position", "a text that is not empty", "")
     if whole["chosen"] is not None:
-        instance("the choice of a position", whole["chosen"], str)
+        _require_texts("of a position", whole, ("chosen",))
     limits = limits_of(whole["limits"], "the limits of a position")
     whole["limits"] = {name: _json_limit(name, limit) for name, limit in limits.items()}
     for key in ("weights", "aspiration"):
@@ -318,12 +317,15 @@ def _decided(entries: Any) -> dict[str, Any]:
     given = dict(mapping_of("decided", entries, "date, chosen, agree and dissent to values"))
     if {*given} != {*keys}:
         raise invalid("decided", f"of the entries {', '.join(keys)}", [*given])
-    for key in ("date", "chosen"):
-        instance(f"decided[{key!r}]", given[key], str)
+    _require_texts("in decided", given, ("date", "chosen"))
     for key in ("agree", "dissent"):
-        names = collection(f"decided[{key!r}]", given[key], "a list of names")
-        given[key] = [instance(f"a name in decided[{key!r}]", name, str) for name in names]
+        given[key] = [*column_names(f"decided[{key!r}]", given[key])]
     return given
+
+
+def _require_texts(where: str, entries: Mapping[str, Any], keys: Sequence[str]) -> None:
+    for key in keys:
+        instance(f"the {key} {where}", entries[key], str)
 
 
 ATTRIBUTES = [attribute.name for attribute in fields(Formulation)]

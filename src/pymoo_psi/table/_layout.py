@@ -196,21 +196,13 @@ class Layout:
             ('x1', 'mass [kg]', array([ 1., -1.]))
         """
         # Brought into their final form by the class.
-        settings: dict[str, Any] = {
-            "lower": lower,
-            "upper": upper,
-            "kinds": kinds,
-            "outputs": outputs,
-            "maximize": maximize,
-        }
+        settings: Any = (lower, upper, eq_tolerance, kinds, outputs, maximize, units or {})
         return cls(
             column_names("variables", variables, "x"),
             column_names("objectives", objectives, "f"),
             column_names("inequalities", inequalities, "g"),
             column_names("equalities", equalities, "h"),
-            eq_tolerance=eq_tolerance,
-            units=units or {},
-            **settings,
+            *settings,
         )
 
     @property

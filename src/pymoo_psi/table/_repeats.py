@@ -20,7 +20,7 @@ from pymoo_psi.pareto import (
     sentence,
     unit_lengths,
 )
-from pymoo_psi.table._designs import design_keys, first_rows
+from pymoo_psi.table._designs import design_keys, first_of, first_rows
 from pymoo_psi.table._joining import blank, unequal
 
 if TYPE_CHECKING:
@@ -60,9 +60,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
         column = by
     elif not tested.layout.variables:
         raise invalid("by", "the column that names designs, as there are no variables", by)
-    index_by_label: dict[Any, int] = {}
-    group = np.array([index_by_label.setdefault(label, len(index_by_label)) for label in labels])
-    first = np.unique(group, return_index=True)[1]
+    first, group = np.unique(first_of(labels), return_inverse=True)
     usable = (tested.status != "failed") & np.isfinite(tested.F).all(axis=1)
     counts = np.bincount(group[usable], minlength=len(first))
     if counts.max(initial=0) < 2:
@@ -83,8 +81,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
     with np.errstate(divide="ignore"):
         errors = np.sqrt(variance / counts[:, None])
     reasons = {}
-    for i in np.flatnonzero(counts == 0).tolist():
-        number = int(tested.numbers[first[i]])
+    for number in tested.numbers[first[counts == 0]].tolist():
         reasons[number] = tested.reasons.get(number, "failed in all tests")
     extra, varying = _common_cells(tested, first[group])
 
@@ -166,9 +163,7 @@ def undeclared(table: TestTable) -> list[str]:
     label = table.layout.label
     word = str(label)
     if label is not None:
-        row_by_label: dict[Any, int] = {}
-        pairs = zip(table.extra[label].tolist(), rows.tolist(), strict=True)
-        first = np.array([row_by_label.setdefault(cell, row) for cell, row in pairs])
+        first = first_of(table.extra[label].tolist())
     if np.array_equal(first, rows):
         first = first_rows(table.X)
         word = "variables"

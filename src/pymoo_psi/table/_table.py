@@ -153,25 +153,16 @@ class TestTable(Tests, Shown):
         table._check_ranges()
         table._set_status(reasons)
         remarks = [f"The limit {limit} rejects no design." for limit in table._idle_limits()]
-        remarks += table._ranges_without_designs()
+        table._require_ranges()
         return table._with(remarks=(*self.remarks, *remarks))
 
-    def _ranges_without_designs(self) -> list[str]:
-        """Say which fixed ranges hold none of the designs to choose from.
-
-        Raises:
-            ArgumentValueError: An objective would not count, though designs differ in it.
-        """
-        remarks = []
+    def _require_ranges(self) -> None:
+        """Refuse fixed ranges by which an objective would not count, though designs differ."""
         candidates = self.eligible()
         for name, (low, high) in (self.formulation.ranges or {}).items():
-            values = self.column(name)[candidates]
-            if low == high and (values != low).any():
+            if low == high and (self.column(name)[candidates] != low).any():
                 rule = "of two different numbers, as designs differ in it"
                 raise invalid(f"the fixed range of {name!r}", rule, [low, high])
-            if not ((low <= values) & (values <= high)).any():
-                remarks.append(f"No design lies in the fixed range of {name}, {low:g} to {high:g}.")
-        return remarks
 
     def _failed_in_evaluation(self) -> dict[int, str]:
         """Return the reasons of tests that failed for more than an objective, by number."""

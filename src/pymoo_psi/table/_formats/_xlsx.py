@@ -19,7 +19,6 @@ from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
     blocks_of_rows,
-    texts_in,
 )
 from pymoo_psi.table._head import Head, is_of_tests
 from pymoo_psi.table._layout import headings_of
@@ -28,7 +27,7 @@ _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
 _OLE = b"\xd0\xcf\x11\xe0"  # a compound file
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # by which the command knows what it may overwrite
-_WIDTHS = 8192  # rows by whose texts the columns get their widths
+_WIDTH = 16  # of columns, in characters
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 
 
@@ -81,10 +80,7 @@ class WorkbookFile(FileFormat):
         sheet = book.create_sheet("designs")
         sheet.freeze_panes = "A2"
         headings = headings_of(columns, head.get("units", {}))
-        for j, (name, column) in enumerate(columns.items(), start=1):
-            letter = openpyxl.utils.get_column_letter(j)
-            longest = max(8, len(headings[name]), *map(len, texts_in(column[:_WIDTHS])))
-            sheet.column_dimensions[letter].width = min(50, 2 + longest)
+        sheet.sheet_format.defaultColWidth = _WIDTH
         make_cell = openpyxl.cell.cell.WriteOnlyCell
         illegal = openpyxl.cell.cell.ILLEGAL_CHARACTERS_RE
 
