@@ -142,7 +142,7 @@ class Losing(Scripted):
         self.times, self.task = times, None
 
     def submit(self, function, *args):
-        designs = args[2].designs
+        designs = args[2]
         if len(self.sent) == 2:
             self.task = designs
         if designs == self.task and self.times:

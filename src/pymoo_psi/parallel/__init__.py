@@ -1,11 +1,12 @@
 """Evaluation on many workers, without losing a design.
 
 :class:`JoblibRunner` is an ``elementwise_runner`` for problems that evaluate one design at a time.
-It keeps its workers between generations. Designs that are too cheap to send are evaluated in this
-process; use ``in_process=False`` for a model that may end its process. ``timeout=`` stops a design
-that takes too long and replaces its worker. All designs of PSI are one stream to the workers: none
-waits for the slowest design of a block. Workers end with the program, however it ends, with all
-that they started. A vectorised problem runs on many cores by ``investigate(..., n_jobs=-1)``.
+Its workers are kept between generations, and some minutes for the next call. Designs that are too
+cheap to send are evaluated in this process; use ``in_process=False`` for a model that may end its
+process. ``timeout=`` stops a design that takes too long and replaces its worker. All designs of PSI
+are one stream to the workers: none waits for the slowest design of a block. Workers end with the
+program, however it ends, with all that they started. A vectorised problem runs on many cores by
+``investigate(..., n_jobs=-1)``.
 
 Example:
     >>> from pymoo.optimize import minimize
@@ -15,6 +16,9 @@ Example:
     200
 
 :class:`ExecutorRunner` does the same on the workers of a cluster.
+
+Both send tasks by one engine. What evaluates them is a process of this machine with a guard, or an
+executor whose workers each have such a process.
 
 Other subpackages also use :class:`Runner`, which both are, :func:`in_parallel` for tasks,
 :func:`worker_count`, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,

@@ -1,7 +1,8 @@
-"""A runner on any executor of ``concurrent.futures``: clusters of Dask, Ray, MPI, SLURM and others.
+"""The engine of all runners, and the runner on any executor of ``concurrent.futures``.
 
-This process sends tasks, each with some designs, and keeps every worker busy. An engine sees
-nothing but a function of this module, texts and bytes. A worker gets the model's function when it
+This process sends tasks, each with some designs, and keeps every worker busy: a process of this
+machine, or what an executor of a cluster has, such as Dask, Ray, MPI or SLURM. An executor sees
+nothing but a function of this module, texts and bytes. Its worker gets the model's function when it
 answers that it lacks it; it evaluates the designs in a process of its own under the package's
 guard. So a design that hangs, or kills its process, costs that design, on every engine, and the
 engine's own worker goes on.
@@ -13,6 +14,7 @@ import asyncio
 import hashlib
 import importlib
 import itertools
+import os
 import platform
 import secrets
 import sys
@@ -20,7 +22,7 @@ import time
 from collections import OrderedDict, deque
 from collections.abc import Callable, Generator, Iterator, Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
-from contextlib import closing, suppress
+from contextlib import suppress
 from functools import partial
 from pickle import PickleError
 from queue import Empty, SimpleQueue
@@ -29,12 +31,11 @@ from typing import Any, NamedTuple
 import cloudpickle
 
 from pymoo_psi import __version__
-from pymoo_psi._validation import Received, integer, invalid, positive_number, wrong_type
+from pymoo_psi._validation import Received, integer, invalid, wrong_type
 from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     CHUNK,
     MOMENTS,
-    Cost,
     Function,
     Result,
     Waiting,
@@ -44,7 +45,7 @@ from pymoo_psi.parallel._evaluation import (
     pickled_function,
     sendable,
 )
-from pymoo_psi.parallel._pool import ProcessPool
+from pymoo_psi.parallel._pool import Answer, LostDesign, Processes, Setting, Work
 from pymoo_psi.parallel._runner import Runner, active_workers
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
@@ -132,12 +133,8 @@ class ExecutorRunner(Runner):
         if workers is None:
             rule = "a number, or a function that returns one, as the executor does not say how many"
             raise invalid("workers", rule, Received(type(executor).__name__))
-        self.timeout = None if timeout is None else positive_number("timeout", timeout)
-        if timeout and sys.platform == "win32":
-            raise invalid("timeout", "None on Windows", timeout)
+        super().__init__(timeout)
         self.executor = executor
-        self.cost = Cost()
-        self.has_answered = False  # any worker, so that tasks can be done at all
         self._count = workers
         self._n_workers = 0
         self._asked = -_ASKING
@@ -157,11 +154,7 @@ class ExecutorRunner(Runner):
 
     def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
         """Yield results, and ``None`` between; no design is evaluated in this process."""
-        tasks = _Tasks(self, f, waiting)
-        try:
-            yield from tasks.results()
-        finally:
-            tasks.cancel()
+        yield from Tasks(self, self.executor, f, waiting).results()
 
     def __copy__(self) -> ExecutorRunner:
         """Return a runner on the same executor, which has measured nothing yet."""
@@ -195,17 +188,31 @@ class _Task(NamedTuple):
     designs: Waiting
 
 
-class _Tasks:
-    """The tasks of one stream: which designs wait, which were sent, and which were sent twice."""
+class Tasks:
+    """The tasks of one run: which designs wait, which were sent, and which were sent twice.
 
-    def __init__(self, runner: ExecutorRunner, function: Function, waiting: Waiting) -> None:
+    Args:
+        runner: The runner.
+        executor: Its executor; ``None`` for processes of this machine.
+        function: What to evaluate.
+        waiting: The designs, taken when a worker is free; more may be added meanwhile.
+    """
+
+    def __init__(self, runner: Any, executor: Any, function: Function, waiting: Waiting) -> None:
         self._runner = runner
+        self._executor = executor
         self._function = function
         self._waiting = waiting
         self._pickled = pickled_function(function)
         self._key = hashlib.sha256(self._pickled).hexdigest()
         self._payload: Any = None  # what a worker gets that lacks the function
         self._name = secrets.token_hex(8)  # engines that know a task by its content repeat none
+        self._identity = _identity(runner, function, self._pickled)
+        self._processes: Processes | None = None
+        if executor is None:
+            count = runner.n_workers
+            threads = max(1, (os.cpu_count() or 1) // count)
+            self._processes = Processes(count, Setting.now(self._identity, threads))
         self._tickets = itertools.count()
         self._sent: dict[int, _Task] = {}
         self._polled: set[int] = set()  # whose futures call nobody when they are done
@@ -213,23 +220,28 @@ class _Tasks:
         self._done: SimpleQueue[int] = SimpleQueue()
         self._sent_again: set[int] = set()  # designs of tasks that the engine gave up
 
-    def results(self) -> Iterator[Result | None]:
-        """Yield the result of every design, until none waits or is evaluated."""
-        while True:
-            self._fill()
-            if not self._sent:
-                return
-            ticket = self._next_done()
-            if ticket is not None:
-                yield from self._results_of(self._sent.pop(ticket))
-            else:
-                yield None
+    def results(self) -> Generator[Result | None]:
+        """Yield results, and ``None`` after moments without one, until no design is left.
 
-    def cancel(self) -> None:
-        """Give up what was sent; what has begun goes on, and nobody reads it."""
-        for task in self._sent.values():
-            with suppress(Exception):  # an executor that is gone
-                task.future.cancel()
+        What was sent is given up where the reader closes this; on a cluster, what has begun there
+        goes on, and nobody reads it.
+        """
+        try:
+            while True:
+                self._fill()
+                if not self._sent:
+                    return
+                ticket = self._next_done()
+                if ticket is not None:
+                    yield from self._results_of(self._sent.pop(ticket))
+                else:
+                    yield None
+        finally:
+            for task in self._sent.values():
+                with suppress(Exception):  # an executor that is gone
+                    task.future.cancel()
+            if self._processes is not None:
+                self._processes.close()
 
     def _fill(self) -> None:
         """Send as many tasks as keep all workers busy."""
@@ -243,18 +255,23 @@ class _Tasks:
             self._send(deque(self._waiting.popleft() for _ in range(size)), lasting)
 
     def _send(self, designs: Waiting, lasting: float, with_function: bool = False) -> None:
-        function = None
-        if with_function or len(self._pickled) <= _SMALL:
-            function = self._function_to_send()
         ticket = next(self._tickets)
-        task = Work(self._key, cloudpickle.dumps(designs), self._runner.timeout, lasting)
-        name = f"{self._name}-{ticket}"
-        try:
-            future = self._runner.executor.submit(evaluate, _VERSIONS, name, task, function)
-        except PsiError:
-            raise
-        except Exception as error:
-            raise _gone(error) from error
+        timeout = self._runner.timeout
+        work = Work(self._name, self._identity, self._key, designs, timeout, lasting)
+        if self._processes is not None:
+            future: Any = self._processes.submit(work, self._pickled)
+        else:
+            function = None
+            if with_function or len(self._pickled) <= _SMALL:
+                function = self._function_to_send()
+            name = f"{self._name}-{ticket}"
+            packed = cloudpickle.dumps(work)
+            try:
+                future = self._executor.submit(evaluate, _VERSIONS, name, packed, function)
+            except PsiError:
+                raise
+            except Exception as error:
+                raise _gone(error) from error
         self._sent[ticket] = _Task(future, designs)
         if hasattr(future, "add_done_callback"):
             future.add_done_callback(lambda _: self._done.put(ticket))
@@ -265,9 +282,8 @@ class _Tasks:
         """Return the pickled function, where Dask can keep it, as a future of its own."""
         if self._payload is None:
             self._payload = self._pickled
-            executor = self._runner.executor
-            if isinstance(executor, DaskExecutor) and len(self._pickled) > _LARGE:
-                self._payload = executor.client.scatter(self._pickled)
+            if isinstance(self._executor, DaskExecutor) and len(self._pickled) > _LARGE:
+                self._payload = self._executor.client.scatter(self._pickled)
         return self._payload
 
     def _next_done(self) -> int | None:
@@ -286,22 +302,18 @@ class _Tasks:
     def _results_of(self, task: _Task) -> Iterator[Result]:
         """Yield the results of a task; send what is left of it again."""
         try:
-            versions, answer = task.future.result()
+            answer = task.future.result()
         except PsiError:  # of the guard in the worker
             raise
         except Exception as error:
             yield from self._given_up(task, error)
             return
-        if versions != _VERSIONS:
-            raise WorkerError(
-                f"a worker has {' and '.join(versions)}, this process has "
-                f"{' and '.join(_VERSIONS)}; install the same versions on the workers"
-            )
-        self._runner.has_answered = True
+        if self._processes is None:
+            answer = self._unpacked(*answer)
         if answer is None:  # it lacks the function
             self._send(task.designs, CHUNK, with_function=True)
             return
-        results, failure = cloudpickle.loads(answer)
+        results, failure = answer
         designs = dict(task.designs)
         for index, values, seconds in results:
             design = designs.pop(index)
@@ -313,6 +325,18 @@ class _Tasks:
         if failure is not None:
             raise failure
         self._waiting.extendleft(reversed(designs.items()))
+
+    def _unpacked(self, versions: tuple[str, ...], packed: bytes | None) -> Answer | None:
+        if versions != _VERSIONS:
+            raise WorkerError(
+                f"a worker has {' and '.join(versions)}, this process has "
+                f"{' and '.join(_VERSIONS)}; install the same versions on the workers"
+            )
+        self._runner.has_answered = True
+        if packed is None:
+            return None
+        answer: Answer = cloudpickle.loads(packed)
+        return answer
 
     def _given_up(self, task: _Task, error: Exception) -> Iterator[Result]:
         """Send designs again, each alone, whose task the engine gave up; lose them the next time.
@@ -352,86 +376,77 @@ def _unusable(error: BaseException) -> WorkerError:
     )
 
 
-# In the workers of the engine
+def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes]:
+    """Return by what runs know that they may share workers; see :class:`Work`.
 
-
-class Work(NamedTuple):
-    """What a worker is to evaluate.
-
-    Attributes:
-        key: The hash of the pickled function.
-        designs: The pickled designs, with their indices.
-        timeout: Seconds that a design may take, or ``None``.
-        lasting: Seconds after which the worker returns the designs that it has not begun.
+    A worker may keep what a module has read from a file that the problem's fingerprint includes. A
+    class of the main module is sent by value: whatever of its last version is left in a worker, a
+    call that is not of the same runner must not meet it.
     """
+    while isinstance(function, partial):
+        function = function.func
+    problem = getattr(getattr(function, "__self__", function), "problem", None)
+    fingerprint = getattr(problem, "fingerprint", None)
+    parameters = None
+    if callable(fingerprint):
+        with suppress(Exception):  # which a run without a study does not need
+            parameters = fingerprint()
+    owner = ""
+    if b"_make_function" in pickled or b"_make_skeleton" in pickled:  # cloudpickle's, of code
+        owner = runner.name
+    return owner, bytes(cloudpickle.dumps(parameters))
 
-    key: str
-    designs: bytes
-    timeout: float | None
-    lasting: float
 
-
-class LostDesign(NamedTuple):
-    """Stands for the values of a design that was lost."""
-
-    reason: str
-
+# In the workers of an executor
 
 _FUNCTIONS: OrderedDict[str, bytes] = OrderedDict()  # pickled, by their hash; the last ones
-_POOL = ProcessPool()
 
 
 def evaluate(
-    versions: tuple[str, ...], name: str, work: Work, function: bytes | None
+    versions: tuple[str, ...], name: str, packed: bytes, function: bytes | None
 ) -> tuple[tuple[str, ...], bytes | None]:
-    """Evaluate designs in a worker of an engine, under a guard.
+    """Evaluate designs in a worker of an executor, under a guard.
 
     Args:
         versions: Those of the sender.
         name: That of the task, different for each.
-        work: What to evaluate.
+        packed: The pickled work.
         function: The pickled function, unless the worker is likely to have it.
 
     Returns:
-        The worker's versions; and the pickled results with the error that ended them or ``None``,
-        or ``None`` if the worker lacks the function, or has other versions.
+        The worker's versions; and the pickled answer, or ``None`` if the worker lacks the function,
+        or has other versions.
     """
     if versions != _VERSIONS:
         return _VERSIONS, None
+    work: Work = cloudpickle.loads(packed)
     if function is not None:
-        _FUNCTIONS[work.key] = function
+        _FUNCTIONS[work.function] = function
         while len(_FUNCTIONS) > _KEPT:
             with suppress(KeyError):  # other threads of the worker do the same
                 _FUNCTIONS.popitem(last=False)
-    pickled = _FUNCTIONS.get(work.key)
+    pickled = _FUNCTIONS.get(work.function)
     if pickled is None:
         return _VERSIONS, None
-    results = []
-    failure = None
-    designs = cloudpickle.loads(work.designs)
-    end = time.perf_counter() + 2 * work.lasting
-    try:
-        with closing(_results(pickled, designs, work.timeout)) as stream:
-            for result in stream:
-                if result is not None:
-                    results.append(result)
-                if time.perf_counter() > end:
-                    designs.clear()
-    except EvaluationError as error:
-        failure = sendable(error)
+    if sys.platform != "win32":
+        # One thread: the cores of a machine belong to all of its workers.
+        processes = Processes(1, Setting.now(work.identity, threads=1))
+        results, failure = processes.evaluate(work, pickled)
+    else:
+        results, failure = _evaluated_here(work, cloudpickle.loads(pickled))
+    if failure is not None:
+        failure = sendable(failure)
     return _VERSIONS, cloudpickle.dumps((results, failure))
 
 
-def _results(pickled: bytes, designs: Waiting, timeout: float | None) -> Generator[Result | None]:
-    if sys.platform == "win32":
-        yield from evaluate_here(cloudpickle.loads(pickled), designs, moment=0.0)
-    else:
-        # One thread: the cores of a machine belong to all of its workers.
-        yield from _POOL.run(pickled, _lost, designs, Cost(), 1, timeout, threads=1)
-
-
-def _lost(design: Any, reason: str) -> Any:
-    return LostDesign(reason)
+def _evaluated_here(work: Work, function: Function) -> Answer:
+    results: list[Result] = []
+    try:
+        for result in evaluate_here(function, work.designs, moment=0.0):
+            results.append(result)
+    except EvaluationError as error:
+        return results, error
+    return results, None
 
 
 # Engines

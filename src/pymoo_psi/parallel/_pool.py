@@ -1,10 +1,14 @@
-"""A pool of worker processes that can end one evaluation alone, and programs under a guard.
+"""Worker processes, each of which can be ended alone, and programs under a guard.
 
 An executor of ``concurrent.futures`` breaks when a worker dies or hangs, or it ends the worker but
 not what the model has started in it. Here each worker has its own channel and reports every design
-that it finishes. So the pool knows which design a worker evaluates, and for how long: that design
-is recorded, its worker is replaced, and nothing else is affected. ``_worker`` describes how a
-worker ends with all that it has started.
+that it finishes. So it is known which design a worker evaluates, and for how long: that design is
+recorded, its worker is replaced, and nothing else is affected. ``_worker`` describes how a worker
+ends with all that it has started.
+
+Workers are kept for the next run of this process, for some minutes. One that is kept answers as a
+new one would: it is used again under the same setting only, and ends where a module has changed
+that it has imported.
 
 Why not a library: joblib's loky gives up all tasks when one worker dies, and has no time limit for
 one. Pebble has a time limit, replaces a dead worker alone, and adds little time to a task. But a
@@ -17,30 +21,28 @@ from __future__ import annotations
 
 import atexit
 import json
-import math
 import os
 import shutil
 import signal
 import socket
 import subprocess
 import sys
-import weakref
 from collections import deque
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Sequence
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
-from dataclasses import dataclass, field
-from multiprocessing import Pipe, connection, spawn, util
+from multiprocessing import Pipe, spawn, util
 from pathlib import Path
+from queue import SimpleQueue
+from threading import Thread
 from time import monotonic
 from typing import Any, NamedTuple
 
 import cloudpickle
 
-from pymoo_psi.errors import WorkerError
+from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
-from pymoo_psi.parallel._evaluation import MOMENTS, Cost, Result, Values, Waiting
-
-Lost = Callable[[Any, str], Values]
+from pymoo_psi.parallel._evaluation import Result, Waiting
 
 _PATIENCE = 2.0  # seconds for a worker to end by itself, which takes some hundredths
 # Seconds for a guard to end its worker with all that was started there, as many as a busy machine
@@ -52,126 +54,251 @@ _THREAD_LIMITS = (
     *(f"{library}_NUM_THREADS" for library in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")),
     *("VECLIB_MAXIMUM_THREADS", "LOKY_MAX_CPU_COUNT"),
 )
+_KEPT = 2  # sets of workers that are kept, each as many as there are cores or in the last run
 
 
-class ProcessPool:
-    """Worker processes that stay alive between runs and are replaced one by one.
+class Setting(NamedTuple):
+    """What may change the values of a model besides its code and its arguments.
 
-    They end with the pool, with the interpreter, and with an error or an interrupt during a run.
-    Several runs may go on at the same time: one in another thread, or in a callback that evaluates
-    designs while a stream is read.
-
+    Attributes:
+        identity: What the sender says; see :class:`Work`.
+        threads: How many threads libraries may use, unless the environment limits them.
+        environment: The variables of the environment.
+        folder: The current folder.
+        path: Where modules are found.
+        arguments: Those of the program.
     """
 
-    def __init__(self) -> None:
-        self._own()
+    identity: tuple[str, bytes]
+    threads: int
+    environment: dict[str, str]
+    folder: str
+    path: list[str]
+    arguments: list[str]
 
-    def _own(self) -> None:
-        """Begin without workers, in a fork too, which must leave those of its parent alone."""
-        self._owner = os.getpid()
-        self._idle: list[_Worker] = []
-        weakref.finalize(self, _end_all, self._idle, self._owner)
+    @classmethod
+    def now(cls, identity: tuple[str, bytes], threads: int) -> Setting:
+        """Return that of this process."""
+        return cls(identity, threads, {**os.environ}, os.getcwd(), [*sys.path], [*sys.argv])
 
-    def run(
-        self,
-        pickled: bytes,
-        lost: Lost,
-        waiting: Waiting,
-        cost: Cost,
-        workers: int,
-        timeout: float | None,
-        threads: int | None = None,
-    ) -> Generator[Result | None]:
-        """Evaluate designs; yield the results as they come, and ``None`` after idle moments.
+
+class Work(NamedTuple):
+    """Some designs to evaluate.
+
+    Attributes:
+        run: The name of the run; a worker gets the function once in a run.
+        identity: Runs may share workers if this is equal: the name of the runner if code is sent by
+            value, or else none; and what the problem says that its values depend on, pickled.
+        function: The hash of the pickled function.
+        designs: The designs, with their indices.
+        timeout: Seconds that a design may take, or ``None``.
+        lasting: Seconds after twice of which the designs that are not begun are left to others.
+    """
+
+    run: str
+    identity: tuple[str, bytes]
+    function: str
+    designs: Waiting
+    timeout: float | None
+    lasting: float
+
+
+class LostDesign(NamedTuple):
+    """Stands for the values of a design that was lost."""
+
+    reason: str
+
+
+# Results of the designs that were evaluated, and the error that ended the evaluation.
+Answer = tuple[list[Result], EvaluationError | None]
+
+_IDLE: list[_Worker] = []  # the last ones at the end
+
+
+class Processes:
+    """Worker processes for one run, each of which has a thread of this process.
+
+    Args:
+        count: How many, at most.
+        setting: What the workers must agree with.
+    """
+
+    def __init__(self, count: int, setting: Setting) -> None:
+        self._count = count
+        self._setting = setting
+        self._busy: set[_Worker] = set()
+        self._is_closed = False
+        self._tasks: SimpleQueue[Any] = SimpleQueue()
+        self._threads: list[Thread] = []
+
+    def submit(self, work: Work, function: bytes) -> Future[Answer]:
+        """Return the future of an answer; see :meth:`evaluate`."""
+        future: Future[Answer] = Future()
+        self._tasks.put((future, work, function))
+        if len(self._threads) < self._count:
+            # The interpreter does not wait for such a thread at its end, nor does its worker.
+            thread = Thread(target=self._work, daemon=True)
+            self._threads.append(thread)
+            thread.start()
+        return future
+
+    def _work(self) -> None:
+        for future, *task in iter(self._tasks.get, None):
+            if not future.set_running_or_notify_cancel():
+                continue
+            try:
+                future.set_result(self.evaluate(*task))
+            except BaseException as error:
+                future.set_exception(error)
+
+    def close(self) -> None:
+        """End the workers that are busy, with all that a model has started there."""
+        self._is_closed = True
+        for worker in list(self._busy):
+            worker.hang_up()
+        for _ in self._threads:
+            self._tasks.put(None)
+        for thread in self._threads:
+            thread.join()
+        _end(_IDLE[: -_KEPT * max(self._count, os.cpu_count() or 1)])
+
+    def evaluate(self, work: Work, function: bytes) -> Answer:
+        """Evaluate designs; those that are not begun in the time of the work have no result.
+
+        A design whose process dies is tried once more.
 
         Args:
-            pickled: The function to evaluate, as :func:`pickled_function` returns it.
-            lost: Returns the values of a design that was lost, given the reason.
-            waiting: The designs, taken when a worker is free; more may be added meanwhile.
-            cost: What a design takes, as measured so far; it takes further measurements.
-            workers: How many processes to use.
-            timeout: Seconds that the evaluation of a design may take; ``None`` for no limit.
-            threads: How many threads libraries may use in a worker, unless the environment limits
-                them; by default the cores are shared among the workers.
+            work: The designs.
+            function: The pickled function.
 
         Raises:
-            EvaluationError: A design raised, or was lost and the function has no ``lost``.
             WorkerError: No worker starts, or none can load the function.
         """
-        if self._owner != os.getpid():
-            self._own()
-        if threads is None:
-            threads = max(1, (os.cpu_count() or 1) // workers)
-        limit = timeout or math.inf
-        run = _Run(pickled, lost, waiting, cost, workers, limit, threads, self._idle)
-        try:
-            yield from run.results()
-        except BaseException:
-            for worker in run.workers:  # all of them end at the same time
-                worker.disconnect()
-            _end_all(run.workers, self._owner)
-            raise
-        self._idle.extend(run.workers)
+        results: list[Result] = []
+        waiting = deque(work.designs)
+        tried = None
+        while not self._is_closed:
+            worker = self._hire()
+            was_kept = worker.run != ""
+            try:
+                kind, content = worker.evaluate(work, function, waiting, results)
+            except BaseException:
+                worker.end()
+                raise
+            finally:
+                self._busy.discard(worker)
+            if kind in ("left", "raised"):
+                _IDLE.append(worker)
+                return results, content
+            patience = 0.0
+            if kind == "died":
+                patience = _PATIENCE
+            end = worker.end(patience)
+            if kind == "unusable":
+                raise _cannot_load(content)
+            if worker.run != work.run:  # it has not begun
+                if not was_kept:
+                    raise _cannot_load(f"the process ends before ({end})")
+                continue
+            index, _ = waiting[0]
+            if kind == "overdue":
+                reason = f"timed out after {work.timeout:g} s"
+            elif tried == index:
+                reason = f"its worker process died ({end}, 2 times)"
+            else:
+                tried = index
+                continue
+            results.append((index, LostDesign(reason), 0.0))
+            return results, None
+        raise CancelledError
+
+    def _hire(self) -> _Worker:
+        """Return a worker that is idle under the setting, or else a new one."""
+        for worker in _IDLE[::-1]:
+            if worker.setting == self._setting:
+                with suppress(ValueError):  # other threads take them, too
+                    _IDLE.remove(worker)
+                    break
+        else:
+            worker = _Worker(self._setting)
+        self._busy.add(worker)
+        if self._is_closed:  # it is closed in another thread
+            worker.hang_up()
+        return worker
 
 
-def _end_all(workers: list[_Worker], owner: int) -> None:
-    if os.getpid() == owner:
-        for worker in workers:
-            worker.send(None)
-        patient = monotonic() + _PATIENCE
-        while workers:
-            workers.pop().end(patient - monotonic())
+def end_workers(owner: str) -> None:
+    """End the idle workers that only a runner of this name can use."""
+    _end([worker for worker in _IDLE if worker.setting.identity[0] == owner])
+
+
+def _end(workers: list[_Worker]) -> None:
+    """End workers that are not busy; all of them end at the same time."""
+    for worker in workers:
+        with suppress(ValueError):
+            _IDLE.remove(worker)
+        worker.send(None)
+    patient = monotonic() + _PATIENCE
+    for worker in workers:
+        worker.end(patient - monotonic())
 
 
 class _Worker:
-    """A worker process as the pool sees it, and the designs that it has.
-
-    Args:
-        threads: How many threads libraries may use in it, unless the environment limits them.
+    """A worker process as this one sees it.
 
     Attributes:
+        setting: Under which it was started.
         process: The process that Popen started: the guard of the one that evaluates.
         channel: The connection to it.
-        function: The pickled function that was sent to it last.
-        loaded: The pickled function that it has loaded.
-        designs: The designs that it has, with their indices; it evaluates the first one.
-        deadline: When it must have finished this one.
+        run: The run whose function it has loaded last; empty if none.
     """
 
-    def __init__(self, threads: int) -> None:
-        self.function = b""
-        self.loaded = b""
-        self.designs: Waiting = deque()
-        self.deadline = math.inf
+    def __init__(self, setting: Setting) -> None:
+        self.setting = setting
+        self.run = ""
         self.channel, theirs = Pipe()
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
         command = [spawn.get_executable(), *flags, _worker.__file__]
-        environment = dict.fromkeys(_THREAD_LIMITS, str(threads)) | os.environ
+        environment = dict.fromkeys(_THREAD_LIMITS, str(setting.threads)) | setting.environment
         with theirs:
             self.process = subprocess.Popen(
                 command,
                 stdin=theirs.fileno(),
                 env=environment,
+                cwd=setting.folder,
                 start_new_session=True,
             )
         # The worker imports from where this process does, but not its main module: what that
         # defines is sent by value, so that a script needs no guard and a notebook works.
-        self.send((sys.path, sys.argv))
+        self.send((setting.path, setting.arguments))
 
-    def evaluate(self, function: bytes, designs: Waiting, timeout: float) -> None:
-        """Let it evaluate designs, each within the timeout, by a function that it may have to load.
+    def evaluate(
+        self, work: Work, function: bytes, waiting: Waiting, results: list[Result]
+    ) -> tuple[str, Any]:
+        """Let it evaluate designs, which leave the queue; return the last message.
 
-        While it loads, it has read all that was sent: this process never waits for it.
+        Its kind is "left" where all is well; "overdue" after a design's time limit; "died" after
+        the end of the process. While the process loads the function, it has read all that was sent:
+        this one never waits for it.
         """
-        self.function = function
-        self.designs = designs
-        if self.loaded == function:
-            self.deadline = monotonic() + timeout
-            self.send((None, designs))
-        else:
-            self.deadline = math.inf
-            self.send((function, designs))
+        to_load = None
+        if self.run != work.run:
+            to_load = function
+        self.send((to_load, waiting, work.lasting))
+        kind, content = self.receive()
+        if kind != "ready":
+            return kind, content
+        self.run = work.run
+        while waiting:
+            kind, content = self.receive(work.timeout)
+            if kind == "lost":
+                content = (waiting[0][0], LostDesign(content), 0.0)
+            elif kind != "done":
+                return kind, content
+            waiting.popleft()
+            results.append(content)
+        return "left", None
 
     def send(self, content: Any) -> None:
         """Send a message; a process that is gone is noticed when its answer is read."""
@@ -180,25 +307,27 @@ class _Worker:
         with suppress(OSError):
             self.channel.send_bytes(data)
 
-    def receive(self) -> tuple[str, Any]:
-        """Return kind and content of the next message; the kind is "died" after its end."""
+    def receive(self, timeout: float | None = None) -> tuple[str, Any]:
+        """Return kind and content of the next message within some seconds."""
         try:
+            if not self.channel.poll(timeout):
+                return "overdue", None
             message: tuple[str, Any] = self.channel.recv()
         except (EOFError, OSError):  # closed, or reset
             return "died", None
         return message
 
-    def disconnect(self) -> None:
+    def hang_up(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
         with suppress(OSError), socket.socket(fileno=os.dup(self.channel.fileno())) as copy:
             copy.shutdown(socket.SHUT_RDWR)  # it reaches the guard though a fork holds it open
-        self.channel.close()
 
     def end(self, patience: float = 0.0) -> str:
         """Let the process end by itself, or kill it after some seconds; return how it ended."""
         with suppress(subprocess.TimeoutExpired):
             self.process.wait(max(patience, 0.0))
-        self.disconnect()
+        self.hang_up()
+        self.channel.close()
         try:
             self.process.wait(_KILLING)
         except subprocess.TimeoutExpired:  # the guard itself is stuck
@@ -208,112 +337,6 @@ class _Worker:
         if 128 < code < 160:  # a guard reports signals as shells do
             return signal.Signals(code - 128).name
         return f"exit code {code}"
-
-
-@dataclass
-class _Run:
-    """One run: which designs wait, which worker has which designs, and which were tried."""
-
-    pickled: bytes
-    lost: Lost
-    waiting: Waiting
-    cost: Cost
-    n_workers: int
-    timeout: float
-    threads: int
-    idle: list[_Worker]
-    workers: list[_Worker] = field(default_factory=list)
-    tried: set[int] = field(default_factory=set)  # designs whose process died once
-
-    def results(self) -> Iterator[Result | None]:
-        """Yield the result of every design as it comes, until none waits or is evaluated.
-
-        After a moment without a message, ``None`` is yielded.
-        """
-        while True:
-            n_busy = sum(1 for worker in self.workers if worker.designs)
-            n_useful = len(self.waiting) + n_busy
-            if n_useful == 0:
-                return
-            while len(self.workers) < min(self.n_workers, n_useful):
-                try:
-                    worker = self.idle.pop(0)
-                except IndexError:  # other threads take them, too
-                    worker = _Worker(self.threads)
-                self.workers.append(worker)
-            for worker in self.workers:
-                if self.waiting and not worker.designs:
-                    self._feed(worker)
-            now = monotonic()
-            seconds_left = min(worker.deadline for worker in self.workers) - now
-            channels = [worker.channel for worker in self.workers]
-            ready = connection.wait(channels, max(0.0, min(seconds_left, MOMENTS)))
-            if not ready:
-                yield None
-            for worker in list(self.workers):
-                if worker.channel in ready:  # what has arrived counts, even if it is read late
-                    yield from self._handle(worker, *worker.receive())
-                elif now > worker.deadline:
-                    yield from self._replace(worker, is_overdue=True)
-
-    def _feed(self, worker: _Worker) -> None:
-        size = self.cost.chunk(len(self.waiting), self.n_workers)
-        chunk = deque(self.waiting.popleft() for _ in range(size))
-        worker.evaluate(self.pickled, chunk, self.timeout)
-
-    def _handle(self, worker: _Worker, kind: str, content: Any) -> Iterator[Result]:
-        """Process a message of a worker, or its end."""
-        if kind == "ready":
-            worker.loaded = worker.function
-            worker.deadline = monotonic() + self.timeout
-        elif kind == "left":
-            self._give_back(worker)
-        elif kind == "raised":
-            raise content
-        elif kind == "unusable":
-            raise _cannot_load(content)
-        elif kind == "died":
-            yield from self._replace(worker)
-        else:
-            index, design = worker.designs.popleft()
-            worker.deadline = math.inf
-            if worker.designs:
-                worker.deadline = monotonic() + self.timeout
-            if kind == "done":
-                self.cost.samples.append(content[2])
-                # before the result is yielded, as its reader may take a while
-                if self.waiting and not worker.designs:
-                    self._feed(worker)
-                yield content
-            else:
-                yield index, self.lost(design, content), 0.0
-
-    def _replace(self, worker: _Worker, is_overdue: bool = False) -> Iterator[Result]:
-        """End a worker that has died or is overdue; another is hired. One design is lost."""
-        self.workers.remove(worker)
-        end = worker.end(0.0 if is_overdue else _PATIENCE)
-        if not worker.loaded:
-            raise _cannot_load(f"the process ends before ({end})")
-        was_loading = worker.loaded != worker.function
-        if was_loading or not worker.designs:
-            self._give_back(worker)
-            return
-        index, design = worker.designs.popleft()
-        self._give_back(worker)
-        if is_overdue:
-            yield index, self.lost(design, f"timed out after {self.timeout:g} s"), 0.0
-        elif index in self.tried:
-            reason = f"its worker process died ({end}, 2 times)"
-            yield index, self.lost(design, reason), 0.0
-        else:
-            self.tried.add(index)
-            self.waiting.appendleft((index, design))  # it is the next to be evaluated
-
-    def _give_back(self, worker: _Worker) -> None:
-        """Let any worker take the designs that one has not begun."""
-        self.waiting.extendleft(reversed(worker.designs))
-        worker.designs.clear()
-        worker.deadline = math.inf
 
 
 def _cannot_load(reason: str) -> WorkerError:
@@ -326,8 +349,7 @@ def _cannot_load(reason: str) -> WorkerError:
 # Programs of users, each under a guard of its own, which is kept for the next program and ends it
 # with this process, however that ends.
 
-# Guards that run no program, by the process that started them: a fork must not use them.
-_IDLE: dict[int, list[subprocess.Popen[bytes]]] = {}
+_IDLE_GUARDS: list[subprocess.Popen[bytes]] = []
 
 
 class ProgramEnd(NamedTuple):
@@ -366,7 +388,7 @@ def run_program(words: Sequence[str], folder: Path, timeout: float | None) -> Pr
     except BaseException:  # an interrupt, too: the guard ends the program
         _end_guard(guard)
         raise
-    _IDLE[os.getpid()].append(guard)
+    _IDLE_GUARDS.append(guard)
     if "error" in answer:
         raise OSError(answer["error"])
     return ProgramEnd(**answer)
@@ -374,9 +396,8 @@ def run_program(words: Sequence[str], folder: Path, timeout: float | None) -> Pr
 
 def _guard() -> subprocess.Popen[bytes]:
     """Return a guard that runs no program."""
-    idle = _IDLE.setdefault(os.getpid(), [])
-    while idle:
-        guard = idle.pop()
+    while _IDLE_GUARDS:
+        guard = _IDLE_GUARDS.pop()
         if guard.poll() is None:
             return guard
         _end_guard(guard)
@@ -404,5 +425,16 @@ def _end_guard(guard: subprocess.Popen[bytes]) -> None:
 
 @atexit.register
 def _end_idle() -> None:
-    while _IDLE.get(os.getpid()):
-        _end_guard(_IDLE[os.getpid()].pop())
+    _end(_IDLE[:])
+    while _IDLE_GUARDS:
+        _end_guard(_IDLE_GUARDS.pop())
+
+
+def _forget() -> None:
+    """Leave the workers and guards alone in a fork: they are its parent's."""
+    _IDLE.clear()
+    _IDLE_GUARDS.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import secrets
 import sys
-import warnings
+import weakref
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 from typing import Any
 
 from pymoo_psi._validation import boolean, invalid, job_count, positive_number
@@ -20,10 +21,8 @@ from pymoo_psi.parallel._evaluation import (
     Values,
     Waiting,
     evaluate_here,
-    lost_values,
-    pickled_function,
 )
-from pymoo_psi.parallel._pool import ProcessPool
+from pymoo_psi.parallel._pool import end_workers
 
 # joblib is imported in the functions that need it: a worker imports this module, but not joblib.
 
@@ -60,6 +59,17 @@ class Runner:
     """
 
     elastic = False
+
+    def __init__(self, timeout: float | None) -> None:
+        self.timeout = None if timeout is None else positive_number("timeout", timeout)
+        if timeout and sys.platform == "win32":
+            raise invalid("timeout", "None on Windows", timeout)
+        self.cost = Cost()
+        self.has_answered = False  # any worker, so that tasks can be done at all
+        self.name = secrets.token_hex(8)
+        if sys.platform != "win32":
+            # At its end, workers are of no use that have classes of the main module.
+            weakref.finalize(self, end_workers, self.name)
 
     @property
     def n_workers(self) -> int:
@@ -174,9 +184,13 @@ class JoblibRunner(Runner):
     :class:`~pymoo_psi.errors.EvaluationError`. On Windows the workers are those of joblib's loky,
     which end together if one dies, and there is no time limit.
 
-    The workers import from where this process does. They end with this process, however it ends,
-    with all that a model has started in them. If a model changes the current folder, the change is
-    undone: in a worker after every design, in this process within milliseconds.
+    The workers import from where this process does. They are kept for some minutes for the next
+    call of any runner, unless a file has changed from which they have imported a module, or the
+    environment, the current folder, the number of workers, or what ``fingerprint()`` of the problem
+    returns; code that is defined in the main script or a notebook has new ones with a new runner.
+    They end with this process, however it ends, with all that a model has started in them. If a
+    model changes the current folder, the change is undone: in a worker after every design, in this
+    process within milliseconds.
 
     Args:
         n_jobs: Number of workers; -1 is the number of ``joblib.parallel_config``, or else of
@@ -206,13 +220,9 @@ class JoblibRunner(Runner):
     def __init__(
         self, n_jobs: int = -1, *, timeout: float | None = None, in_process: bool = True
     ) -> None:
+        super().__init__(timeout)
         self.n_jobs = job_count("n_jobs", n_jobs)
-        self.timeout = None if timeout is None else positive_number("timeout", timeout)
-        if timeout and sys.platform == "win32":
-            raise invalid("timeout", "None on Windows", timeout)
         self.in_process = boolean("in_process", in_process)
-        self._cost = Cost()
-        self._pool = ProcessPool()
         self._started = False
         self._on_backend: tuple[Any, Runner] | None = None
 
@@ -245,10 +255,10 @@ class JoblibRunner(Runner):
             overhead = _BATCH_SECONDS
 
         def enough(left: int) -> bool:
-            return self._cost.worth_sending(left, count, overhead)
+            return self.cost.worth_sending(left, count, overhead)
 
         if self.in_process and self.timeout is None and self._cluster() is None:
-            yield from evaluate_here(f, waiting, self._cost, enough)
+            yield from evaluate_here(f, waiting, self.cost, enough)
         if waiting:
             self._started = True
             yield from self.by_workers(f, waiting)
@@ -259,35 +269,14 @@ class JoblibRunner(Runner):
         if cluster is not None:
             yield from cluster.by_workers(f, waiting)
             return
-        count = self.n_workers
-        if sys.platform != "win32":
-            lost = partial(lost_values, f)
-            pickled = pickled_function(f)
-            yield from self._pool.run(pickled, lost, waiting, self._cost, count, self.timeout)
-            return
-        from joblib.parallel import Parallel, delayed
+        from pymoo_psi.parallel._executor import Tasks
 
-        def tasks() -> Iterator[Any]:
-            while waiting:
-                # asked each time, since the cost becomes known on the way
-                size = self._cost.chunk(len(waiting), count)
-                chunk = deque(waiting.popleft() for _ in range(size))
-                yield delayed(_evaluated)(f, chunk)
+        executor = None
+        if sys.platform == "win32":
+            from joblib.externals.loky import get_reusable_executor
 
-        while waiting:  # joblib asks for no more tasks once there were none
-            # One task at a time: joblib would send many together that have been short so far.
-            parallel = Parallel(count, batch_size=1, return_as="generator_unordered")
-            answers = parallel(tasks())
-            try:
-                for result in chain.from_iterable(answers):
-                    self._cost.samples.append(result[2])
-                    yield result
-            except EvaluationError as error:
-                raise error from error.original  # joblib has put a cause of its own
-            finally:
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore", UserWarning)  # about results that are not read
-                    answers.close()
+            executor = get_reusable_executor(self.n_workers)
+        yield from Tasks(self, executor, f, waiting).results()
 
     def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
         """Do the tasks of a queue, a single worker's in this process; see :meth:`Runner.tasks`."""
@@ -322,10 +311,6 @@ class JoblibRunner(Runner):
         """Copies and pickles have the settings; workers and measurements stay here."""
         make = partial(type(self), self.n_jobs, timeout=self.timeout, in_process=self.in_process)
         return make, ()
-
-
-def _evaluated(f: Function, waiting: Waiting) -> list[Result]:
-    return list(evaluate_here(f, waiting, moment=0.0))
 
 
 def in_parallel(

@@ -1,17 +1,20 @@
 """The programs of guards: of a worker process, and of the programs of users.
 
-The pool runs this file as a script: a guard, and its child that evaluates what it is sent. The
+The package runs this file as a script: a guard, and its child that evaluates what it is sent. The
 guard only waits for the end of its child or of the channel to the pool, and then kills the child
 with all that a model has started in it. A thread in the worker could not do so while a model holds
 the interpreter's lock in C code. A signal at the death of the parent (Linux) would come at the end
 of the thread that started the worker, and would not reach what the model started. On Linux the
 guard also finds processes that left the worker's group.
 
-Messages to the worker: the path and the arguments of the program; then pairs of a pickled function,
-or None for the one that it has, and designs; None at the end. Messages from it: ``("ready", None)``
-when it has loaded a function, or ``("unusable", text)`` if it cannot; for each design, in turn and
-as soon as it is done, ``("done", Result)``, ``("raised", error)`` or ``("lost", reason)``;
-``("left", None)`` if it leaves the rest of a chunk to other workers.
+Messages to the worker: the path and the arguments of the program; then a pickled function, or None
+for the one that it has, designs, and the seconds that they may take; None at the end. Messages from
+it: ``("ready", None)`` when it has loaded a function, or ``("unusable", text)`` if it cannot; for
+each design, in turn and as soon as it is done, ``("done", Result)``, ``("raised", error)`` or
+``("lost", reason)``; ``("left", None)`` if it leaves the rest of the designs to other workers.
+
+A worker that has loaded a function before ends, before it loads another, if a module has changed
+that it has imported from the folders of users. It also ends when it has waited for some minutes.
 
 With the argument "programs" it is the guard of programs: it runs one after the other, as lines of
 JSON on its standard input say, and ends each with all that it has started.
@@ -28,7 +31,7 @@ import signal
 import sys
 import threading
 from functools import partial
-from time import perf_counter, sleep
+from time import perf_counter, sleep, time_ns
 from typing import Any
 
 # From <linux/prctl.h>: a signal at the end of the parent; orphans below become own children.
@@ -197,13 +200,53 @@ def _is_past(end: float, left: int) -> bool:
     return perf_counter() > end
 
 
+_LINGERING = 300.0  # seconds in which a worker waits for work before it ends
+_Stamp = tuple[int, ...]
+
+
+class _Modules:
+    """The files of the modules that were imported from the folders of users."""
+
+    def __init__(self) -> None:
+        import sysconfig
+
+        self._began = time_ns()
+        self._stamps: dict[str, _Stamp] = {}
+        names = ("stdlib", "platstdlib", "purelib", "platlib")
+        self._installed = tuple(sysconfig.get_path(name) + os.sep for name in names)
+
+    def note(self) -> None:
+        """Note the files of modules that were imported since."""
+        for module in list(sys.modules.values()):
+            file = getattr(module, "__file__", None)
+            if not file or file in self._stamps or file.startswith(self._installed):
+                continue
+            stamp = _stamp(file)
+            if max(stamp[:2]) > self._began:
+                stamp = ()  # it may have changed after its import
+            self._stamps[file] = stamp
+
+    def have_changed(self) -> bool:
+        """Whether a file has changed."""
+        return any(_stamp(file) != stamp for file, stamp in self._stamps.items())
+
+
+def _stamp(file: str) -> _Stamp:
+    """Return what changes with a file, the times first; zeros if there is none."""
+    try:
+        status = os.stat(file)
+    except OSError:
+        return (0, 0)
+    return status.st_mtime_ns, status.st_ctime_ns, status.st_ino, status.st_size
+
+
 def _serve(channel: Any) -> None:
     sys.path[:], sys.argv[:] = channel.recv()
     # Imported after the fork, and from where the pool imports.
     import cloudpickle
 
     from pymoo_psi.errors import EvaluationError
-    from pymoo_psi.parallel._evaluation import CHUNK, evaluate_here, one_line, sendable
+    from pymoo_psi.parallel._evaluation import evaluate_here, one_line, sendable
 
     def send(kind: str, content: Any = None) -> None:
         try:
@@ -212,17 +255,25 @@ def _serve(channel: Any) -> None:
             data = cloudpickle.dumps((kind, content))
         channel.send_bytes(data)
 
+    modules = _Modules()
     function: Any = None
-    for pickled, designs in iter(channel.recv, None):
+    while channel.poll(_LINGERING):
+        message = channel.recv()
+        if message is None:
+            return
+        pickled, designs, lasting = message
         if pickled is not None:
+            if modules.have_changed():
+                return
             try:
                 function = cloudpickle.loads(pickled)
             except BaseException as error:  # a module may exit when it is imported
                 send("unusable", one_line(error))
-                continue
-            send("ready")
+                return
+        send("ready")
+        modules.note()
         try:
-            is_late = partial(_is_past, perf_counter() + 2 * CHUNK)  # the rest is for others
+            is_late = partial(_is_past, perf_counter() + 2 * lasting)  # the rest is for others
             for result in evaluate_here(function, designs, enough=is_late, moment=0.0):
                 try:
                     send("done", result)
@@ -230,6 +281,7 @@ def _serve(channel: Any) -> None:
                     send("lost", f"its values cannot be sent between processes: {one_line(error)}")
         except EvaluationError as error:
             send("raised", sendable(error))
+        modules.note()
         if designs:
             send("left")
 

@@ -1,0 +1,160 @@
+"""Workers are kept for the next call, and never answer by what has changed since."""
+
+import importlib
+import subprocess
+import sys
+import textwrap
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from pymoo_psi import ExecutorRunner, JoblibRunner, investigate
+from tests.processes import posix
+
+pytestmark = posix
+
+MODEL = """
+import hashlib, os
+from functools import cache
+from pathlib import Path
+from pymoo.core.problem import Problem
+from helper import FACTOR
+
+class Model(Problem):
+    def __init__(self, scale=1.0):
+        super().__init__(n_var=2, n_obj=1, xl=0, xu=1)
+        self.scale = scale
+
+    def fingerprint(self):
+        return {"data": hashlib.sha256(Path("data.txt").read_bytes()).hexdigest()}
+
+    def _evaluate(self, X, out, *args, **kwargs):
+        from late import offset
+        out["F"] = FACTOR * self.scale * X[:, :1] + data() + offset()
+        out["process"] = [os.getpid()] * len(X)
+        out["wanted"] = [float(os.environ.get("WANTED", 0))] * len(X)
+
+@cache
+def data():
+    return float(Path("data.txt").read_text())
+"""
+
+
+class Folder:
+    """A folder with the files of a model, which is the current one."""
+
+    def __init__(self, path):
+        self.path = path
+        self.write("model.py", MODEL)
+        self.write("helper.py", "FACTOR = 1")
+        self.write("late.py", "def offset(): return 0")
+        self.write("data.txt", "0")
+        self.model = importlib.import_module("model")
+
+    def write(self, name, text):
+        (self.path / name).write_text(textwrap.dedent(text))
+
+    def tests(self, scale=1.0, **options):
+        options = {"n_jobs": 2} | options
+        return investigate(self.model.Model(scale), 600, **options)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    importlib.invalidate_caches()
+    yield Folder(tmp_path)
+    for name in ("model", "helper", "late"):
+        sys.modules.pop(name, None)
+
+
+def processes(table):
+    return {*table["process"].astype(int).tolist()}
+
+
+def require(table, factor, offset=0.0):
+    np.testing.assert_array_equal(table.F[:, 0], factor * table.X[:, 0] + offset)
+
+
+def test_the_next_call_has_the_same_workers_and_a_new_function(folder):
+    first = folder.tests()
+    second = folder.tests(scale=3.0)
+    assert processes(first) & processes(second)
+    assert len(processes(first) | processes(second)) <= 2
+    require(second, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "factor", "offset"),
+    [
+        ("model.py", MODEL.replace("FACTOR *", "2 * FACTOR *"), 2, 0),
+        ("helper.py", "FACTOR = 2.0", 2, 0),
+        ("late.py", "def offset(): return 1.0", 1, 1),
+        ("data.txt", "1.0", 1, 1),
+    ],
+)
+def test_a_file_that_changes_between_two_calls_counts(folder, name, text, factor, offset):
+    """A module, one that it imports, one imported later, and data that the key depends on."""
+    before = folder.tests()
+    folder.write(name, text)
+    after = folder.tests()
+    require(after, factor, offset)
+    assert not processes(before) & processes(after)
+
+
+def test_a_module_that_is_reloaded_counts_with_a_runner_too(folder):
+    runner = JoblibRunner(2)
+    options = {"runner": runner, "n_jobs": 1}
+    require(folder.tests(**options), 1)
+    folder.write("helper.py", "FACTOR = 30")
+    importlib.reload(sys.modules["helper"])
+    importlib.reload(folder.model)
+    here = folder.tests(n_jobs=1)
+    assert here.F.tobytes() == folder.tests(**options).F.tobytes()
+    require(here, 30)
+
+
+def test_an_executor_has_new_code_too(folder):
+    with ThreadPoolExecutor(2) as executor:
+        options = {"runner": ExecutorRunner(executor), "n_jobs": 1}
+        before = folder.tests(**options)
+        assert processes(before) & processes(folder.tests(**options))
+        folder.write("helper.py", "FACTOR = 4.5")
+        require(folder.tests(**options), 4.5)
+
+
+def test_environment_and_folder_are_those_of_the_call(folder, monkeypatch, tmp_path_factory):
+    assert set(folder.tests()["wanted"]) == {0}
+    monkeypatch.setenv("WANTED", "5")
+    assert set(folder.tests()["wanted"]) == {5}
+    other = tmp_path_factory.mktemp("other")
+    (other / "data.txt").write_text("7")
+    monkeypatch.chdir(other)
+    require(folder.tests(), 1, 7)
+
+
+MAIN = """
+from pymoo.core.problem import Problem
+from pymoo_psi import investigate
+
+class Model(Problem):
+    def _evaluate(self, X, out, *args, **kwargs):
+        import kept
+        kept.calls.append(1)
+        out["F"] = X[:, :1]
+        out["calls"] = [len(kept.calls)] * len(X)
+
+for _ in range(2):
+    table = investigate(Model(n_var=1, n_obj=1, xl=0, xu=1), 64, n_jobs=2)
+    print(table["calls"].max())
+"""
+
+
+def test_a_class_of_the_main_script_has_new_workers(tmp_path):
+    (tmp_path / "kept.py").write_text("calls = []")
+    (tmp_path / "script.py").write_text(MAIN)
+    command = [sys.executable, "script.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == ("1.0\n1.0\n", "")
