@@ -14,7 +14,6 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     PSI,
     PsiError,
-    VectorizedSphereChute,
     cautions,
     compare_designs,
     explain,
@@ -63,14 +62,6 @@ def test_on_a_sphere_around_the_ideal_no_distance_chooses(m):
     n = len(F)
     assert said(F, "equidistant").startswith(f"{n} of {n} Pareto-optimal designs are within 1 %")
     assert "tie" not in kinds(F)
-
-
-def test_an_optimum_at_an_edge():
-    """The chute's slowest plane is its best f4: a lower bound, the set may extend further."""
-    designs = np.array([1.4, 5.9]) * lp_tau(1024, 2) + [0, 0.1]
-    F = VectorizedSphereChute(0.4, model="rolling").evaluate(designs)[0]
-    assert "the best in f4, to within 1 % of the range" in said(F, "edge", normalize=False)
-    assert "edge" not in kinds(F)  # in units of the ranges it lies inside
 
 
 @pytest.mark.parametrize("m", [2, 3, 10])

@@ -125,7 +125,10 @@ def test_rank_and_report_count_designs(file, tmp_path, capsys):
     for command in ("report", "page"):
         out = tmp_path / f"{command}.html"
         assert main([command, str(file), *options, "--out", str(out)]) == 0
-        assert "3 designs, 8 tests" in out.read_text("utf-8")
+        text = out.read_text("utf-8")
+        assert "3 designs, 8 tests" in text
+        assert "By the repeated tests, C is the best with a probability of" in text
+        assert "of the weights within a factor of two of equal ones" in text
 
 
 def line(n):

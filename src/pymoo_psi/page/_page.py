@@ -20,8 +20,8 @@ from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
 from pymoo_psi.page._payload import payload
-from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions
-from pymoo_psi.table import Formulation, TestTable, read_table
+from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions, weights_sentence
+from pymoo_psi.table import Formulation, TestTable, confidence_sentence, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,7 +39,7 @@ class DecisionPage:
         table: The designs on the page.
         prototype: Existing designs to compare with; None if there are none.
         formulation: The objectives, limits, choice and reason that the page opens with.
-        cautions: Reasons not to rely on the optimum of all designs, which limits do not affect.
+        cautions: How sure the optimum of all designs is, which limits do not affect.
         origin: Name of the file with the designs, for the print; empty if there is none.
 
     Example:
@@ -187,9 +187,18 @@ def decision_page(
         table=designs,
         prototype=prototype,
         formulation=replace(table.formulation, limits=table.limits),
-        cautions=tuple(map(str, cautions(designs.feasible_ranking()))),
+        cautions=_cautions(designs),
         origin=origin,
     )
+
+
+def _cautions(designs: TestTable) -> tuple[str, ...]:
+    """Return how sure it is that the optimum of all designs is the best."""
+    ranking = designs.feasible_ranking()
+    optimum = int(ranking.salukvadze[0])
+    weights = weights_sentence(ranking, optimum)
+    noise = confidence_sentence(designs, optimum)
+    return tuple(filter(None, [*map(str, cautions(ranking)), weights, noise]))
 
 
 def _feasible_designs(table: TestTable, units: Mapping[str, str]) -> TestTable:

@@ -44,7 +44,7 @@ def payload(
         table: Feasible designs, one or more.
         prototype: Existing designs to compare with; None if there are none.
         opens_with: The decision that the page opens with, as a formulation in JSON.
-        cautions: Reasons not to rely on the optimum of all designs.
+        cautions: How sure the optimum of all designs is.
     """
     names = table.names
     labels = _labels(table)

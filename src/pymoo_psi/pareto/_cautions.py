@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Mask, Rows
+from pymoo_psi._validation import Array, Rows
 from pymoo_psi.pareto._dominance import nondominated, unit_lengths
 from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of, ranking_from
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
@@ -46,8 +46,8 @@ class Caution(NamedTuple):
 
     Attributes:
         kind: ``"sign"``, ``"suspect"``, ``"unlike"``, ``"constant"``,
-            ``"equidistant"``, ``"tie"``, ``"near tie"``, ``"extreme"``, ``"edge"``,
-            ``"outlier"`` or ``"unstable"``; see :func:`cautions`.
+            ``"equidistant"``, ``"tie"``, ``"near tie"``, ``"extreme"``, ``"outlier"`` or
+            ``"unstable"``; see :func:`cautions`.
         sentence: The reason, in one sentence.
 
     Example:
@@ -85,8 +85,6 @@ def cautions(
     ``near tie``    Such a design is at most 1 % farther.
     ``extreme``     The optimum is worst in an objective, within 1 % of its range: it is no
                     compromise. If normalised, the set bulges away from the ideal point.
-    ``edge``        The optimum is best in an objective, as for ``extreme``: the set may extend
-                    further.
     ``outlier``     Without a single other design that more than doubles a range, the optimum would
                     be elsewhere, by more than a tenth of a range.
     ``unstable``    The same without such a range.
@@ -223,7 +221,7 @@ class _Checks:
             return
         yield from self.tie(near)
         if len(self.rows) > 2:  # of two designs each is an extreme
-            yield from self.ends(varying)
+            yield from self.worst()
         yield from self.moved()
 
     def tie(self, near: Rows) -> Iterator[Caution]:
@@ -247,14 +245,11 @@ class _Checks:
             objective=objective,
         )
 
-    def ends(self, varying: Mask) -> Iterator[Caution]:
-        """Yield the cautions about objectives in which the optimum is the worst or the best."""
-        worst = self.d[self.best] >= 1 - EDGE
-        if worst.any():
-            yield _caution("extreme", objectives=listed(self.names[worst]))
-        first = varying & (self.d[self.best] <= EDGE)
-        if first.any():
-            yield _caution("edge", objectives=listed(self.names[first]))
+    def worst(self) -> Iterator[Caution]:
+        """Yield the caution about objectives in which the optimum is the worst."""
+        is_worst = self.d[self.best] >= 1 - EDGE
+        if is_worst.any():
+            yield _caution("extreme", objectives=listed(self.names[is_worst]))
 
     def moved(self) -> Iterator[Caution]:
         """Yield the caution about the design without which the optimum moves most."""
