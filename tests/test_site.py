@@ -1,4 +1,4 @@
-"""The site that the README's command makes: all names, all links, all pictures."""
+"""The site of the documentation: complete, without a dead link, and without a network."""
 
 import inspect
 import os
@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+from dataclasses import fields
 from html.parser import HTMLParser
 from importlib import import_module
 from pathlib import Path
@@ -14,48 +15,53 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 import pymoo_psi
+from pymoo_psi import Formulation, problems
+from pymoo_psi.cli._app import app
 
-pytest.importorskip("pdoc", reason="the extra 'docs' is not installed")
+pytest.importorskip("sphinx", reason="the extra 'docs' is not installed")
 ROOT = Path(__file__).parents[1]
 SUBPACKAGES = {name for name in pymoo_psi.__all__ if inspect.ismodule(getattr(pymoo_psi, name))}
 
 
 class Page(HTMLParser):
-    """What a page refers to, and what can be referred to in it."""
+    """What a page loads and refers to, and what can be referred to in it."""
 
     def __init__(self, path):
         super().__init__()
-        self.references, self.anchors, self.pictures = set(), set(), []
-        self.feed(path.read_text("utf-8"))
+        self.references, self.loaded, self.anchors = set(), set(), set()
+        self.text = path.read_text("utf-8")
+        self.feed(self.text)
 
     def handle_starttag(self, tag, attrs):
         values = dict(attrs)
         self.references |= {values[name] for name in ("href", "src") if values.get(name)}
+        self.loaded |= {values[name] for name in ("href", "src") if tag != "a" and values.get(name)}
         self.anchors |= {values["id"]} if "id" in values else set()
-        self.pictures += [values["src"]] if tag == "img" else []
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """The folder of the site and its pages."""
+    """The folder of the site and its pages, as the README's command builds it."""
     folder = tmp_path_factory.mktemp("docs") / "site"
-    (command,) = re.findall(
-        r"^python (-m pdoc .*) -o site$", (ROOT / "README.md").read_text("utf-8"), re.M
-    )
+    readme = (ROOT / "README.md").read_text("utf-8")
+    (command,) = re.findall(r"^sphinx-build (.*) site$", readme, re.M)
     done = subprocess.run(
-        [sys.executable, *shlex.split(command), "-o", str(folder)],
-        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},  # beside its README, however installed
+        [sys.executable, "-m", "sphinx", *shlex.split(command), str(folder)],
+        cwd=ROOT,
+        env=os.environ | {"PYTHONPATH": str(ROOT / "src")},
         capture_output=True,
         text=True,
     )
-    assert (done.returncode, done.stderr) == (0, "")
-    return folder, {path: Page(path) for path in folder.rglob("*.html")}
+    assert done.returncode == 0, done.stderr  # -W: a warning is an error
+    paths = [path for path in folder.rglob("*.html") if "_static" not in path.parts]
+    return folder, {path: Page(path) for path in paths}
 
 
-def test_every_link_leads_somewhere(site):
+def test_every_link_leads_somewhere_and_nothing_is_loaded_from_the_network(site):
     _, pages = site
     broken = []
     for path, page in pages.items():
+        assert not [url for url in page.loaded if urlsplit(url).scheme in ("http", "https")], path
         for reference in map(urlsplit, page.references):
             if reference.scheme:  # of the web, or a picture within the page
                 continue
@@ -66,27 +72,44 @@ def test_every_link_leads_somewhere(site):
     assert broken == []
 
 
-@pytest.mark.parametrize("subpackage", ["", *sorted(SUBPACKAGES)])
-def test_every_public_name_is_on_the_page_of_its_subpackage_and_is_found(site, subpackage):
+@pytest.mark.parametrize("subpackage", sorted(SUBPACKAGES - {"guide"}))
+def test_every_public_name_is_in_the_reference(site, subpackage):
+    """Figures and classes of errors are among them."""
     folder, pages = site
-    module = import_module(f"pymoo_psi.{subpackage}".rstrip("."))
-    page = pages[
-        folder / "pymoo_psi" / f"{subpackage}.html" if subpackage else folder / "pymoo_psi.html"
+    module = import_module(f"pymoo_psi.{subpackage}")
+    names = getattr(module, "__all__", None) or [
+        name for name, item in vars(module).items() if inspect.isclass(item) and name[0] != "_"
     ]
-    names = [
-        name
-        for name, item in inspect.getmembers(module)
-        if not name.startswith("_") and (inspect.isclass(item) or inspect.isfunction(item))
-        if name in getattr(module, "__all__", [name]) and item.__module__.startswith("pymoo_psi")
-    ]
-    assert names or subpackage == "guide"
-    assert set(names) <= page.anchors
-    index = (folder / "search.js").read_text("utf-8")
-    assert all(f'"{name}"' in index for name in names)
+    described = {f"pymoo_psi.{subpackage}.{name}" for name in names if name != "Any"}
+    assert described <= pages[folder / "reference" / f"{subpackage}.html"].anchors
 
 
-def test_the_readme_is_on_the_first_page_with_its_picture(site):
+def test_every_figure_is_in_the_gallery(site):
     folder, pages = site
-    page = pages[folder / "pymoo_psi.html"]
-    assert {"decide-on-your-own-table", "the-paper"} <= page.anchors
-    assert any(picture.startswith("data:image/png;base64,") for picture in page.pictures)
+    links = set().union(*(pages[path].references for path in folder.glob("gallery/*.html")))
+    for name in ("plots.paper_figures", "page.decision_page", "report.decision_report"):
+        assert any(link.endswith(f"#pymoo_psi.{name}") for link in links), name
+    for name in pymoo_psi.plots.__all__:
+        if name.startswith("plot_"):
+            assert any(link.endswith(f"#pymoo_psi.plots.{name}") for link in links), name
+
+
+def test_every_command_and_option_is_in_the_reference(site):
+    folder, pages = site
+    anchors = pages[folder / "reference" / "commands.html"].anchors
+    for name, command in app.commands.items():
+        assert f"pymoo-psi-{name}" in anchors
+        for option in command.params:
+            if option.param_type_name == "option":
+                assert f"cmdoption-pymoo-psi-{name}-{option.opts[0].lstrip('-')}" in anchors
+
+
+def test_every_key_of_a_file_is_in_the_reference(site):
+    folder, pages = site
+    shown = set(re.findall(r'<span class="pre">([^<]*)</span>', pages[folder / "files.html"].text))
+    example = Path(problems.__file__).with_name("program.toml").read_text("utf-8")
+    sections = set(re.findall(r"^(\[\w+\])", example, re.M))
+    keys = set(re.findall(r"(\w+)\s*= ", re.sub(r'"[^"]*"', "", example)))
+    of_users = {"width", "height", "area", "teeth", "steel", "stress", "tip", "load", "mass"}
+    assert sections | (keys - of_users - {"slender", "minimize", "maximize"}) <= shown
+    assert {field.name for field in fields(Formulation)} <= shown

@@ -1,9 +1,8 @@
 """Parameter Space Investigation and decision-making on Pareto sets, for pymoo.
 
-.. include:: ../../README.md
+``pymoo-psi guide`` in a terminal lists the guides; they are Markdown files in :mod:`.guide`.
 
-The names that one imports first
---------------------------------
+**Names to import first**
 
 - Problems: :class:`SphereChute`, :class:`VectorizedSphereChute`; the mechanics in :mod:`.chute`.
   :class:`ProgramProblem`, an external program; :class:`Identification` of parameters.
@@ -26,31 +25,55 @@ The names that one imports first
 - Running: :class:`JoblibRunner`, :class:`ExecutorRunner`.
 - Errors: :class:`PsiError`; all of them in :mod:`.errors`.
 
-Subpackages
------------
+**Subpackages**
 
-A layer imports only those above it. Of another subpackage it imports only names of its
-``__init__``, which is an overview of the subject and has two lists: the public names, ``__all__``,
-and those that subpackages share.
+Each layer imports only from the layers above it, and within a layer each subpackage only from those
+before it. Of another subpackage only names of its ``__init__`` are imported. Each ``__init__`` is
+an overview of its subject with two lists: the public names, ``__all__``, and those that subpackages
+share.
 
-| layer | subpackages | knows |
-|---|---|---|
-| base | `errors`, `_validation` and other small modules; `guide`, texts | nothing |
-| mathematics | `sequences`, `chute`, `pareto` | arrays |
-| data | `study` (the file of tests), `table` (tests and designs, sources, analysis) | arrays, \
-pandas; SQLite only in `study` |
-| pymoo | `parallel`, `problems`, `algorithms`, `selection` | pymoo |
-| experiments | `comparison`, `paper` | all above |
-| presentation | `plots`, `page`, `report`, `cli` | all above; matplotlib only in `plots` |
-
-Within a layer, too, a subpackage imports only those before it.
+============ ====================================== ======================
+layer        subpackages                            knows
+============ ====================================== ======================
+base         ``errors``, ``guide``, ``_validation`` nothing
+             and other small modules
+mathematics  ``sequences``, ``chute``, ``pareto``   arrays
+data         ``study`` (the file of tests),         arrays, pandas; SQLite
+             ``table`` (tests, sources, analysis)   only in ``study``
+pymoo        ``parallel``, ``problems``,            pymoo
+             ``algorithms``, ``selection``
+experiments  ``comparison``, ``paper``              all above
+presentation ``plots``, ``page``, ``report``,       all above; matplotlib
+             ``cli``                                only in ``plots``
+============ ====================================== ======================
 
 Every name is imported at its first use, so that importing the package costs next to nothing; the
-stub beside this file says where each comes from.
+stub beside this file says where each comes from. ``__citation__`` is how to cite the package, in
+BibTeX.
 """
 
 import lazy_loader
 
 __version__ = "0.4.0.dev0"  # the only place: the build reads this line
+__citation__ = f"""\
+@software{{pymoo_psi,
+  title   = {{pymoo-psi: Parameter Space Investigation and decision-making on Pareto sets, for
+             pymoo}},
+  author  = {{{{The pymoo-psi developers}}}},
+  version = {{{__version__}}},
+  license = {{Apache-2.0}},
+}}
+
+@article{{cheshankov2012,
+  title   = {{Multi-objective Motion Synthesis of a Rolling Sphere in a Rectilinear Chute-conveyor
+             with Transformed Dry Friction}},
+  author  = {{Cheshankov and Bozduganova and Ivanov and Vitliemov}},
+  journal = {{Technische Mechanik}},
+  volume  = {{32}},
+  number  = {{6}},
+  pages   = {{684--697}},
+  year    = {{2012}},
+}}
+"""
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -59,3 +59,4 @@ from .table import TestTable as TestTable
 from .table import read_table as read_table
 
 __version__: str
+__citation__: str

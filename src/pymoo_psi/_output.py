@@ -120,5 +120,21 @@ class Shown:
         return page + table
 
 
+class Framed:
+    """A document with a method ``html``; Jupyter shows it in a frame."""
+
+    def _repr_html_(self) -> str:
+        """Return the document in a frame from which it reaches nothing else in a notebook."""
+        document: str = self.html()  # type: ignore[attr-defined]  # of every class that is framed
+        # Notebooks are stored as UTF-8, which a file name need not be; see write_document.
+        text = document.encode("utf-8", "replace").decode()
+        # Without allow-same-origin the scripts of a page see neither notebook nor cookies.
+        return (
+            f'<iframe srcdoc="{html.escape(text)}" '
+            'sandbox="allow-scripts allow-downloads allow-modals" '
+            'style="width: 100%; height: 90vh; min-height: 600px; border: 0"></iframe>'
+        )
+
+
 def _paragraph(text: str) -> str:
     return f"<p>{html.escape(text)}</p>\n"

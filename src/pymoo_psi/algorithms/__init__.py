@@ -50,7 +50,7 @@ in one table. Failed designs stay failed until ``PSI(..., retry="failed")`` trie
 
 Many machines share an investigation without communication: each tests its share of the points and
 stores them in a file of its own in one folder, and whatever reads a study reads the folder. This is
-an array of Slurm jobs; a job that was killed is submitted again and continues:
+an array of Slurm jobs; a job that was killed is submitted again and continues::
 
     #!/bin/bash
     #SBATCH --array=1-64

@@ -131,10 +131,27 @@ def _help(function: Callable[..., Any]) -> tuple[str, str]:
     return text, f"\b\n{heading}{examples}"
 
 
+def _cite(ctx: click.Context, _: click.Parameter, is_given: bool) -> None:
+    """Print the entries for BibTeX, and end."""
+    if is_given:
+        from pymoo_psi import __citation__
+
+        click.echo(__citation__, nl=False)
+        ctx.exit()
+
+
 @click.group(
     cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "show_default": True}
 )
 @click.version_option(package_name="pymoo-psi", message="pymoo-psi %(version)s")
+@click.option(
+    "--cite",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_cite,
+    help="Show how to cite, in BibTeX.",
+)
 def app() -> None:
     """Parameter Space Investigation and decision-making on Pareto sets, for pymoo.
 
@@ -442,6 +459,29 @@ def reproduce(options: Options) -> int:
     from pymoo_psi.cli._experiments import run_reproduce
 
     return run_reproduce(options)
+
+
+@_command(click.Argument(["name"], required=False))
+def guide(options: Options) -> int:
+    """Print a guide, or the list of all guides.
+
+    Examples:
+      pymoo-psi guide
+      pymoo-psi guide tutorial
+    """
+    from pymoo_psi._validation import known_name
+    from pymoo_psi.cli._output import print_text
+    from pymoo_psi.guide import guides
+
+    texts = guides()
+    if options.name is not None:
+        print_text(texts[known_name("NAME", options.name, texts)])
+        return 0
+    for name, text in texts.items():
+        title = text.partition("\n")[0].removeprefix("# ")
+        print_text(f"{name:18}{title}")
+    print_text("pymoo-psi guide NAME prints one of them.")
+    return 0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -32,10 +32,11 @@ def say(*lines: object) -> None:
         text = str(line)
         if columns is not None:
             text = wrapped([text], columns)
-        _print(text)
+        print_text(text)
 
 
-def _print(text: str) -> None:
+def print_text(text: str) -> None:
+    """Print a text as it is."""
     try:  # flushed, as errors of the stream would otherwise appear only when Python ends
         print(printable(text), flush=True)
     except BrokenPipeError:
@@ -62,7 +63,7 @@ def print_frame(frame: pd.DataFrame, title: str) -> None:
             na_rep="",
             line_width=width(),
         )
-    _print(text)
+    print_text(text)
 
 
 def require_output(path: Path | None, suffixes: Names, *inputs: Path | None) -> Path | None:

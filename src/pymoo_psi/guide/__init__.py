@@ -1,18 +1,19 @@
-"""Guides: for users of pymoo, engineers, analysts, researchers, clusters; the method; a paper.
+"""The guides, as Markdown files: a tutorial, guides for each kind of user, and how-to guides.
 
-The texts are the Markdown files of this folder, below on the site of the documentation. Their
-examples and commands run as tests of the package, as does `notebook.ipynb` beside them, which goes
-from tests to a decision in Jupyter.
-
-.. include:: pymoo_user.md
-.. include:: engineer.md
-.. include:: engineer_python.md
-.. include:: analyst.md
-.. include:: researcher.md
-.. include:: cluster.md
-.. include:: other_programs.md
-.. include:: openmdao.md
-.. include:: extending.md
-.. include:: method.md
-.. include:: paper.md
+``pymoo-psi guide`` lists them and ``pymoo-psi guide NAME`` prints one; :func:`guides` returns their
+texts. ``sphinx-build -c .sphinx src/pymoo_psi/guide site`` in a checkout makes a site of them, with
+a gallery and the reference. Their examples and commands run as tests of the package.
 """
+
+from pathlib import Path
+
+__all__: list[str] = []
+
+
+def guides() -> dict[str, str]:
+    """Return the text of each guide by its name."""
+    texts = {}
+    for path in sorted(Path(__file__).parent.glob("*.md")):
+        if path.stem != "index":  # the first page of the site
+            texts[path.stem] = path.read_text(encoding="utf-8")
+    return texts

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._output import write_document
+from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
 from pymoo_psi.page._payload import payload
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions, weights_sentence
@@ -31,7 +31,7 @@ _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DecisionPage:
+class DecisionPage(Framed):
     """A page for deciding on a Pareto set, made by :func:`decision_page`.
 
     Attributes:
@@ -87,16 +87,6 @@ class DecisionPage:
             "maximize": [name for name in layout.objectives if name in layout.maximize],
             "ranges": self.table.formulation.ranges or {},
         }
-
-    def _repr_html_(self) -> str:
-        """Return the page in a frame from which it reaches nothing else in a notebook."""
-        # Notebooks are stored as UTF-8, which a file name need not be; see write_document.
-        text = self.html().encode("utf-8", "replace").decode()
-        # Without allow-same-origin the scripts of the page see neither notebook nor cookies.
-        return (
-            f'<iframe srcdoc="{escape(text)}" sandbox="allow-scripts allow-downloads allow-modals" '
-            'style="width: 100%; height: 90vh; min-height: 600px; border: 0"></iframe>'
-        )
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the page, whole or not at all.

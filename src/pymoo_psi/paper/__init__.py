@@ -7,17 +7,24 @@ f1 is 4e-4 to 6e-4 above the printed values, because of an error of the paper's 
 design of rank 5 for μ = 0.6. The test point that Table 6.2 prints as 1356 is number 2571, as its f3
 and f4 show.
 
-The Salukvadze optima of 4096 test points by plain distances, (f1, f2, f3, f4) after the number of
-the test point:
+The Salukvadze optima of 4096 test points by plain distances, with their numbers:
 
-| μ | printed | optimum under `rolling` | its f1, f2 under `full` | optimum under `full` |
-|---|---|---|---|---|
-| 0.2 | 1.9829, 0.0532, 0.3074, 0.1130 | 3599: 1.9834, 0.0532, 0.3074, 0.1130 | 2.1918, 0.0244 | \
-4006: 1.9684, 0.0407, 0.4537, 0.1706 |
-| 0.4 | 2.0454, 0.0476, 0.2635, 0.1072 | 3085: 2.0458, 0.0476, 0.2635, 0.1072 | 2.3214, 0.0159 | \
-2571: 2.0541, 0.0195, 0.4392, 0.1043 |
-| 0.6 | 2.0454, 0.0476, 0.2635, 0.1144 | 1029: 2.0458, 0.0476, 0.2635, 0.1144 | 2.3296, 0.0142 | \
-1709: 2.0630, 0.0129, 0.4378, 0.1778 |
+=== ========================= ==== ==============================
+μ   optimum                   test f1, f2, f3, f4
+=== ========================= ==== ==============================
+0.2 printed                   –    1.9829, 0.0532, 0.3074, 0.1130
+0.2 under ``rolling``         3599 1.9834, 0.0532, 0.3074, 0.1130
+0.2 that one under ``full``   3599 2.1918, 0.0244, 0.3074, 0.1130
+0.2 under ``full``            4006 1.9684, 0.0407, 0.4537, 0.1706
+0.4 printed                   –    2.0454, 0.0476, 0.2635, 0.1072
+0.4 under ``rolling``         3085 2.0458, 0.0476, 0.2635, 0.1072
+0.4 that one under ``full``   3085 2.3214, 0.0159, 0.2635, 0.1072
+0.4 under ``full``            2571 2.0541, 0.0195, 0.4392, 0.1043
+0.6 printed                   –    2.0454, 0.0476, 0.2635, 0.1144
+0.6 under ``rolling``         1029 2.0458, 0.0476, 0.2635, 0.1144
+0.6 that one under ``full``   1029 2.3296, 0.0142, 0.2635, 0.1144
+0.6 under ``full``            1709 2.0630, 0.0129, 0.4378, 0.1778
+=== ========================= ==== ==============================
 
 Example:
     The paper's optimum for μ = 0.4, by its own procedure: 4096 test points, plain distances.

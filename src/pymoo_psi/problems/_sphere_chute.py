@@ -75,7 +75,7 @@ class SphereChute(_ChuteProblem, ElementwiseProblem):
     """The sphere in the chute-conveyor: two variables, four objectives, one constraint.
 
     Variables: u1 = tan α, the slope; u2 = v_P, the speed of the moving plane. Objectives, all
-    minimised and dimensionless: f1 the time, f2 the energy balance |W − D|, f3 = u1, f4 = u2
+    minimised and dimensionless: f1 the time, f2 the energy balance ``|W − D|``, f3 = u1, f4 = u2
     (Eqs. 3.1–3.4). Constraint: 1 − (η reached), which is <= 0 when the sphere reaches the exit
     and above 0 when it stalls before; a stalled design has f1 = f2 = inf.
 

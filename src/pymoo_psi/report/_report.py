@@ -20,7 +20,7 @@ from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import plots
 from pymoo_psi._names import asked_under_a_formulation
-from pymoo_psi._output import write_document
+from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
 from pymoo_psi.report import _contents
@@ -39,7 +39,7 @@ _NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DecisionReport:
+class DecisionReport(Framed):
     """A report on the choice among tested designs, made by :func:`decision_report`.
 
     Attributes:

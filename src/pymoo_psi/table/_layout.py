@@ -56,7 +56,7 @@ class Layout:
         variables: ``n_var`` names of the design variables.
         objectives: ``m`` names of the objectives.
         inequalities: ``n_ieq`` names of the inequality constraints, met where g <= 0.
-        equalities: ``n_eq`` names of the equality constraints, met where |h| <= eq_tolerance.
+        equalities: ``n_eq`` names of the equality constraints, met where ``|h| <= eq_tolerance``.
         lower: ``(n_var,)`` lower bounds; NaN where there is none or it is not known.
         upper: ``(n_var,)`` upper bounds, as for ``lower``.
         eq_tolerance: How far an equality constraint may be from 0.

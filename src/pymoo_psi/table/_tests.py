@@ -66,7 +66,7 @@ class Tests:
             binary; object if they differ, or are choices.
         F: ``(n, m)`` objectives, all minimised; NaN or infinite where a design failed.
         G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
-        H: ``(n, n_eq)`` equality constraints, met where |h| is within the tolerance.
+        H: ``(n, n_eq)`` equality constraints, met where ``|h|`` is within the tolerance.
         status: ``(n,)`` "ok", "infeasible" (violates a constraint or a limit) or "failed" (not
             computed). If None, it follows from the other arrays, as in :meth:`of`.
         reasons: Why designs failed, for the numbers of their test points.

@@ -1,0 +1,68 @@
+"""The settings of the documentation: ``sphinx-build -c .sphinx src/pymoo_psi/guide site``."""
+
+from docutils.nodes import SkipNode
+from docutils.utils.math.latex2mathml import tex2mathml
+from pygments.lexers.special import TextLexer
+
+import pymoo_psi
+
+project = "pymoo-psi"
+author = "The pymoo-psi developers"
+version = release = pymoo_psi.__version__
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click"]
+
+# Guides are Markdown; the code of notebooks and of the gallery runs in the build.
+myst_enable_extensions = ["deflist", "dollarmath"]
+myst_heading_anchors = 3
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+
+# Docstrings are in Google's style.
+default_role = "code"
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+autodoc_default_options = {"exclude-members": "set"}  # a figure's repeats all of matplotlib
+napoleon_attr_annotations = False
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+
+html_theme = "pydata_sphinx_theme"
+html_title = f"pymoo-psi {version}"
+html_theme_options = {
+    "footer_end": [],
+    "footer_start": ["copyright"],
+    "header_links_before_dropdown": 7,
+    "navbar_end": ["theme-switcher"],
+    "show_nav_level": 2,
+}
+html_show_copyright = False
+html_show_sourcelink = False
+html_math_renderer = "mathml"
+
+
+def add_formula(translator, node):
+    """Write a formula as MathML, which browsers show without a script."""
+    is_block = node.tagname == "math_block"
+    translator.body.append(tex2mathml(node.astext(), as_block=is_block))
+    raise SkipNode
+
+
+def find_by_last_part(app, env, node, text):
+    """Find the target of ``:class:`pymoo_psi.PSI```, described as ``algorithms.PSI``."""
+    if node.get("refdomain") != "py" or node.get("refspecific"):
+        return None
+    node["refspecific"] = True  # as with a dot in front
+    name = node["reftarget"].removeprefix("pymoo_psi.")
+    kind = node["reftype"]
+    return env.get_domain("py").resolve_xref(
+        env, node["refdoc"], app.builder, kind, name, node, text
+    )
+
+
+def setup(app):
+    """Add what the extensions do not have."""
+    app.add_html_math_renderer("mathml", (add_formula, None), (add_formula, None))
+    app.add_lexer("csv", TextLexer)
+    app.connect("missing-reference", find_by_last_part)
