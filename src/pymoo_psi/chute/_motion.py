@@ -176,8 +176,8 @@ def criteria(motion: Motion) -> Array:
     """Return the four criteria of a motion, all to be minimised, Eqs. (3.1) to (3.4).
 
     f1 = t(1), the time; f2 = ``|ΔE − u1| = |W − D|``, the balance of the energy that enters from
-    the plane and of that lost to friction; f3 = tan α, the height; f4 = v_P, the speed of the plane.
-    Where the sphere stalls before the exit, f1 and f2 are infinite.
+    the plane and of that lost to friction; f3 = tan α, the height; f4 = v_P, the speed of the
+    plane. Where the sphere stalls before the exit, f1 and f2 are infinite.
 
     Args:
         motion: The motion of n designs.
