@@ -602,7 +602,7 @@ class Convergence(Shown):
             "model is."
         )
         if np.isnan(self.moved[-1]):
-            change = listed(self._changes()) or "nothing"
+            change = listed(self._changes() or ["nothing"])
             distances = "One design is the best in every objective, so that distances have no unit"
             return f"{distances}. {doubling} changed {change}. {unknown}"
         before, now = self.mu1[-2:].tolist()

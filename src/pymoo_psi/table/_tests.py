@@ -300,7 +300,7 @@ class Tests:
         names = tuple(dict.fromkeys((*layout.outputs, *columns)))
         if names != layout.outputs:
             layout = replace(layout, outputs=names)
-        shape = np.shape(numbers)
+        shape = real_array("numbers", numbers).shape
         further = np.full((*shape, len(names)), np.nan)
         for name, column in columns.items():
             values = real_array(f"the output {name!r}", column)
