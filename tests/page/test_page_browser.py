@@ -492,6 +492,7 @@ def test_a_group_decides(fresh, member, tmp_path):
     choices = {one["name"]: one["chosen"] for one in state["positions"]}
     former = state["positions"][1]["chosen"]
     assert any("→" in text and former in text and choices["Ben"] in text for text in cells)
+    fresh.until("D.resting")
     said = fresh.text("#separation")
     assert f"Ben ({choices['Ben']}) against Ann ({choices['Ann']}): " in said
     assert "has the least greatest regret" in said
@@ -730,17 +731,28 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
 
 
 def test_a_search_finds_designs_that_are_not_shown(reader):
+    frame = beams()
     row = reader.ask("D.data.whole.pareto.indexOf(0)")
     name = reader.ask(f"D.data.names[{row}]")
     reader.page.fill("#search", name)
-    reader.settle()
-    assert f"{name} is dominated" in reader.text("#shown")
+    reader.until("D.resting")
+    assert reader.shown[0] == name
+    assert "dominated" in reader.text("#table .row")
     reader.click("#pin")
     assert reader.state["pins"] == [name]
-    reader.set(limits={"mass": [None, 0.1]})
-    assert f"{name} is beyond mass at most" in reader.text("#shown")
-    reader.page.fill("#search", "nobody")
-    reader.settle()
+    heavy = frame["mass"].iloc[row] - 1e-3
+    reader.set(limits={"mass": [None, heavy]})
+    reader.click("#table .row")
+    reader.until("D.resting")
+    assert f"{name} is beyond mass at most" in reader.text("#verdict-words")
+    for text, fits in {
+        "material=steel": frame["material"] == "steel",
+        "Cost, total <= 90": frame["cost, total"] <= 90,
+        "nobody": frame["mass"] < 0,
+    }.items():
+        reader.page.fill("#search", text)
+        reader.until("D.resting")
+        assert set(reader.shown) - {"prototype"} == labels(frame, np.flatnonzero(fits))
     assert reader.page.is_disabled("#pin")
     reader.page.fill("#search", "")
 

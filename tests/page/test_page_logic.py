@@ -369,16 +369,18 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
         best, units = int(ranking.salukvadze[0]), case.units
         why = explain(ranking, row=best, units=units)
         assert found["verdict"]["row"] == found["verdict"]["proposed"] == rows[best]
-        assert found["verdict"]["sentences"] == list(why.sentences)
+        assert found["verdict"]["standing"] == why.sentences[0]
         assert found["verdict"]["weakest"] == list(why.weakest)
         one_by_one = zip(case.rows[k], found["explained"], found["instead"], strict=True)
         for row, one, instead in one_by_one:
             if row not in rows:
-                assert "beyond the limits" in one["sentences"][0]
+                assert "beyond the limits" in one["standing"]
                 continue
             at = int(np.searchsorted(rows, row))
             why = explain(ranking, row=at, units=units)
-            assert one["sentences"] == list(why.sentences)
+            assert one["standing"] == why.sentences[0]
+            for step, text in zip(one["steps"], why.sentences[2:], strict=True):
+                assert text.endswith(f"gives up least: {step['text']}.")
             away = [objective["away"] for objective in one["objectives"]]
             np.testing.assert_allclose(away, why.behind, rtol=1e-12, atol=1e-13)
             two = compare_designs(ranking, rows=[best, at], units=units)

@@ -170,7 +170,7 @@ const Charts = (() => {
     const canvases = Array.from({length: count}, () => document.createElement("canvas"))
     for (const canvas of canvases) canvas.setAttribute("aria-hidden", "true")
     parent.append(...canvases)
-    const size = {width: 0, height: 0}
+    const size = {width: 0, height: 0, inView: true}
     const fit = () => {
       const [width, height] = [parent.clientWidth, parent.clientHeight]
       if (width === size.width && height === size.height) return
@@ -191,6 +191,7 @@ const Charts = (() => {
       return g
     }
     new ResizeObserver(fit).observe(parent)
+    new IntersectionObserver(([entry]) => { size.inView = entry.isIntersecting }).observe(parent)
     fit()
     return {size, clean, fit, top: canvases[count - 1]}
   }
@@ -256,8 +257,8 @@ const Charts = (() => {
 
   // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
   // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
-  // long. Former densities on the same axes, by colour, are mended by the rows that come and go.
-  //   count(cover, rows, step) calls cover(pixel, step) for every pixel of some rows
+  // long. Former counts on the same axes, by colour, are mended by the rows that come and go.
+  //   count(counts, rows, step) adds a step to the counts of every pixel of some rows
   const DARKEST = 1000 // marks at a pixel
   function clouds(g, groups, total, [least, alpha], count, former) {
     const {width, height} = g.canvas
@@ -267,29 +268,22 @@ const Charts = (() => {
     for (const [colour, rows] of groups) {
       const drawn = new Uint8Array(total)
       for (let k = 0; k < rows.length; k++) drawn[rows[k]] = 1
-      let cloud = former.get(colour)
-      const come = cloud ? Logic.picked(rows, (row) => !cloud.drawn[row]) : rows
-      const go = cloud ? Logic.picked(cloud.rows, (row) => !drawn[row]) : []
-      const isNew = !cloud || come.length + go.length >= rows.length
-      if (isNew) cloud = {image: new ImageData(width, height), counts: new Uint32Array(width * height)}
-      const {image, counts} = cloud
-      const pixels = new Uint32Array(image.data.buffer)
+      const last = former.get(colour)
+      const come = last ? Logic.picked(rows, (row) => !last.drawn[row]) : rows
+      const go = last ? Logic.picked(last.rows, (row) => !drawn[row]) : []
+      const isNew = !last || come.length + go.length >= rows.length
+      const counts = isNew ? new Uint32Array(width * height) : last.counts
+      count(counts, isNew ? rows : come, 1)
+      if (!isNew) count(counts, go, -1)
       const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
-      if (cloud.many !== many) {
-        cloud.shades = new Uint32Array(DARKEST + 1)
-        for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - Math.min(0.5, alpha / many)) {
-          cloud.shades[k] = (Math.round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
-        }
+      const shades = new Uint32Array(DARKEST + 1)
+      for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - Math.min(0.5, alpha / many)) {
+        shades[k] = (Math.round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
       }
-      const {shades} = cloud
-      const cover = (k, step) => {
-        const n = counts[k] += step
-        pixels[k] = shades[n < DARKEST ? n : DARKEST]
-      }
-      count(cover, isNew ? rows : come, 1)
-      if (!isNew) count(cover, go, -1)
-      if (cloud.many !== many) for (let k = 0; k < pixels.length; k++) pixels[k] = shades[Math.min(counts[k], DARKEST)]
-      next.set(colour, {...cloud, many, rows, drawn})
+      const image = last?.image ?? new ImageData(width, height)
+      const pixels = new Uint32Array(image.data.buffer)
+      for (let k = 0; k < pixels.length; k++) pixels[k] = shades[counts[k] < DARKEST ? counts[k] : DARKEST]
+      next.set(colour, {image, counts, rows, drawn})
       if (groups.length === 1) g.putImageData(image, 0, 0)
       else { // above one another
         const canvas = new OffscreenCanvas(width, height)
@@ -405,7 +399,7 @@ const Charts = (() => {
       return new Map()
     }
 
-    function countLines(cover, rows, step) {
+    function countLines(counts, rows, step) {
       const {width} = top
       for (let j = 0; j + 1 < axes.length; j++) {
         const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => Math.round(x * devicePixelRatio))
@@ -421,7 +415,7 @@ const Charts = (() => {
             y += slope
             const next = y | 0
             const end = (at < next ? next : at) * width + x
-            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) cover(k, step)
+            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k] += step
             at = next
           }
         }
@@ -563,7 +557,7 @@ const Charts = (() => {
     })
     top.addEventListener("pointerleave", () => on.hover(-1))
     return {mark, draw: (next, all) => { model = next; if (all) fit(); draw(all) },
-      get names() { return boxes }, get drawn() { return model.left.length }}
+      get names() { return boxes }, get drawn() { return model.left.length }, get inView() { return size.inView }}
   }
 
   // A scatter plot of two columns. A drag sets the limits of both, those of a box; `on` is as above.
@@ -636,13 +630,13 @@ const Charts = (() => {
       const {u: across, v: up} = placed()
       const half = Math.round((model.total > 5000 ? 1 : 1.5) * devicePixelRatio)
       const {width} = g.canvas
-      const squares = (cover, rows, step) => {
+      const squares = (counts, rows, step) => {
         for (let k = 0; k < rows.length; k++) {
           const [u, v] = [across(rows[k]), up(rows[k])]
           if (u !== u || v !== v) continue
           const first = Math.round(v * devicePixelRatio - half) * width + Math.round(u * devicePixelRatio - half)
           for (let line = 0; line <= 2 * half; line++) {
-            for (let i = first + line * width; i <= first + line * width + 2 * half; i++) cover(i, step)
+            for (let i = first + line * width; i <= first + line * width + 2 * half; i++) counts[i] += step
           }
         }
       }
@@ -764,6 +758,7 @@ const Charts = (() => {
       mark,
       spot: (row) => placed()(row),
       get names() { return boxes },
+      get inView() { return size.inView },
       get drawn() { return drawn },
     }
   }

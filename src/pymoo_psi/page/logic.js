@@ -543,6 +543,27 @@ function order(data, ranking, state) {
   return concat(data.prototypes, turned(front), turned(argsort(ranking.mu1, dominated)))
 }
 
+// The rows that a search finds, whatever the limits, those shown first: a text in names or texts, or
+// a value of a column, as in "price <= 1300".
+function found(data, text, shown) {
+  if (!text) return shown
+  const plain = (word) => word.trim().toLowerCase()
+  const [, name, relation, value] = text.match(/^([^<>=]+)([<>]=?|=)(.+)$/) ?? [null, ""]
+  const column = data.columns.find((one) => one.values && [one.name, one.label].map(plain).includes(plain(name)))
+  const wanted = plain(column ? value : text)
+  const limit = column && typed(value).value
+  const texts = data.columns.filter((one) => one.texts)
+  const cell = (one, row) => plain(one.texts[one.values[row]])
+  const fits = (row) => {
+    if (!column) return plain(data.names[row]).includes(wanted) || texts.some((one) => cell(one, row).includes(wanted))
+    if (column.texts) return cell(column, row) === wanted
+    const own = column.values[row]
+    return own === limit ? relation.includes("=") : relation[0] === "<" ? own < limit : relation[0] === ">" && own > limit
+  }
+  const exact = data.rowOf.has(text) ? [data.rowOf.get(text)] : []
+  return Int32Array.from([...new Set([...exact, ...shown, ...data.names.keys()])].filter(fits))
+}
+
 // The places of the names in the order of a dictionary, in which 9 comes before 10.
 function alphabetic({names}) {
   const {compare} = new Intl.Collator(undefined, {numeric: true})
@@ -756,7 +777,7 @@ function compare(data, rows, base) {
 // least (pareto's explain). Any row, also dominated or a prototype.
 function explain(data, ranking, row) {
   const {front, frame: {low}, pareto} = ranking
-  const {objectives, names, F, lengths} = data
+  const {objectives, F, lengths} = data
   const own = F.map((column) => column[row])
   const behind = own.map((value, j) => value - low[j])
   const shares = behind.map((value, j) => shareOf(value, lengths[j]))
@@ -809,12 +830,7 @@ function explain(data, ranking, row) {
     })),
     weakest,
     steps,
-    sentences: [
-      standing(data, ranking, row, dominatedBy),
-      distances(data, ordered, behind, shares, weakest),
-      ...steps.map((step) => sentence(data, "step",
-        {objectives: listed(step.names), design: names[step.row], difference: step.text})),
-    ],
+    standing: standing(data, ranking, row, dominatedBy),
   }
 }
 
@@ -831,19 +847,6 @@ function standing(data, ranking, row, dominatedBy) {
   }
   const key = front.length === 1 ? "single" : place[row] > 1 ? "ranked" : best.length === 1 ? "optimum" : "optima"
   return sentence(data, key, parts)
-}
-
-function distances(data, ordered, behind, shares, weakest) {
-  const names = (there) => listed(data.objectives.filter((_, j) => there(j)).map(({name}) => name))
-  const away = ordered.filter((j) => behind[j] > 0)
-  if (!away.length) return sentence(data, "all best", {})
-  const changes = away.map((j, k) => changed(data, j, behind[j], shares[j], k === 0)).join(", ")
-  const best = names((j) => behind[j] === 0 && data.lengths[j] !== Infinity)
-  return `${[
-    sentence(data, "behind", {changes}),
-    away.length > 1 && weakest.length ? sentence(data, "weakest", {objectives: listed(weakest)}) : "",
-    best && sentence(data, "best", {objectives: best}),
-  ].filter(Boolean).join("; ")}.`
 }
 
 // What is to be looked at first: the chosen design, or else the best compromise, which is proposed;
@@ -1153,7 +1156,7 @@ function decided(data, {limits, chosen, reason, ranges, positions, decided, page
 }
 
 return {
-  decode, initial, checked, parsed, values, left, ranked, order, preference, verdict, explain,
+  decode, initial, checked, parsed, values, left, ranked, order, found, preference, verdict, explain,
   compared, compare, limitText, switches, staying, latest, limitsOf, joined, separation, sentence, listed, nearestDesign, typed, written, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
   csv, metadata, decision, opened, MOST_PINS,
 }

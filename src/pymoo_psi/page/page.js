@@ -104,17 +104,28 @@ const page = (() => {
   }
 
   let waiting = false
+  let following = 0
   function soon() {
     if (waiting) return
     waiting = true
-    requestAnimationFrame(() => waiting && update())
+    requestAnimationFrame(() => {
+      if (!waiting) return
+      lead(false)
+      clearTimeout(following)
+      following = setTimeout(follow, 0)
+    })
   }
 
-  // Everything on the page from the state.
+  // Everything on the page from the state: first what decides, in the next frame; then the rest.
   function update(everything = false) {
+    lead(everything)
+    follow()
+  }
+
+  function lead(everything) {
     const keepFocus = focusKept()
     waiting = false
-    const filter = JSON.stringify([state.limits, state.categories, state.fixed])
+    const filter = JSON.stringify([state.limits, state.categories, state.fixed, state.positions])
     if (filter !== filtered) {
       filtered = filter
       left = Logic.left(data, state)
@@ -123,17 +134,28 @@ const page = (() => {
       renew($("stays"))
     }
     verdict = Logic.verdict(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
-    order = Logic.order(data, ranking, state)
     showLimits()
     showCounts()
     showVerdict()
+    $("fixed").checked = state.fixed
+    showCharts(everything)
+    keepFocus()
+    enter()
+  }
+
+  function follow() {
+    const keepFocus = focusKept()
+    clearTimeout(following)
+    following = 0
+    order = Logic.found(data, $("search").value.trim(), Logic.order(data, ranking, state))
+    showOrder()
     showCompare()
     showPreference()
     showPositions()
-    $("fixed").checked = state.fixed
-    showCharts(everything)
-    table.show()
     showSteps()
+    for (const [chart, all] of later) chart.draw(modelOfCharts(), all)
+    later.clear()
+    table.show()
     keepFocus()
     enter()
   }
@@ -173,6 +195,7 @@ const page = (() => {
     show("relax", found.length)
     const keepFocus = focusKept()
     renew($("stays"), readable(Logic.staying(data, ranking, found)))
+    renew($("separation"), ...Logic.separation(data, ranking, state.positions).map((text) => make("li", {}, readable(text))))
     const moved = ({name, end}, value) => {
       const limit = [...(limitOf(data.by.get(name)) ?? [null, null])]
       limit[end] = value
@@ -185,14 +208,14 @@ const page = (() => {
       return [`${looser ? "from" : end ? "below" : "above"} ${written(column, value)}${exact ? "" : " (of values tried)"} `, row < 0 ? "none is left" : inspectButton(row), " ",
         next === null ? null : button("Set", () => moved(one, next), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${written(column, next)}`})]
     }
-    renew($("relax-table"), make("thead", {}, make("tr", {}, ["Limit", "Tighter", "Looser", ""].map((text) => make("th", {scope: "col"}, text)))),
+    renew($("relax-table"), make("thead", {}, make("tr", {}, ["Limit", "Tighter", "Looser"].map((text) => make("th", {scope: "col"}, text)))),
       make("tbody", {}, found.filter(({looser}) => !looser).map((one) => {
         const column = data.by.get(one.name)
         const limit = limitOf(column)?.[one.end] ?? null
         const looser = found.find(({name, end, looser}) => looser && name === one.name && end === one.end)
         return make("tr", {}, make("th", {scope: "row"}, limit === null ? `${column.name} without a limit` : readable(Logic.limitText(column, one.end, limit))),
-          make("td", {}, cell(one)), make("td", {}, cell(looser)),
-          make("td", {}, looser ? button("Remove limit", () => moved(one, null), {"aria-label": `Remove limit: ${one.name}, ${one.end ? "upper" : "lower"}`}) : null))
+          make("td", {}, cell(one)), make("td", {}, cell(looser),
+            looser ? button("Remove limit", () => moved(one, null), {"aria-label": `Remove limit: ${one.name}, ${one.end ? "upper" : "lower"}`}) : null))
       })))
     keepFocus()
     const stuck = !ranking.count && found.every(({looser, value}) => !looser || value === null)
@@ -225,7 +248,7 @@ const page = (() => {
     if (row < 0) return
     inspected = -1
     change({chosen: state.chosen === called(row) ? null : called(row), reason: "", decided: null})
-    if (state.chosen !== null) update(), $("reason").focus({preventScroll: true})
+    if (state.chosen !== null) update(), $("reason").focus()
   }
 
   function pin(row) {
@@ -258,12 +281,12 @@ const page = (() => {
         ...(clear ? [make("p", {}, `${called(chosen)} is chosen. `, clear)] : []))
       for (const id of ["verdict-more", "verdict-rows", "verdict-variables"]) renew($(id))
     } else {
-      const {row, proposed, instead, remarks, sentences} = verdict
+      const {row, proposed, instead, remarks, standing} = verdict
       renew($("verdict-words"),
         make("p.best", {}, left.mask[row] ? Charts.icon(look(row)) : null, make("strong", {}, called(row)),
           make("span.hint", {}, placeText(row)), clear ?? chooseButton(row), pinButton(row),
           isInspected ? button("Back", () => inspect(-1), {title: "Esc"}) : null),
-        make("p.lead", {}, readable(instead || sentences[0])),
+        make("p.lead", {}, readable(instead || standing)),
         ...(instead ? [make("p.screen", {}, pinButton(proposed))] : []),
         ...clashes)
       renew($("verdict-rows"), ...verdictRows())
@@ -280,15 +303,15 @@ const page = (() => {
     renew($("reason-printed"), state.reason || "–")
   }
 
-  // What is chosen against the limits and the weights in force.
+  // What is chosen or inspected against the limits and the weights in force.
   function contradictions() {
-    const row = chosenRow()
+    const row = inspected >= 0 ? inspected : chosenRow()
     if (row < 0) return []
     const limits = limitable.flatMap((column) => limitTexts(column, row))
     const {weights, aspiration} = state.preference
     const [first] = [weights, aspiration].some((one) => Object.keys(one).length) ? Logic.preference(data, ranking, state.preference).best : []
-    return [limits.length ? `${state.chosen} is chosen, but beyond ${limits.join(", ")}.` : "",
-      first >= 0 && first !== row ? `By the weights and aspirations ${called(first)} comes first, not ${state.chosen}, which is chosen.` : ""].filter(Boolean)
+    return [limits.length ? `${called(row)} is beyond ${limits.join(", ")}.` : "",
+      first >= 0 && row === chosenRow() && first !== row ? `By the weights and aspirations ${called(first)} comes first, not ${state.chosen}, which is chosen.` : ""].filter(Boolean)
   }
 
   function verdictRows() {
@@ -312,13 +335,16 @@ const page = (() => {
     // Not disabled in earnest: a key that is held would go on with the button beside it.
     $("undo").setAttribute("aria-disabled", at <= 0)
     $("redo").setAttribute("aria-disabled", at >= past.length - 1)
-    renew($("export"), `Export ${countText(order.length)} shown as CSV`)
-    $("export").disabled = order.length === 0
-    renew($("shown"), `${countText(order.length)} shown${isWrong($("search")) ? ", no design of that name" : table.aside()}`)
     const counts = Object.assign(Array(7).fill(0), {dominated})
     ranking.front.forEach((row) => { counts[ranking.place[row] === 1 ? 6 : ranking.rank[row]]++ })
     for (const key of $("ranks").querySelectorAll("[data-rank]")) renew(key.lastElementChild, countText(counts[key.dataset.rank]))
     $("dominated").checked = state.dominated
+  }
+
+  function showOrder() {
+    renew($("export"), `Export ${countText(order.length)} shown as CSV`)
+    $("export").disabled = order.length === 0
+    renew($("shown"), `${countText(order.length)} ${$("search").value ? "found" : "shown"}`)
   }
 
   // Comparison: what it holds and against what is Logic.compared's.
@@ -610,6 +636,7 @@ const page = (() => {
       total: data.total, values: (column) => Logic.values(data, ranking, column)}
   }
 
+  const later = new Map() // charts out of view, and whether they are drawn with their axes
   function showCharts(everything) {
     const {dominated} = state
     const isOther = contextOf !== dominated
@@ -621,7 +648,12 @@ const page = (() => {
     const former = ends()
     scales = new Map()
     const all = everything || isOther || former !== ends()
-    for (const chart of [parallel, ...plots]) chart.draw(model, all)
+    for (const chart of [parallel, ...plots]) {
+      const whole = all || later.get(chart) === true
+      later.delete(chart)
+      if (chart.inView) chart.draw(model, whole)
+      else later.set(chart, whole)
+    }
   }
 
   // A design under the pointer is marked in all charts and in the table.
@@ -696,7 +728,6 @@ const page = (() => {
     const body = make("div.body", {role: "rowgroup"})
     box.append(head, body)
     let cursor = 0
-    let found = -1 // by a search, not among those shown
     // Of the box, kept: asking after changes would make the browser lay out the page at every step.
     const view = {top: 0, height: box.clientHeight}
     // As wide as the longest text: of numbers those at the ends of the range have it.
@@ -724,8 +755,7 @@ const page = (() => {
       const head = make("button", {title: `Sort by ${column.text}`}, Charts.broken(column.text))
       head.addEventListener("click", () => {
         change({order: {...column.order, down: isSorted(column) && !state.order.down}})
-        box.scrollTop = 0
-        cursor = 0
+        home()
       })
       head.addEventListener("keydown", (event) => event.stopPropagation())
       return make(`div.cell${column.kind}`, {role: "columnheader"}, head)
@@ -757,13 +787,10 @@ const page = (() => {
       columns.forEach((column, k) => {
         heads[k].setAttribute("aria-sort", !isSorted(column) ? "none" : state.order.down ? "descending" : "ascending")
       })
-      const row = current()
-      $("pin").disabled = row < 0
-      $("pin").title = row < 0 ? "P" : `P: ${called(row)}`
+      for (const id of ["choose", "pin"]) $(id).disabled = current() < 0
     }
 
     function go(k) {
-      found = -1
       cursor = Math.max(0, Math.min(order.length - 1, k))
       const top = cursor * HEIGHT
       const room = box.clientHeight - head.offsetHeight - HEIGHT
@@ -773,28 +800,8 @@ const page = (() => {
       show()
     }
 
-    // The design of a name, or the first whose name or other texts hold a text, those shown first.
-    function find(text) {
-      found = -1
-      if (!text) return 0
-      const rows = [...order, ...data.names.keys()]
-      const fits = (test) => rows.find((row) => test(called(row).toLowerCase(), text.toLowerCase()))
-      const texts = data.columns.filter((column) => column.texts)
-      const inTexts = (row) => texts.some(({texts, values}) => texts[values[row]].toLowerCase().includes(text.toLowerCase()))
-      const row = fits((name, wanted) => name === wanted) ?? fits((name, wanted) => name.includes(wanted)) ?? rows.find(inTexts) ?? -1
-      if (order.includes(row)) go(order.indexOf(row))
-      else found = row
-      return row
-    }
-
-    // What to say of a design that was found, but is not shown.
-    function aside() {
-      if (found < 0 || order.includes(found)) return ""
-      const limits = limitable.flatMap((column) => limitTexts(column, found))
-      return `; ${called(found)} is ${limits.length ? `beyond ${limits.join(", ")}` : "dominated"}`
-    }
-    // "Pin" takes what was searched for, and nothing else.
-    const current = () => (isWrong($("search")) ? -1 : found >= 0 ? found : order[cursor] ?? -1)
+    const home = () => { box.scrollTop = cursor = 0 }
+    const current = () => order[cursor] ?? -1
 
     const keys = {
       ArrowDown: () => go(cursor + 1), ArrowUp: () => go(cursor - 1), PageDown: () => go(cursor + 15),
@@ -826,7 +833,7 @@ const page = (() => {
       view.height = box.clientHeight
       if (order) show()
     }).observe(box)
-    return {show, find, aside, current}
+    return {show, home, current}
   })()
 
   // Files.
@@ -894,7 +901,6 @@ const page = (() => {
     const key = JSON.stringify([chosen, held])
     if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
     agreeing = key
-    renew($("separation"), ...Logic.separation(data, ranking, positions).map((text) => make("li", {}, readable(text))))
     $("decide").disabled = chosen === null || !held.length
     renew($("decide"), `Decide for ${chosen ?? "a choice"}`)
     renew($("decided"), ...(decided ? [[Logic.sentence(data, "decided", {date: dated(decided.date), design: decided.chosen, agree: Logic.listed(decided.agree) || "nobody"}),
@@ -922,6 +928,7 @@ const page = (() => {
 
   function reset() {
     for (const input of document.querySelectorAll("[aria-invalid=true]")) input.setAttribute("aria-invalid", "false")
+    inspected = -1
     change(initial.state)
   }
 
@@ -934,7 +941,7 @@ const page = (() => {
     const clicks = {
       undo: goes(-1), redo: goes(1), reset, save: saveDecision, print: () => print(),
       export: exportRows,
-      open: () => $("file").click(), pin: () => pin(table.current()),
+      open: () => $("file").click(), pin: () => pin(table.current()), choose: () => choose(table.current()),
       "save-page": savePage, keep: record, decide, skip: () => $("verdict").focus(),
       "by-preference": () => change({order: {by: state.order.by === "preference" ? "distance" : "preference", down: false}}),
     }
@@ -946,8 +953,7 @@ const page = (() => {
     $("preferences").addEventListener("toggle", soon)
     for (const id of ["fixed", "dominated"]) $(id).addEventListener("change", () => change({[id]: $(id).checked}))
     $("search").addEventListener("input", () => {
-      const text = $("search").value.trim()
-      $("search").setAttribute("aria-invalid", String(table.find(text) < 0))
+      table.home()
       soon()
     })
     $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
@@ -999,7 +1005,7 @@ const page = (() => {
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get drawn() { return drawn }, get inspected() { return inspected },
-    get resting() { return !waiting && thinking === 0 }, plots, parallel, scale: scaleOf,
+    get resting() { return !waiting && !following && thinking === 0 }, plots, parallel, scale: scaleOf,
   }
 })()
 window.decisionPage = page
