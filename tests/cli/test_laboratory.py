@@ -108,7 +108,7 @@ def test_results_are_corrected_and_withdrawn_only_on_request_with_a_history(allo
     assert "row 2 (line 3)" in message
     assert "strength = 500 where it has 220" in message
     assert stored() == ({1: 210, 2: 220, 3: 230, 4: 240}, 0)
-    told(wrong, "told.csv", "--correct")
+    told(wrong, "told.csv", "--withdraw", "2")
     assert stored() == ({1: 210, 2: 500, 3: 230, 4: 240}, 1)
     with closing(sqlite3.connect("lab.db")) as db:
         ((content,),) = db.execute("SELECT content FROM history").fetchall()

@@ -221,22 +221,22 @@ class Model:
         violations: Array = self.problem.amounts(X)
         return violations
 
-    def requirement_columns(self, columns: Mapping[str, Any]) -> dict[str, Array]:
-        """Return the columns of the requirements of stored tests, by name.
-
-        Args:
-            columns: ``(n,)`` variables by name, choices as texts.
-        """
-        if not self.has_requirements:
-            return {}
+    def designs(self, columns: Mapping[str, Any]) -> Designs:
+        """Return ``(n, n_var)`` designs of ``(n,)`` variables by name, choices as texts."""
         designs = []
         for name, kind in zip(self.layout.variables, self.layout.kinds, strict=True):
             cells = columns[name]
             if kind is Kind.CHOICE:
                 cells = choice_values(cells)
             designs.append(cells.astype(object))
+        return np.column_stack(designs)
+
+    def requirement_columns(self, columns: Mapping[str, Any]) -> dict[str, Array]:
+        """Return the columns of the requirements of stored tests, by name."""
+        if not self.has_requirements:
+            return {}
         names = self.layout.inequalities[self.n_ieq_constr :]
-        violations = self.violations(np.column_stack(designs))
+        violations = self.violations(self.designs(columns))
         return dict(zip(names, violations.T, strict=True))
 
     def completed(self, columns: Mapping[str, Any]) -> dict[str, Array]:

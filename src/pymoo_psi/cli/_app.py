@@ -282,7 +282,6 @@ def ask(options: Options) -> int:
 @_command(
     click.Argument(["file"], type=path_in, required=False),
     _file("study", "FILE.db", "Study that keeps the tests.", required=True),
-    _flag("correct", text="Replace results that the study has by those of the file."),
     _option("withdraw", "N,N,…", "Withdraw the results of tests."),
     _option("cancel", "N,N,…", "Cancel pending tests."),
     _option("decimal", '"."|","', "Decimal mark [detected]."),

@@ -51,7 +51,6 @@ def run_tell(options: Options) -> int:
     sentences = tell_tests(
         options.file,
         options.study,
-        correct=options.correct,
         withdraw=counts_in("--withdraw", options.withdraw, "numbers of tests, such as 12,15"),
         cancel=counts_in("--cancel", options.cancel, "numbers of tests, such as 12,15"),
         decimal=options.decimal,

@@ -1,31 +1,38 @@
-"""Tests that people make: designs that they are asked to test, and the results that they tell."""
+"""Tests made elsewhere: designs that people are asked to test, their results, and other tables."""
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Designs, Received, counted, invalid, known_name
+from pymoo_psi._validation import AnyArray, Designs, Received, counted, invalid, known_name
 from pymoo_psi.algorithms._executor import Model, executor_of
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import Run, table_of_run
 from pymoo_psi.algorithms._sources import PlannedPoints, Points, unit_points
 from pymoo_psi.algorithms._store import StudyStore
-from pymoo_psi.problems import requirements_of
+from pymoo_psi.problems import Variable, requirements_of
 from pymoo_psi.study import Columns, Database, Proposal, Study
 from pymoo_psi.table import (
     PROPOSAL_ROUND,
     Expression,
+    Formulation,
+    TestTable,
     choice_texts,
     choice_values,
     columns_of_designs,
+    design_matrix,
     is_blank,
+    read_table,
     source_columns,
 )
 
@@ -103,15 +110,15 @@ class _Requests:
                 pending.append(number)
         return pending
 
-    def stored(self, number: int) -> list[dict[str, Any]]:
-        """Return the stored tests of a request, its repeats behind it."""
-        tests = []
-        for asked, request in self.asked.items():
-            if request.test and number in (asked, request.of):
-                row = np.flatnonzero(self.tests[TEST] == request.test)
-                cells = [column[row].item() for column in self.tests.values()]
-                tests.append(dict(zip(self.tests, cells, strict=True)))
-        return tests
+    def results(self, names: Collection[str]) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Yield stored tests of requests, the number that was asked for and some cells of each."""
+        unknown = np.full(len(self.tests[TEST]), np.nan)
+        columns = {name: self.tests.get(name, unknown).tolist() for name in names}
+        rows = {test: row for row, test in enumerate(self.tests[TEST].tolist())}
+        for number, request in self.asked.items():
+            if request.test:
+                row = rows[request.test]
+                yield request.of or number, {name: columns[name][row] for name in names}
 
     def frame(self, numbers: Sequence[int]) -> pd.DataFrame:
         """Return requests as a table to be filled in."""
@@ -261,7 +268,12 @@ class _Search:
         run = Run(model, PlannedPoints(none), executor_of(model, self._options), store)
         source = SurrogateSource(run, 0, n, self._options.seed or 0, n, is_asynchronous=False)
         source.tell(store.known())
-        pending = Points(np.arange(len(self._pending)), n_dim, self._pending_units())
+        columns = {}
+        for name in model.layout.variables:
+            columns[name] = np.array([design[name] for design in self._pending])
+        designs = model.designs(columns)
+        units = model.space.points(designs[model.space.has_options(designs)])
+        pending = Points(np.arange(len(units)), n_dim, units)
         rounds = [request.proposal[1] for request in self._requests.asked.values()]
         last_round = max(rounds, default=0)
         X = model.space.matrix(source.proposed(n, pending, last_round))
@@ -269,19 +281,6 @@ class _Search:
         if not found:
             raise invalid("the number of designs", "0, as surrogates find no new one", n)
         return found
-
-    def _pending_units(self) -> Array:
-        """Return the ``(p, d)`` points of pending designs."""
-        layout = self._model.layout
-        cells = []
-        for name, kind in zip(layout.variables, layout.kinds, strict=True):
-            column: Any = [design[name] for design in self._pending]
-            if kind is Kind.CHOICE:
-                column = choice_values(column)
-            cells.append(np.array(column, dtype=object))
-        designs = np.column_stack(cells)
-        space = self._model.space
-        return space.points(designs[space.has_options(designs)])
 
     def _new(self, X: Designs, proposed_in: int, origin: str) -> list[tuple[int, str, Any]]:
         """Return those of designs that are new; they are pending from now on."""
@@ -305,7 +304,6 @@ def tell_tests(
     source: Any,
     study: str | PathLike[str],
     *,
-    correct: bool = False,
     withdraw: Collection[int] = (),
     cancel: Collection[int] = (),
     decimal: str | None = None,
@@ -320,15 +318,15 @@ def tell_tests(
     Args:
         source: The table of :func:`ask_tests` with results, as a file or a data frame; or ``None``.
         study: The study.
-        correct: Whether another result of a test than that in the study takes its place.
-        withdraw: Tests whose results are withdrawn; those that were asked for are pending again.
+        withdraw: Tests whose results are withdrawn before others are taken; those that were asked
+            for are pending again.
         cancel: Pending tests that will not be made.
         decimal: The decimal mark of a text, if it is not clear.
         sheet: The sheet of a workbook, if it has several.
 
     Returns:
-        Sentences on what was taken, and what is pending. What was corrected, withdrawn or
-        cancelled is in the table ``history`` of the study.
+        Sentences on what was taken, and what is pending. What was withdrawn or cancelled
+        is in the table ``history`` of the study.
 
     Raises:
         ArgumentValueError: A row cannot be read, or belongs to no test that was asked for; or the
@@ -353,7 +351,7 @@ def tell_tests(
                 source, requests.head.get("units", {}), decimal=decimal, sheet=sheet
             )
             rows = _rows_of(*told, database, requests, sentences)
-            new = _new_tests(database, requests, rows, correct)
+            new = _new_tests(database, requests, rows)
             if new:
                 _keep(database, new, sentences)
             n_known = len(rows) - len(new)
@@ -431,56 +429,48 @@ def _text(value: Any) -> str:
 
 
 def _new_tests(
-    database: Database, requests: _Requests, rows: Sequence[dict[str, Any]], correct: bool
+    database: Database, requests: _Requests, rows: Sequence[dict[str, Any]]
 ) -> list[dict[str, Any]]:
     """Return the rows that the study does not have, with the numbers of their tests.
 
     Raises:
-        ArgumentValueError: A row has other results than the study, and this is no correction.
+        ArgumentValueError: A row has other results than the study.
     """
-    rows_by_test: dict[int, list[dict[str, Any]]] = {}
+    if not rows:
+        return []
+    names = sorted(rows[0].keys() - {TEST, "where"})
+    stored = Counter((number, *map(_text, c.values())) for number, c in requests.results(names))
+    new = []
     for row in rows:
-        rows_by_test.setdefault(row[TEST], []).append(row)
+        key = (row[TEST], *(_text(row[name]) for name in names))
+        if stored[key] > 0:
+            stored[key] -= 1
+        else:
+            new.append((row, key))
+    others = {number: texts for number, *texts in stored.elements()}
+    free = {*requests.pending}
     tests = []
-    for number, rows_of_test in rows_by_test.items():
-        stored = requests.stored(number)
-        new = []
-        for row in rows_of_test:
-            equal = [test for test in stored if not _differences(row, test)]
-            if equal:
-                stored.remove(equal[0])
-            else:
-                new.append(row)
-        if new and stored:
-            if not (correct and len(new) == len(stored) == 1):
-                received = Received("; ".join(_differences(new[0], stored[0])))
-                rule = f"as the study has test {number}"
-                remedy = "--correct replaces it; a repeat needs the stored row beside it"
-                raise invalid(new[0]["where"], rule, received, f"{remedy}; nothing was taken")
-            new[0][TEST] = stored[0][TEST]
-            database.discard("tests", {TEST: new[0][TEST]}, number, "corrected")
-        elif new:
-            request = requests.asked[number]
-            repeats = new
-            if not request.test:
-                repeats = new[1:]
-            proposed_in, origin = request.proposal[1:3]
+    for row, (number, *texts) in new:
+        if number in others:
+            differences = []
+            for name, text, other in zip(names, texts, others[number], strict=True):
+                if text != other:
+                    differences.append(f"{name} = {text} where it has {other}")
+            rule = f"as the study has test {number}"
+            received = Received("; ".join(differences))
+            remedy = (
+                f"--withdraw {number} with this file replaces it; a repeat needs the stored row "
+                "beside it; nothing was taken"
+            )
+            raise invalid(row["where"], rule, received, remedy)
+        request = requests.asked[number]
+        test = number
+        if number not in free:
             content = {"design": request.design, "of": number}
-            again = [(proposed_in, origin, content)] * len(repeats)
-            numbers = _add(database, request.run, again)
-            for row, repeat in zip(repeats, numbers, strict=True):
-                row[TEST] = repeat
-        tests += new
+            (test,) = _add(database, request.run, [(*request.proposal[1:3], content)])
+        free.discard(number)
+        tests.append(row | {TEST: test})
     return tests
-
-
-def _differences(row: Mapping[str, Any], test: Mapping[str, Any]) -> list[str]:
-    """Return in what a row differs from a stored test."""
-    differences = []
-    for name, value in row.items():
-        if name not in ("where", TEST) and _text(value) != _text(test[name]):
-            differences.append(f"{name} = {_text(value)} where it has {_text(test[name])}")
-    return differences
 
 
 def _keep(database: Database, tests: Sequence[Mapping[str, Any]], remarks: list[str]) -> None:
@@ -518,3 +508,111 @@ def _keep(database: Database, tests: Sequence[Mapping[str, Any]], remarks: list[
     columns["seconds"] = np.full(len(tests), np.nan)
     database.widen(columns)
     database.insert(columns | database.numbered(columns[TEST]))
+
+
+# Tests from elsewhere
+
+
+def import_tests(
+    problem: Any,
+    source: Any,
+    options: RunOptions,
+    columns: Mapping[str, str] | None = None,
+) -> TestTable:
+    """Take tests from elsewhere into a study, as a run of its own.
+
+    Designs that the study has already are not stored again. Rows that lack an objective are left
+    out, which a remark says. Designs may lie outside the bounds of the problem.
+
+    Args:
+        problem: The problem whose tests they are.
+        source: A file that :func:`read_table` reads, a frame or a table: one column for each
+            variable, objective and constraint, in the original units and directions. Further
+            outputs are taken over as far as the source has them.
+        options: The options of the study.
+        columns: The columns of the source by the names of the problem, where these differ.
+
+    Returns:
+        The tests of the source.
+
+    Raises:
+        ArgumentValueError: A column is missing, or a value is none that its variable can have.
+        StudyError: The study belongs to another model, or cannot be written.
+
+    Example:
+        >>> import tempfile
+        >>> import pandas as pd
+        >>> from pymoo.problems import get_problem
+        >>> results = pd.DataFrame({"x1": [1.0, 2.0], "x2": [0.5, 1.0], "time": [7.0, 8.0]})
+        >>> results[["f2", "g1", "g2"]] = [[9.0, -1.0, -1.0], [1.0, -1.0, -1.0]]
+        >>> options = RunOptions(study=tempfile.mkdtemp() + "/bnh.db")
+        >>> len(import_tests(get_problem("bnh"), results, options, {"f1": "time"}))
+        2
+    """
+    model = Model(problem, options)
+    layout = model.layout
+    inequalities = layout.inequalities[: model.n_ieq_constr]
+    limited = [name for name in model.default_limits if name not in layout.columns]
+    needed = (*layout.variables, *layout.objectives, *inequalities, *layout.equalities, *limited)
+    names = {name: name for name in (*needed, *getattr(model.inner, "outputs", ()))}
+    for name, column in (columns or {}).items():
+        names[known_name("a name of the problem", name, names)] = column
+    objectives = [names[name] for name in layout.objectives]
+    table = read_table(source, Formulation(objectives=objectives), drop_incomplete=True)
+    for name in needed:
+        if names[name] not in (*table.layout.columns, *table.extra):
+            rule = "a table with a column for each variable, objective and constraint"
+            remedy = f"name the column that is {name}, as {{{name!r}: 'column'}}"
+            raise invalid("the tests", rule, Received(f"none named {names[name]!r}"), remedy)
+    if table.problem is None:  # a file of designs, of which some lack a value
+        table = table.rows(table.status != "failed")
+    designs = []
+    for variable, name in zip(model.space.variables, layout.variables, strict=True):
+        designs.append(_values_of(variable, name, table.column(names[name])))
+    X = design_matrix("X", np.column_stack(designs), layout.variables, layout.kinds)
+    results = {}
+    for name, column in names.items():
+        if name not in layout.variables and column in table.layout.columns:
+            results[name] = table.column(column)
+    place = {number: row for row, number in enumerate(table.numbers.tolist(), 1)}
+    none = np.zeros((len(table), 0))
+    F = np.column_stack([results[name] for name in layout.objectives]) * layout.sign
+    G = np.column_stack([none, *(results[name] for name in inequalities), model.violations(X)])
+    H = np.column_stack([none, *(results[name] for name in layout.equalities)])
+    tests = TestTable.of(
+        list(place.values()),
+        X,
+        F,
+        G,
+        H,
+        outputs={name: results[name] for name in results if name not in layout.columns},
+        reasons={place[number]: reason for number, reason in table.reasons.items()},
+        layout=layout,
+    )
+    origin = "a table"
+    if isinstance(source, (str, PathLike)):
+        origin = Path(source).name
+    text = repr((X.tolist(), {name: cells.tolist() for name, cells in results.items()}))
+    fingerprint = hashlib.sha256(text.encode()).hexdigest()[:8]
+    identity = f"tests of {origin} ({fingerprint})"
+    store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
+    with store.session() as recall:
+        recall(
+            Points(tests.numbers, 0, designs=X)
+        )  # designs that other runs have tested are theirs
+        store.keep(tests)
+    return replace(tests, remarks=table.remarks)
+
+
+def _values_of(variable: Variable, name: str, cells: AnyArray) -> AnyArray:
+    """Return cells as values of a variable."""
+    if variable.kind not in _DISCRETE:
+        return cells.astype(object)
+    options: tuple[Any, ...] = variable.options or (False, True)
+    option_by_text = {str(option): option for option in options}
+    if variable.kind is Kind.BINARY:
+        option_by_text |= {"0": False, "1": True, "0.0": False, "1.0": True}
+    values = np.empty(len(cells), dtype=object)
+    for row, cell in enumerate(cells.tolist()):
+        values[row] = option_by_text[known_name(name, str(cell), option_by_text)]
+    return values
