@@ -17,7 +17,6 @@ from pymoo_psi import (
     FailureTolerant,
     JoblibRunner,
     PsiError,
-    QMCSampling,
     Recorded,
     Required,
     Restricted,
@@ -166,17 +165,6 @@ def test_psi_reports_designs_that_violate_one_as_infeasible(make):
     assert investigate(Required(make()), 64).equals(table)
 
 
-def test_points_go_on_until_enough_designs_meet_them():
-    table = investigate(Plain(), 40, fill=True)
-    assert np.isfinite(table.F).all(axis=1).sum() == 40
-    assert np.isfinite(table.F[-1]).all()
-    assert table.equals(investigate(Plain(), len(table)))
-    with pytest.raises(PsiError, match="met by one point in 1000"):
-        investigate(Plain(), 4, fill=True, requirements=["height <= -1"])
-    with pytest.raises(PsiError, match="can be continued"):
-        investigate(Plain(), 4, fill=True, sampling=QMCSampling("lhs"), seed=1)
-
-
 def test_a_study_continues_with_them(tmp_path):
     whole = investigate(Plain(), 48)
     investigate(Plain(), 20, study=tmp_path / "run.db")
@@ -299,16 +287,15 @@ def test_recorded_runs_none_that_violates_one(tmp_path, wrap):
 
 
 def test_surrogates_propose_only_designs_that_meet_them(tmp_path):
-    run = minimize(Plain(), SurrogatePSI(44, fill=True, study=tmp_path / "run.db"), seed=1)
+    run = minimize(Plain(), SurrogatePSI(44, study=tmp_path / "run.db"), seed=1)
     table = run.algorithm.table
     proposed = table.column("proposal_round") > 0
     assert proposed.sum() == 24
     assert (table.X[proposed, 1] <= 2 * table.X[proposed, 0]).all()
-    assert np.isfinite(table.F).all(axis=1).sum() == 44
     part = tmp_path / "part.db"
-    minimize(Plain(), SurrogatePSI(30, fill=True, study=part), seed=1)
+    minimize(Plain(), SurrogatePSI(30, study=part), seed=1)
     assert minimize(
-        Plain(), SurrogatePSI(44, fill=True, study=part), seed=1
+        Plain(), SurrogatePSI(44, study=part), seed=1
     ).algorithm.table.equals(table)
     mixed = minimize(Mixed(), SurrogatePSI(40), seed=1).algorithm.table
     assert (mixed.status[mixed.column("proposal_round") > 0] == "ok").all()

@@ -57,7 +57,6 @@ class PointKeywords(StudyKeywords, total=False):
     study: str | PathLike[str] | None
     log: Collection[str] | None
     requirements: Any
-    fill: bool
 
 
 class RunKeywords(PointKeywords, total=False):
@@ -142,8 +141,6 @@ class RunOptions:
             c = 1"}``, or functions; see :class:`Required`. The model never runs for a design that
             violates one: it counts as infeasible. By default those of the problem's attribute
             ``requirements``.
-        fill: Continue the sequence until ``n_points`` designs meet the requirements; the others are
-            numbered, too.
         block_size: Points per iteration of ``PSI``, after each of which display, callback and
             termination are called; by default the run has 32 iterations of at least 64 points. For
             ``investigate``, how many points are evaluated together at most.
@@ -169,7 +166,6 @@ class RunOptions:
     units: Mapping[str, str] | None = None
     log: Collection[str] | None = None
     requirements: Any = None
-    fill: bool = False
     block_size: int | None = None
 
     def __post_init__(self) -> None:

@@ -52,6 +52,13 @@ class LearnedOutputs:
         self._n_constraints = len(self.inequalities) + len(layout.equalities)
         self._computed = _needed(computed, self.names)
         self._expressions = known_expressions(model.inner)
+        problem = model.inner
+        if self._expressions and (
+            tested.variables != tuple(problem.variables)
+            or tested.objectives != tuple(problem.objectives)
+            or {*tested.maximize} != {*problem.maximize}
+        ):
+            self._expressions = {}  # they mean other names and signs than those of the run
         # Expressions are not learned, but what they are made of.
         operands = set()
         for output in self._expressions.values():
@@ -184,7 +191,7 @@ class LearnedOutputs:
         for name, j in self._places.items():
             columns[name] = self._turned(j, Y[:, j])
         if self._expressions:
-            columns |= self._values_of_expressions(columns)
+            columns |= self._model.inner.computed(columns)
         for name, expression in self._computed.items():
             columns[name] = expression.values(columns)
         for j, name in enumerate(self.names):
@@ -201,28 +208,6 @@ class LearnedOutputs:
         if j < self.n_obj and self.names[j] in self._table.layout.maximize:
             return np.asarray(-values)
         return np.asarray(values)
-
-    def _values_of_expressions(self, columns: Mapping[str, AnyArray]) -> dict[str, AnyArray]:
-        """Return the values of what the problem computes by expressions, by name in the table."""
-        tested = self._table.tested.layout
-        problem = self._model.inner
-        # The names of the problem, which may be others than those of a run.
-        own = dict(columns)
-        for name, of_table in zip(problem.variables, tested.variables, strict=True):
-            own[name] = columns[of_table]
-        for name, of_table in zip(problem.objectives, tested.objectives, strict=True):
-            if of_table in columns:
-                own[name] = columns[of_table]
-                if (name in problem.maximize) != (of_table in tested.maximize):
-                    own[name] = -columns[of_table]
-        names = dict(zip(problem.objectives, tested.objectives, strict=True))
-        values_by_name = {}
-        for name, values in problem.computed(own).items():
-            of_table = names.get(name, name)
-            if name in names and (name in problem.maximize) != (of_table in tested.maximize):
-                values = -values
-            values_by_name[of_table] = values
-        return values_by_name
 
 
 def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expression]:

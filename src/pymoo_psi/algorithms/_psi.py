@@ -480,7 +480,7 @@ def investigate(
     run = run_of_sequence(problem, n_points, settings, keep=keep, runner=runner)
     on_workers = runner if runner is not None and runner.elastic else None
     asked = run.model.asked
-    n_points = run.n_left  # of this share, and also those that `fill` does not count
+    n_points = run.n_left  # of this share
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
         progress_bar(progress) as show_progress,

@@ -27,7 +27,6 @@ from pymoo_psi.algorithms._sources import (
     PlannedPoints,
     Points,
     Source,
-    n_points_to_fill,
     unit_points,
 )
 from pymoo_psi.algorithms._store import Recall, Store, StudyStore, stored_at_termination
@@ -54,6 +53,7 @@ class Run:
         executor: What evaluates them.
         store: Where tests are recalled and kept.
         repeats: The results by design, where designs recur; ``None`` if they do not.
+        n_points: How many points the run has in all, those of other shares too.
     """
 
     def __init__(
@@ -63,8 +63,10 @@ class Run:
         executor: Executor,
         store: Store,
         repeats: Repeats | None = None,
+        n_points: int = 0,
     ) -> None:
         self.model = model
+        self.n_points = n_points
         self.source = source
         self.executor = executor
         self.store = store
@@ -347,7 +349,7 @@ def run_of_sequence(
     runner: Runner | None = None,
     may_end_early: bool = False,
     method: str = "",
-    n_planned: int | None = None,
+    n_first: int | None = None,
 ) -> Run:
     """Return a run that tests the points of a sequence, or a share of them.
 
@@ -361,23 +363,23 @@ def run_of_sequence(
         may_end_early: Whether a termination may end the run before all points are tested.
         method: By what designs are proposed after these points, for the study; the caller changes
             the source of the run.
-        n_planned: How many points the run has with those that follow.
+        n_first: How many of the points, at most, are of the sequence.
     """
     model = Model(problem, options)
     under(TestTable.empty(model.layout), model.asked)  # wrong ones are refused here
     integer("n_points", n_points, minimum=1)
-    if options.fill and model.has_requirements:
-        n_points = n_points_to_fill(options, n_points, model.problem, model.space)
-    if options.more:
-        n_points = total_points(model, options, n_points, method)
     n_dim = len(model.space.searched)
-    points = unit_points(options, n_points, n_dim)
     sampling = options.sampling_in(n_dim)
+    if options.more and not sampling.extendable:
+        raise invalid("more", "used with a sequence that can be continued", Received(sampling))
     table = table_of_run(model, options, lambda: sampling.identity(n_points, options.seed) + method)
     store = Store(table)
     if options.study is not None:
-        last = max(int(points.numbers[-1]), options.first + (n_planned or 0) - 1)
-        store = StudyStore(table, options, model, last)
+        store = StudyStore(table, options, model)
+    if options.more:
+        n_points = store.total(n_points)
+    points = unit_points(options, min(n_points, n_first or n_points), n_dim)
+    store.plan(options.first + n_points - 1)
     repeats = None
     if model.space.finite and (model.problem.elementwise or runner is None):
         repeats = Repeats(model, store.known())
@@ -392,26 +394,7 @@ def run_of_sequence(
         may_end_early=may_end_early,
         kept=kept,
     )
-    return Run(model, PlannedPoints(points), executor, store, repeats)
-
-
-def total_points(model: Model, options: RunOptions, n_more: int, method: str = "") -> int:
-    """Return how many points a run of a study has with so many more; see :class:`RunOptions`.
-
-    Args:
-        model: The model.
-        options: The options of the run.
-        n_more: How many more.
-        method: By what designs are proposed after the points of the sequence.
-
-    Raises:
-        ArgumentValueError: The sequence cannot be continued.
-    """
-    sampling = options.sampling_in(len(model.space.searched))
-    if not sampling.extendable:
-        raise invalid("more", "used with a sequence that can be continued", Received(sampling))
-    table = table_of_run(model, options, lambda: sampling.identity(n_more, options.seed) + method)
-    return StudyStore(table, options, model).total(n_more)
+    return Run(model, PlannedPoints(points), executor, store, repeats, n_points)
 
 
 def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]) -> TestTable:

@@ -18,8 +18,6 @@ from pymoo_psi.problems import DesignSpace
 from pymoo_psi.sequences import lp_tau, lp_tau_at
 from pymoo_psi.table import TestTable
 
-_DOUBLINGS = 10  # of the points, to find as many that meet the requirements: 1 in 1000 does
-
 
 @dataclass(frozen=True, eq=False)
 class Points:
@@ -196,29 +194,3 @@ def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
     if units is not None:
         units = units[numbers - first]
     return Points(numbers, n_dim, units)
-
-
-def n_points_to_fill(options: RunOptions, n_points: int, problem: Any, space: DesignSpace) -> int:
-    """Return how many points it takes until ``n_points`` of them meet the requirements.
-
-    Args:
-        options: The options of the run.
-        n_points: How many points are to meet them.
-        problem: The problem with its requirements.
-        space: Its variables.
-
-    Raises:
-        ArgumentValueError: Too few points meet them, or the points cannot be continued.
-    """
-    n_dim = len(space.searched)
-    if not options.sampling_in(n_dim).extendable or options.share:
-        rule = "used without share and with a sequence that can be continued"
-        raise invalid("fill", rule, True)
-    for doublings in range(_DOUBLINGS + 1):
-        n_tried = n_points << doublings
-        designs = unit_points(options, n_tried, n_dim).matrix(space)
-        met = np.flatnonzero((problem.amounts(designs) <= 0).all(axis=1))
-        if len(met) >= n_points:
-            return int(met[n_points - 1]) + 1
-    received = Received(f"{len(met)} of {n_tried}")
-    raise invalid("requirements", "met by one point in 1000", received)

@@ -91,6 +91,9 @@ class Store:
         """Return how many points the run has with so many more."""
         return n_more
 
+    def plan(self, last: int) -> None:
+        """Note the last test point that the run is asked for."""
+
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
         return []
@@ -108,7 +111,6 @@ class StudyStore(Store):
             tests belong together, the :func:`problem_identity`, ``sampling`` and ``key``.
         options: The options of the run.
         model: The model of the run.
-        last: The last test point that the run is asked for, if that is known.
 
     Raises:
         ArgumentValueError: The study is a folder without a share, or a file with one.
@@ -120,7 +122,6 @@ class StudyStore(Store):
         table: TestTable,
         options: RunOptions,
         model: Model,
-        last: int = 0,
     ) -> None:
         super().__init__(table)
         self._model = model
@@ -137,7 +138,7 @@ class StudyStore(Store):
         head = _head_of_run(table, model)
         share = options.part if options.part.of > 1 else None
         points = _points_of_run(head, sampling, model)
-        facts, run = self.study.begin(head, points, share, last)
+        facts, run = self.study.begin(head, points, share)
         self._run = run.number
         self._part = options.part
         self._asked = options.first, run.last
@@ -322,6 +323,12 @@ class StudyStore(Store):
         if np.isin(numbers, stored).all():
             return n_asked + n_more
         return n_asked
+
+    def plan(self, last: int) -> None:
+        """Note the last test point that the run is asked for."""
+        if last > self._asked[1]:
+            with self.study.changes() as database:
+                database.plan(self._run, last)
 
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""

@@ -18,12 +18,11 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, boolean, integer
 from pymoo_psi.algorithms._asked import under_known
-from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, best_and_spread, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
-from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence, total_points
+from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
@@ -146,18 +145,15 @@ class SurrogatePSI(PointAlgorithm):
         method = f", {self._n_sequence} points, then proposals in batches of {batches}"
         method += f", seed {self.seed}"
         options = replace(options, seed=self.seed)
-        if options.more:
-            model = Model(self.problem, options)
-            self.n_points = total_points(model, options, self.n_points, method)
-            options = replace(options, more=False)
         run = run_of_sequence(
             self.problem,
-            min(self._n_sequence, self.n_points),
+            self.n_points,
             options,
             may_end_early=may_end_early,
             method=method,
-            n_planned=self.n_points,
+            n_first=self._n_sequence,
         )
+        self.n_points = run.n_points
         executor = run.executor
         is_asynchronous = self._asynchronous
         if is_asynchronous is None:

@@ -205,7 +205,6 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     ),
     _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),
-    _flag("fill", text="Count only points that meet the requirements."),
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
     _file("study", "FILE.db", "Keep every test here; a later run continues it."),
     _file("from", "FILE", "Take the tests in this file into the study first ({sources})."),

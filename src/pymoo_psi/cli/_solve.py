@@ -66,10 +66,9 @@ _ALGORITHMS = {
     "decision": ["psi", "surrogate"],
     "limits": ["psi", "surrogate"],
     "share": ["psi"],
-    "fill": ["psi"],
     "sampling": ["psi", "surrogate"],
 }
-_OF_POINTS = ("share", "fill", "sampling")  # the others are of the formulation
+_OF_POINTS = ("share", "sampling")  # the others are of the formulation
 
 Show = Callable[..., None]
 """Shows a share of 1, and a note, on a progress bar."""
@@ -272,7 +271,6 @@ def _run_options(options: Options) -> RunOptions:
         sampling=sampling,
         seed=options.seed,
         share=share or None,
-        fill=options.fill,
         study=options.study,
         study_key=options.study_key,
         retry=options.retry,

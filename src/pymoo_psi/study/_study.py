@@ -94,7 +94,6 @@ class Study:
         head: Head,
         points: Head | None = None,
         share: tuple[int, int] | None = None,
-        last: int = 0,
     ) -> tuple[Facts, StudyRun]:
         """Begin a run, or continue the one that has the same points; create the file if needed.
 
@@ -107,7 +106,6 @@ class Study:
             share: For a share of an investigation: its part and the number of parts. Its folder is
                 made if necessary; the other studies in it must belong to the same model and points
                 and have the same number of parts.
-            last: The last test point that the run is asked for.
 
         Returns:
             The facts, and the run.
@@ -121,7 +119,7 @@ class Study:
         asked = json.loads(identity_text(head))
         if points is None:
             points = points_of(asked, None)
-        facts = Facts(asked, share, runs=[new_run(1, points, last)])
+        facts = Facts(asked, share, runs=[new_run(1, points)])
         if share is not None:
             folder = os.path.dirname(self.path)
             with reported(self.path):
@@ -140,13 +138,12 @@ class Study:
             require_fellow(self.path, stored, facts)
         run = stored.run_with(points)
         head = with_stored_columns(stored.head, asked)
-        is_known = run is not None and last <= run.last
-        if run is not None and is_known and json.dumps(head) == json.dumps(stored.head):
+        if run is not None and json.dumps(head) == json.dumps(stored.head):
             return stored, run
         with self._transaction(_WRITE) as database:
             database.ask(asked)
             run = database.facts.run_with(points) or database.add_run(points)
-            return database.facts, database.plan(run.number, last)
+            return database.facts, run
 
     @contextmanager
     def writing(self, run: int = 1) -> Iterator[None]:
