@@ -294,9 +294,7 @@ def test_surrogates_propose_only_designs_that_meet_them(tmp_path):
     assert (table.X[proposed, 1] <= 2 * table.X[proposed, 0]).all()
     part = tmp_path / "part.db"
     minimize(Plain(), SurrogatePSI(30, study=part), seed=1)
-    assert minimize(
-        Plain(), SurrogatePSI(44, study=part), seed=1
-    ).algorithm.table.equals(table)
+    assert minimize(Plain(), SurrogatePSI(44, study=part), seed=1).algorithm.table.equals(table)
     mixed = minimize(Mixed(), SurrogatePSI(40), seed=1).algorithm.table
     assert (mixed.status[mixed.column("proposal_round") > 0] == "ok").all()
 
