@@ -23,7 +23,7 @@ LAYERS = {
     "data": ["study", "table"],
     "pymoo": ["parallel", "problems", "algorithms", "selection"],
     "experiments": ["comparison", "paper"],
-    "presentation": ["plots", "page", "report", "cli", "__main__"],
+    "presentation": ["plots", "page", "report", "server", "cli", "__main__"],
 }
 LEVEL = {name: k for k, name in enumerate(name for names in LAYERS.values() for name in names)}
 LAYER = {name: layer for layer, names in LAYERS.items() for name in names}
@@ -35,6 +35,8 @@ ONLY = {
     "sqlite3": {"study"},
     "moocore": {"mathematics"},
     "click": {"cli"},
+    "starlette": {"server"},
+    "uvicorn": {"server"},
 }
 FILES = sorted(path for path in ROOT.rglob("*.py") if path != ROOT / "__init__.py")
 

@@ -20,7 +20,8 @@
   :class:`SalukvadzeOptimum`, :class:`EfficientSubset`, :class:`CompromiseProgramming`,
   :class:`ReferencePoint`, :class:`Knee`; :func:`robustness`, :func:`switching_values`.
   More in :mod:`.selection`.
-- Documents: :func:`decision_page`, :func:`decision_report`; figures in :mod:`.plots`.
+- Documents: :func:`decision_page`, :func:`decision_report`; figures in :mod:`.plots`;
+  :func:`live`, the page of a study that grows.
 - Comparison: :func:`compare` PSI with NSGA-III and others. More in :mod:`.comparison`.
 - Running: :class:`JoblibRunner`, :class:`ExecutorRunner`.
 - Errors: :class:`PsiError`; all of them in :mod:`.errors`.
@@ -44,7 +45,7 @@ pymoo        ``parallel``, ``problems``,            pymoo
              ``algorithms``, ``selection``
 experiments  ``comparison``, ``paper``              all above
 presentation ``plots``, ``page``, ``report``,       all above; matplotlib
-             ``cli``                                only in ``plots``
+             ``server``, ``cli``                    only in ``plots``
 ============ ====================================== ======================
 
 Every name is imported at its first use, so that importing the package costs next to nothing; the

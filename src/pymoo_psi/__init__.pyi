@@ -14,6 +14,7 @@ from . import problems as problems
 from . import report as report
 from . import selection as selection
 from . import sequences as sequences
+from . import server as server
 from . import study as study
 from . import table as table
 from .algorithms import PSI as PSI
@@ -54,6 +55,7 @@ from .selection import SalukvadzeOptimum as SalukvadzeOptimum
 from .selection import robustness as robustness
 from .selection import switching_values as switching_values
 from .sequences import lp_tau as lp_tau
+from .server import live as live
 from .table import Formulation as Formulation
 from .table import TestTable as TestTable
 from .table import read_table as read_table

@@ -102,6 +102,7 @@ def as_version_0_3(path):
         "DROP TABLE runs",
         "DROP TABLE known",
         "DROP TABLE history",
+        "DROP TABLE steering",
         "DELETE FROM study WHERE name NOT IN ('head', 'id', 'begun')",
         "PRAGMA user_version = 4",
     )

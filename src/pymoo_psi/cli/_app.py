@@ -207,6 +207,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _names("log", "X,…", "Variables on a logarithmic scale."),
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
     _file("study", "FILE.db", "Keep every test here; a later run continues it."),
+    _flag("live", text="Watch and steer the run in the browser; see 'pymoo-psi live'."),
     _file("from", "FILE", "Take the tests in this file into the study first ({sources})."),
     _names("from-names", "X=A,…", "Columns of --from for names of the problem, where they differ."),
     _option("share", "K/N", "Test part K of N only; --study is a folder."),
@@ -340,6 +341,30 @@ def page(options: Options) -> int:
     from pymoo_psi.cli._documents import run_page
 
     return run_page(options)
+
+
+@_command(
+    _FILE,
+    _option("port", "N", "Port [8741 or, if it is taken, any].", type=int),
+    _option("host", "NAME", "Name or address to listen on.", default="127.0.0.1"),
+    _flag("steer", text="Let the page steer the run."),
+    _flag("no-browser", text="Only print the address."),
+    _flag("attached", text="End with the standard input.", hidden=True),
+)
+def live(options: Options) -> int:
+    """Watch a study in the browser while it grows, and steer its run.
+
+    FILE is a study that a run of any process or machine adds to. The first line is the address,
+    which is for this machine alone and holds a secret; the page is that of the command page, and
+    gets tests as they come. Ctrl-C ends it; the run goes on.
+
+    Examples:
+      pymoo-psi solve bnh --algorithm surrogate --points 64 --study bnh.db --live
+      pymoo-psi live bnh.db --steer
+    """
+    from pymoo_psi.cli._documents import run_live
+
+    return run_live(options)
 
 
 @_command(

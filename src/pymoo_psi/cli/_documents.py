@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import threading
+import webbrowser
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime, timezone
@@ -51,6 +55,25 @@ def run_page(options: Options) -> int:
     say_source(path, replace(table.under(limits={}), remarks=table.remarks), formulation)
     objectives = ", ".join(table.layout.objectives)
     say(f"{counted(len(page.table), 'design')} by {objectives}: open {out} in a browser")
+    return 0
+
+
+def run_live(options: Options) -> int:
+    """Serve the page of a study until interrupted."""
+    from pymoo_psi.server import serve
+
+    def end_with_input() -> None:
+        sys.stdin.read()
+        os._exit(0)
+
+    def show(address: str) -> None:
+        say(address)
+        if not options.no_browser:
+            webbrowser.open(address)
+
+    if options.attached:
+        threading.Thread(target=end_with_input, daemon=True).start()
+    serve(options.file, host=options.host, port=options.port, steer=options.steer, say=show)
     return 0
 
 

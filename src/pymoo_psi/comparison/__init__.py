@@ -28,16 +28,16 @@ The p values are corrected for all pairs and budgets. With the four algorithms a
 the default, fewer than six seeds cannot show any difference, and fewer than nine none from ``psi``,
 which has a single run.
 
-Public names: :func:`compare`, its :class:`Comparison`, and :class:`Reference`, the front against
-which indicators are measured.
+Public names: :func:`compare` and its :class:`Comparison`, whose ``reference`` is the front
+against which indicators are measured.
 """
 
 from pymoo_psi.comparison._comparison import Comparison, compare
-from pymoo_psi.comparison._quality import Reference
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 from pymoo_psi.comparison._quality import INDICATORS as INDICATORS
+from pymoo_psi.comparison._quality import Reference as Reference
 from pymoo_psi.comparison._quality import effect_size as effect_size
 from pymoo_psi.comparison._quality import holm as holm
 from pymoo_psi.comparison._quality import p_value as p_value
@@ -46,6 +46,5 @@ from pymoo_psi.comparison._runs import Run as Run
 
 __all__ = [
     "Comparison",
-    "Reference",
     "compare",
 ]

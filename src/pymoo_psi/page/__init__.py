@@ -14,10 +14,17 @@ Example:
     DecisionPage('BNH': 61 designs)
 
 The file needs no network and no library. ``logic.js`` ranks and explains the designs within the
-limits, ``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table.
+limits, ``charts.js`` draws on canvas, ``page.js`` has the controls, texts and the table. The
+page of a growing study also has ``live.js``, see :mod:`pymoo_psi.server`.
 """
 
 from pymoo_psi.page._page import DecisionPage, decision_page
+
+# Names that other subpackages share; they are no promise to users.
+# isort: split
+from pymoo_psi.page._page import designs_of_page as designs_of_page
+from pymoo_psi.page._page import page_of_tests as page_of_tests
+from pymoo_psi.page._payload import rows_of as rows_of
 
 __all__ = [
     "DecisionPage",

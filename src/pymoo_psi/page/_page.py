@@ -61,8 +61,11 @@ class DecisionPage(Framed):
         """Return the title and the number of designs."""
         return f"DecisionPage({self.title!r}: {counted(len(self.table), 'design')})"
 
-    def html(self) -> str:
+    def html(self, live: Mapping[str, Any] | None = None) -> str:
         """Return the page as one HTML document that needs no network.
+
+        Args:
+            live: What the script of a page that a server extends needs to know; None for a file.
 
         Example:
             >>> import pandas as pd
@@ -74,7 +77,7 @@ class DecisionPage(Framed):
         """
         opens_with = self._opens_with()
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
-        return _html_of(self.title, content | {"origin": self.origin})
+        return _html_of(self.title, content | {"origin": self.origin, "live": live})
 
     def _opens_with(self) -> Values:
         """Return the formulation as the page writes it into decision files.
@@ -172,8 +175,27 @@ def decision_page(
     origin = ""
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
+    return page_of_tests(table, designs, str(title), origin, prototype)
+
+
+def page_of_tests(
+    table: TestTable,
+    designs: TestTable,
+    title: str,
+    origin: str,
+    prototype: TestTable | None = None,
+) -> DecisionPage:
+    """Return the page of tests, whose limits no design needs to keep.
+
+    Args:
+        table: The tests, under the formulation that the page opens with.
+        designs: Those of them that are feasible without limits.
+        title: Heading of the page.
+        origin: Name of the file with the tests.
+        prototype: Existing designs to compare with.
+    """
     return DecisionPage(
-        title=str(title),
+        title=title,
         table=designs,
         prototype=prototype,
         formulation=replace(table.formulation, limits=table.limits),
@@ -191,6 +213,12 @@ def _cautions(designs: TestTable) -> tuple[str, ...]:
     return tuple(filter(None, [*map(str, cautions(ranking)), weights, noise]))
 
 
+def designs_of_page(tests: TestTable) -> TestTable:
+    """Return the tests that are feasible without limits, which the reader of the page sets."""
+    tests = tests.under(limits={})
+    return tests.rows(tests.feasible())
+
+
 def _feasible_designs(table: TestTable, units: Mapping[str, str]) -> TestTable:
     """Return the designs that are feasible without limits, which the reader of the page sets.
 
@@ -202,7 +230,7 @@ def _feasible_designs(table: TestTable, units: Mapping[str, str]) -> TestTable:
         ArgumentValueError: There is no such design, or no such column.
     """
     tests = table.under(limits={})
-    designs = tests.rows(tests.feasible())
+    designs = designs_of_page(tests)
     if len(designs) == 0:
         received = Received(f"none in {counted(len(tests), 'design')}")
         raise invalid("source", "of one feasible design or more", received)
@@ -261,11 +289,16 @@ def _html_of(title: str, payload: Entries) -> str:
         payload: Data that ``logic.js`` decodes; plain values without NaN.
     """
     scripts = {name: _asset(f"{name}.js") for name in ("logic", "charts", "page")}
+    source = "'none'"
+    scripts["live"] = ""
+    if payload["live"] is not None:
+        scripts["live"] = _asset("live.js")
+        source = "'self'"
     style = _asset("page.css")
     data = json.dumps(payload, allow_nan=False, separators=(",", ":"))
     parts = {
         "title": escape(title),
-        "policy": _policy(*scripts.values(), style=style),
+        "policy": _policy(*scripts.values(), style=style, source=source),
         "style": style,
         # Within a script element only "<" can end it or open a comment.
         "payload": data.replace("<", "\\u003c"),
@@ -275,16 +308,17 @@ def _html_of(title: str, payload: Entries) -> str:
     return _PLACE.sub(lambda place: parts[place.group(1)], _asset("page.html"))
 
 
-def _policy(*scripts: str, style: str) -> str:
-    """Return a policy that forbids all requests, and all scripts and styles except these.
+def _policy(*scripts: str, style: str, source: str) -> str:
+    """Return a policy that forbids other scripts and styles, and requests but to a source.
 
     ``require-trusted-types-for`` makes the browser refuse every text that a script would turn
     into markup: the user's names and labels reach the page as text or not at all.
     """
     digests = " ".join(map(_digest, scripts))
     return (
-        f"default-src 'none'; script-src {digests}; style-src {_digest(style)}; "
-        "base-uri 'none'; form-action 'none'; require-trusted-types-for 'script'"
+        f"default-src 'none'; connect-src {source}; script-src {digests}; "
+        f"style-src {_digest(style)}; base-uri 'none'; form-action 'none'; "
+        "require-trusted-types-for 'script'"
     )
 
 

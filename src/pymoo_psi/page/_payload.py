@@ -77,6 +77,18 @@ def payload(
     }
 
 
+def rows_of(designs: TestTable) -> Content:
+    """Return designs as the script adds them to the page, see ``grow`` in ``logic.js``."""
+    columns = []
+    for _, name in _roles(designs):
+        values = values_of(name, designs)
+        if values.dtype == object:
+            columns.append(_packed_texts(values))
+        else:
+            columns.append({"values": _base64(values)})
+    return {"names": designs.names, "labels": _labels(designs), "columns": columns}
+
+
 def _file_name(title: str) -> str:
     """Return a title as a file name of letters, digits and underscores."""
     words = re.findall(r"[^\W_]+", title)

@@ -33,7 +33,7 @@ const Charts = (() => {
   function dye() {
     const style = getComputedStyle(document.documentElement)
     const colour = (name) => style.getPropertyValue(`--${name}`).trim()
-    for (const [key, look] of Object.entries(LOOKS)) look.colour = colour(`look-${key}`)
+    for (const [key, look] of entriesOf(LOOKS)) look.colour = colour(`look-${key}`)
     for (const name of ["context", "text", "muted", "accent", "panel", "grid", "field"]) INK[name] = colour(name)
   }
   dye()
@@ -68,7 +68,7 @@ const Charts = (() => {
     half: "M-1 .5A1 1 0 0 1 1 .5Z",
     arrow: "M1 0L-.8-1L-.3 0L-.8 1Z",
   }
-  const PATHS = Object.fromEntries(Object.entries(OUTLINES).map(([key, path]) => [key, new Path2D(path)]))
+  const PATHS = Object.fromEntries(entriesOf(OUTLINES).map(([key, path]) => [key, new Path2D(path)]))
   const isOpen = (shape) => ["cross", "ring", "frame", "corners"].includes(shape)
 
   function shape(g, {shape, colour, size}, x, y) {
@@ -86,10 +86,10 @@ const Charts = (() => {
   function icon(key) { // of LOOKS, or of a category
     if (!icons.has(key)) {
       const {shape, size, colour = `var(--look-${key})`} = LOOKS[key] ? {...LOOKS[key], colour: undefined} : key
-      const r = Math.min(size, 6.5)
+      const r = min(size, 6.5)
       const svg = (name, attributes) => {
         const element = document.createElementNS("http://www.w3.org/2000/svg", name)
-        for (const [attribute, value] of Object.entries(attributes)) element.setAttribute(attribute, value)
+        for (const [attribute, value] of entriesOf(attributes)) element.setAttribute(attribute, value)
         return element
       }
       icons.set(key, svg("svg", {class: "icon", viewBox: "0 0 16 16", "aria-hidden": "true"}))
@@ -109,7 +109,7 @@ const Charts = (() => {
     const [a, b] = log ? [Math.log(low), Math.log(high)] : [low, high]
     const span = b - a || 1
     return (value) => {
-      const share = b > a ? ((log ? Math.log(Math.max(value, low * 0.5)) : value) - a) / span : 0.5
+      const share = b > a ? ((log ? Math.log(max(value, low * 0.5)) : value) - a) / span : 0.5
       return share < -out ? -out : share > 1 + out ? 1 + out : share
     }
   }
@@ -118,7 +118,7 @@ const Charts = (() => {
     log ? low * (high / low) ** share : low + (high - low) * share
 
   // The limit that a drag from one share of an axis to another sets; open at the ends of the axis.
-  const between = (scale, from, to) => [Math.min(from, to), Math.max(from, to)].map((share, k) =>
+  const between = (scale, from, to) => [min(from, to), max(from, to)].map((share, k) =>
     k ? share >= 1 ? null : valueAt(scale, share) : share <= 0 ? null : valueAt(scale, share))
   // Distances are measured from the U and N of what is left: they move with the limits.
   const isGeometric = ({role}) => role === "geometric"
@@ -128,15 +128,15 @@ const Charts = (() => {
   function ticks({low, high, log}, most) {
     if (!(high > low)) return [low]
     if (log && high / low >= 100) {
-      const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)]
-      const every = Math.ceil((last - first + 1) / most)
-      return Array.from({length: Math.floor((last - first) / every) + 1}, (_, k) => 10 ** (first + k * every))
+      const [first, last] = [ceil(log10(low) - 1e-9), floor(log10(high) + 1e-9)]
+      const every = ceil((last - first + 1) / most)
+      return Array.from({length: floor((last - first) / every) + 1}, (_, k) => 10 ** (first + k * every))
     }
     const rough = (high - low) / most
-    const power = 10 ** Math.floor(Math.log10(rough))
+    const power = 10 ** floor(log10(rough))
     const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999)
-    const first = Math.ceil(low / step - 1e-9)
-    const count = Math.floor(high / step + 1e-9) - first
+    const first = ceil(low / step - 1e-9)
+    const count = floor(high / step + 1e-9) - first
     if (count < 1 && most < 20) return ticks({low, high}, 2 * most) // a single number tells no distance
     // A product of integers and the power, so that 0.3 is not 0.30000000000000004.
     return Array.from({length: count + 1}, (_, k) => Number(((first + k) * step).toPrecision(12)))
@@ -150,17 +150,17 @@ const Charts = (() => {
   function tickTexts(scale, most, texts) {
     if (texts) {
       const known = [...texts.keys()].filter((k) => k >= scale.low && k <= scale.high)
-      const every = Math.ceil(known.length / most)
+      const every = ceil(known.length / most)
       const values = known.filter((_, k) => k % every === 0)
       return {values, texts: values.map((k) => (texts[k].length > 18 ? `${texts[k].slice(0, 17)}…` : texts[k])), factor: ""}
     }
     const values = ticks(scale, most)
-    const size = Math.max(Math.abs(scale.low), Math.abs(scale.high))
+    const size = max(abs(scale.low), abs(scale.high))
     const decades = scale.log && scale.high / scale.low >= 100
-    const power = size > 0 && (size >= 1e5 || size < 1e-2) && !decades ? 3 * Math.floor(Math.log10(size) / 3) : 0
+    const power = size > 0 && (size >= 1e5 || size < 1e-2) && !decades ? 3 * floor(log10(size) / 3) : 0
     const digits = values.length > 1 ? 12 : 6 // all that a tick has; a single one is any number
     const powers = decades && (scale.high >= 1e5 || scale.low < 1e-3)
-    const short = (value) => powers ? `10${raised(Math.round(Math.log10(value)))}`
+    const short = (value) => powers ? `10${raised(round(log10(value)))}`
       : Logic.apart(Logic.local(String(Number((value / 10 ** power).toPrecision(digits))))).replace("-", "−")
     return {values, texts: values.map(short), factor: power ? `×10${raised(power)}` : ""}
   }
@@ -176,8 +176,8 @@ const Charts = (() => {
       if (width === size.width && height === size.height) return
       Object.assign(size, {width, height})
       for (const canvas of canvases) {
-        canvas.width = Math.round(width * devicePixelRatio)
-        canvas.height = Math.round(height * devicePixelRatio)
+        canvas.width = round(width * devicePixelRatio)
+        canvas.height = round(height * devicePixelRatio)
         // Once: a font makes the browser style the whole page.
         Object.assign(canvas.getContext("2d"), {font: FONT, lineJoin: "round"})
       }
@@ -218,7 +218,7 @@ const Charts = (() => {
   // A text of which, where it is too long, the end stays: it is what tells names apart.
   function fitted(g, text, width) {
     let most = text.length
-    const cut = () => (most < text.length ? `${text.slice(0, Math.max(1, most - 4))}…${text.slice(-3)}` : text)
+    const cut = () => (most < text.length ? `${text.slice(0, max(1, most - 4))}…${text.slice(-3)}` : text)
     while (most > 5 && g.measureText(cut()).width > width) most--
     return cut()
   }
@@ -264,7 +264,7 @@ const Charts = (() => {
     const {width, height} = g.canvas
     if (!width || !height) return former
     const next = new Map()
-    const many = 2 ** Math.ceil(Math.log2(Logic.sum(groups.map(([, rows]) => rows.length)) || 1))
+    const many = 2 ** ceil(Math.log2(Logic.sum(groups.map(([, rows]) => rows.length)) || 1))
     for (const [colour, rows] of groups) {
       const drawn = new Uint8Array(total)
       for (let k = 0; k < rows.length; k++) drawn[rows[k]] = 1
@@ -277,8 +277,8 @@ const Charts = (() => {
       if (!isNew) count(counts, go, -1)
       const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
       const shades = new Uint32Array(DARKEST + 1)
-      for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - Math.min(0.5, alpha / many)) {
-        shades[k] = (Math.round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
+      for (let k = 1, light = 1 - least; k <= DARKEST; k++, light *= 1 - min(0.5, alpha / many)) {
+        shades[k] = (round(255 * (1 - light)) << 24) | (blue << 16) | (green << 8) | red
       }
       const image = last?.image ?? new ImageData(width, height)
       const pixels = new Uint32Array(image.data.buffer)
@@ -300,14 +300,14 @@ const Charts = (() => {
   // A drag on an element: down(x, y) returns {move(x, y), up(x, y, moved)}. Places are those of
   // the start, as what a drag changes may move the element itself.
   function drag(element, down) {
-    element.addEventListener("pointerdown", (event) => {
+    element.onpointerdown = (event) => {
       if (event.button !== 0) return
       const box = element.getBoundingClientRect()
       const at = (e) => [e.clientX - box.left, e.clientY - box.top]
       const job = down(...at(event))
       let moved = false // a hand that shakes by a pixel does not drag
       const move = (e) => {
-        moved ||= Math.hypot(e.clientX - event.clientX, e.clientY - event.clientY) > 4
+        moved ||= hypot(e.clientX - event.clientX, e.clientY - event.clientY) > 4
         if (moved) job.move(...at(e))
       }
       const end = (e) => {
@@ -318,7 +318,7 @@ const Charts = (() => {
       element.setPointerCapture(event.pointerId)
       element.onpointermove = move
       element.onpointerup = element.onpointercancel = end
-    })
+    }
   }
 
   // The drawn row that is nearest by a distance in pixels, at most so far; -1 if there is none.
@@ -347,12 +347,12 @@ const Charts = (() => {
     const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
     const xOf = (j) => ((j + 0.5) * (size.width - RIGHT)) / axes.length
-    const nearest = (x) => Math.min(axes.length - 1, Math.max(0, Math.floor((x * axes.length) / (size.width - RIGHT))))
+    const nearest = (x) => min(axes.length - 1, max(0, floor((x * axes.length) / (size.width - RIGHT))))
     const height = () => size.height - TOP - BOTTOM
     // Of an objective to be maximised the greatest value is at the bottom: down is better.
     const flipped = (column) => column.role === "objective" && column.maximize
     const shareAt = (column, y) => {
-      const up = Math.min(1, Math.max(0, (size.height - BOTTOM - y) / height()))
+      const up = min(1, max(0, (size.height - BOTTOM - y) / height()))
       return flipped(column) ? 1 - up : up
     }
     function placed(column) {
@@ -402,7 +402,7 @@ const Charts = (() => {
     function countLines(counts, rows, step) {
       const {width} = top
       for (let j = 0; j + 1 < axes.length; j++) {
-        const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => Math.round(x * devicePixelRatio))
+        const [x0, x1] = [xOf(j), xOf(j + 1)].map((x) => round(x * devicePixelRatio))
         const [[left, from], [right, to]] = [j, j + 1].map((k) => [model.values(axes[k]), placed(axes[k])])
         for (let i = 0; i < rows.length; i++) {
           const row = rows[i]
@@ -438,12 +438,12 @@ const Charts = (() => {
         const {values, texts, factor} = tickTexts(scale, column.texts ? 14 : 5, column.texts)
         const ends = [scale.low, scale.high].map(at)
         values.forEach((value, k) => {
-          if (!column.texts && ends.some((end) => Math.abs(at(value) - end) < 13)) return
+          if (!column.texts && ends.some((end) => abs(at(value) - end) < 13)) return
           g.fillStyle = INK.field
           g.fillRect(x - 2, at(value) - 2, 4, 4) // no line: before a number it would be a minus
           written(g, texts[k], x + 6, at(value), "left")
         })
-        const low = Math.max(...ends)
+        const low = max(...ends)
         ;[scale.low, scale.high].forEach((value, k) => written(g, fitted(g, model.written(column, value), room), x, ends[k] + (ends[k] === low ? 9 : -9), "center"))
         const feet = [column.role === "objective" ? "↓ better" : "", column.texts ? "" : factor && `ticks ${factor}`].filter(Boolean)
         feet.forEach((text, k) => written(g, text, x, size.height - 26 + 14 * k, "center"))
@@ -462,13 +462,13 @@ const Charts = (() => {
         })
       })
       const [x, at, values] = [xOf(axes.length - 1), placed(last), model.values(last)]
-      const most = Math.floor((size.height - 24) / 14)
+      const most = floor((size.height - 24) / 14)
       const names = namedRows(model).slice(0, most).filter((row) => values[row] === values[row])
         .map((row) => ({row, y: at(values[row])})).sort((a, b) => a.y - b.y)
       let free = 8
-      for (const name of names) free = (name.at = Math.max(name.y, free)) + 14
+      for (const name of names) free = (name.at = max(name.y, free)) + 14
       free = size.height - 16
-      for (const name of names.reverse()) free = (name.at = Math.min(name.at, free)) - 14
+      for (const name of names.reverse()) free = (name.at = min(name.at, free)) - 14
       boxes = names.map(({row, y, at}) => {
         const isMark = model.marks.some((mark) => mark.row === row)
         const left = size.width - RIGHT + 2
@@ -495,7 +495,7 @@ const Charts = (() => {
         const [a, b] = [at(limit[0] ?? low), at(limit[1] ?? high)]
         g.fillStyle = INK.accent
         g.globalAlpha = 0.28
-        g.fillRect(xOf(j) - 6, Math.min(a, b), 12, Math.abs(a - b))
+        g.fillRect(xOf(j) - 6, min(a, b), 12, abs(a - b))
         g.globalAlpha = 1
         for (const [end, y] of [[limit[0], a], [limit[1], b]]) {
           if (end !== null) g.fillRect(xOf(j) - 8, y - 1, 16, 2)
@@ -523,14 +523,14 @@ const Charts = (() => {
 
     // The row whose line passes nearest to a point, within a few pixels.
     function rowAt(x, y) {
-      const name = boxes.find((box) => x >= box.x && Math.abs(y - box.y - 6) < 7)
+      const name = boxes.find((box) => x >= box.x && abs(y - box.y - 6) < 7)
       if (name) return name.row
-      const position = Math.min(axes.length - 1, Math.max(0, (x * axes.length) / (size.width - RIGHT) - 0.5))
-      const j = Math.min(Math.floor(position), Math.max(0, axes.length - 2))
-      const sides = [axes[j], axes[Math.min(j + 1, axes.length - 1)]].map((c) => [model.values(c), placed(c)])
+      const position = min(axes.length - 1, max(0, (x * axes.length) / (size.width - RIGHT) - 0.5))
+      const j = min(floor(position), max(0, axes.length - 2))
+      const sides = [axes[j], axes[min(j + 1, axes.length - 1)]].map((c) => [model.values(c), placed(c)])
       return nearestRow(model, 7, (row) => {
         const [a, b] = sides.map(([values, at]) => at(values[row]))
-        return Math.abs(a + (b - a) * (position - j) - y)
+        return abs(a + (b - a) * (position - j) - y)
       })
     }
 
@@ -538,7 +538,7 @@ const Charts = (() => {
       const j = nearest(x)
       const column = axes[j]
       // On a touch screen a drag scrolls the page: only from the axis itself it is a brush.
-      if (Math.abs(x - xOf(j)) > 16 || !limitable(column)) {
+      if (abs(x - xOf(j)) > 16 || !limitable(column)) {
         return {move: () => 0, up: (u, v, moved) => !moved && on.pick(rowAt(u, v))}
       }
       const from = shareAt(column, y)
@@ -549,13 +549,13 @@ const Charts = (() => {
         up: (_, v, moved) => on.limit([[column, moved ? to(v) : [null, null]]], true),
       }
     })
-    top.addEventListener("pointermove", (event) => {
+    top.addEventListener("pointermove", (event) => { // a brush takes onpointermove
       if (event.buttons || !model) return
       const j = nearest(event.offsetX)
-      top.style.cursor = Math.abs(event.offsetX - xOf(j)) <= 16 && limitable(axes[j]) ? "ns-resize" : "default"
+      top.style.cursor = abs(event.offsetX - xOf(j)) <= 16 && limitable(axes[j]) ? "ns-resize" : "default"
       on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
-    top.addEventListener("pointerleave", () => on.hover(-1))
+    top.onpointerleave = () => on.hover(-1)
     return {mark, draw: (next, all) => { model = next; if (all) fit(); draw(all) },
       get names() { return boxes }, get drawn() { return model.left.length }, get inView() { return size.inView }}
   }
@@ -574,7 +574,7 @@ const Charts = (() => {
     function scales() {
       return [x, y].map((column) => {
         const {low, high, log} = model.scale(column)
-        const room = log ? (high / low) ** 0.03 : 0.03 * (high - low) || Math.abs(high) * 0.03 || 1
+        const room = log ? (high / low) ** 0.03 : 0.03 * (high - low) || abs(high) * 0.03 || 1
         return log ? {low: low / room, high: high * room, log} : {low: low - room, high: high + room, log}
       })
     }
@@ -592,12 +592,12 @@ const Charts = (() => {
     function drawContext() {
       const g = clean(0)
       const [across, up] = scales()
-      const ty = tickTexts(up, Math.max(2, frame()[1] / (y.texts ? 15 : 45)), y.texts)
-      LEFT = Math.ceil(Math.max(52, ...ty.texts.map((text) => g.measureText(text).width + 10))) + 16
+      const ty = tickTexts(up, max(2, frame()[1] / (y.texts ? 15 : 45)), y.texts)
+      LEFT = ceil(max(52, ...ty.texts.map((text) => g.measureText(text).width + 10))) + 16
       const [w, h] = frame()
       former = new Map()
       points(g, [[INK.context, model.context]], former) // below all else
-      const tx = tickTexts(across, Math.max(2, w / (x.texts ? 120 : 80)), x.texts)
+      const tx = tickTexts(across, max(2, w / (x.texts ? 120 : 80)), x.texts)
       const [px, py] = [place(across), place(up)]
       tx.values.forEach((value, k) => {
         const u = LEFT + px(value) * w
@@ -628,13 +628,13 @@ const Charts = (() => {
     // Points as squares of a density.
     function points(g, groups, before) {
       const {u: across, v: up} = placed()
-      const half = Math.round((model.total > 5000 ? 1 : 1.5) * devicePixelRatio)
+      const half = round((model.total > 5000 ? 1 : 1.5) * devicePixelRatio)
       const {width} = g.canvas
       const squares = (counts, rows, step) => {
         for (let k = 0; k < rows.length; k++) {
           const [u, v] = [across(rows[k]), up(rows[k])]
           if (u !== u || v !== v) continue
-          const first = Math.round(v * devicePixelRatio - half) * width + Math.round(u * devicePixelRatio - half)
+          const first = round(v * devicePixelRatio - half) * width + round(u * devicePixelRatio - half)
           for (let line = 0; line <= 2 * half; line++) {
             for (let i = first + line * width; i <= first + line * width + 2 * half; i++) counts[i] += step
           }
@@ -693,7 +693,7 @@ const Charts = (() => {
         for (const [r, dx, dy] of places) {
           const box = {row, x: u + dx, y: v + dy, width, height: 12}
           if (box.x < LEFT + 2 || box.x + width > LEFT + w - 2 || box.y < TOP + 1 || box.y + 12 > TOP + h - 1 || hits(box)) continue
-          if (r > 18) ruled(g, INK.field, u, v, Math.min(Math.max(u, box.x), box.x + width), Math.min(Math.max(v, box.y), box.y + 12))
+          if (r > 18) ruled(g, INK.field, u, v, min(max(u, box.x), box.x + width), min(max(v, box.y), box.y + 12))
           written(g, text, box.x, box.y + 6, "left", "middle", isMark ? INK.text : INK.muted)
           taken.push(box)
           found.push(box)
@@ -733,7 +733,7 @@ const Charts = (() => {
       const name = boxes.find((box) => u >= box.x && u <= box.x + box.width && v >= box.y && v <= box.y + box.height)
       return name ? name.row : nearestRow(model, 9, (row) => {
         const [a, b] = at(row)
-        return Math.hypot(a - u, b - v)
+        return hypot(a - u, b - v)
       })
     }
 
@@ -741,17 +741,17 @@ const Charts = (() => {
     const limits = (u, v, a, b) => {
       const [[w, h], [across, up]] = [frame(), scales()]
       const sides = [[x, a - u, across, (u - LEFT) / w, (a - LEFT) / w], [y, b - v, up, 1 - (v - TOP) / h, 1 - (b - TOP) / h]]
-      return sides.filter(([column, way]) => limitable(column) && Math.abs(way) > 4)
+      return sides.filter(([column, way]) => limitable(column) && abs(way) > 4)
         .map(([column, , ...share]) => [column, between(...share)])
     }
     drag(top, (u, v) => ({
       move: (a, b) => on.limit(limits(u, v, a, b), false),
       up: (a, b, moved) => (moved ? on.limit(limits(u, v, a, b), true) : on.pick(rowAt(a, b))),
     }))
-    top.addEventListener("pointermove", (event) => {
+    top.addEventListener("pointermove", (event) => { // a brush takes onpointermove
       if (!event.buttons && model) on.hover(rowAt(event.offsetX, event.offsetY), event.clientX, event.clientY)
     })
-    top.addEventListener("pointerleave", () => on.hover(-1))
+    top.onpointerleave = () => on.hover(-1)
     return {
       setAxes: (across, up) => { [x, y] = [across, up] },
       draw: (next, all) => { model = next; draw(all) },

@@ -4,6 +4,9 @@
 // Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
 // All arrays have one entry a row. Objectives in data.F are minimised and equal where they are equal
 // up to rounding; columns, limits, states and sentences are in the original unit and direction.
+const isNumber = Number.isFinite
+const entriesOf = Object.entries
+const {abs, ceil, floor, hypot, log10, max, min, round, sqrt} = Math // of charts.js and page.js, too
 const Logic = (() => {
 "use strict"
 
@@ -24,43 +27,75 @@ const bytesOf = (base64) => {
   return bytes.buffer
 }
 
+const numbersOf = (base64) => new Float64Array(bytesOf(base64))
+
 // The payload of the file as arrays; its numbers are little-endian float64 in base64.
 function decode(payload) {
-  const {n, names} = payload
   const columns = payload.columns.map((column) => ({
     ...column,
-    values: column.values === null ? null : new Float64Array(bytesOf(column.values)),
+    values: column.values === null ? null : numbersOf(column.values),
     label: column.name + (column.unit && !column.name.endsWith(`[${column.unit}]`) ? ` [${column.unit}]` : ""),
   }))
-  const objectives = columns.filter(({role}) => role === "objective")
-  const F = objectives.map(({maximize, values}) =>
-    settled(maximize ? values.map((value) => -value) : values))
   const data = {
     ...payload,
     columns,
-    objectives,
-    F,
-    total: names.length,
-    designs: upTo(n),
-    prototypes: upTo(names.length).subarray(n),
+    objectives: columns.filter(({role}) => role === "objective"),
     by: new Map(), // a Map, as any name is one of its keys, also __proto__
-    rowOf: new Map(names.map((name, row) => [name, row])),
     optimal: new Uint8Array(bytesOf(payload.optimal)), // among all
-    dominator: new Int32Array(n).fill(-1), // found last, see `frontOf`
-    boxes: null, // made when dominators are looked for
-    last: null, // the front before
-    whole: null,
-    fixed: null, // the points U and N of fixed ranges
-    lengths: null, // what per cent are of
-    ranged: "", // the same in words
+    more: [], // what `grow` has added
   }
   mark = payload.decimal ?? "."
   // A user's column goes before a geometric one of the same name.
   for (const column of [...columns].reverse()) data.by.set(column.name, column)
-  data.whole = ranked(data, new Uint8Array(data.total).fill(1))
-  data.fixed = fixedFrame(data)
+  return grow(data, payload.more ?? [])
+}
+
+// Add designs that came since, where there is no prototype: `names`, `labels` and the cells of columns.
+function grow(data, more) {
+  for (const {names, labels, columns} of more) {
+    data.names.push(...names)
+    data.labels.push(...labels)
+    data.n = data.names.length
+    columns.forEach(({texts, values}, j) => {
+      const column = data.columns[j]
+      const known = column.texts
+      const places = texts?.map((text) => known.includes(text) ? known.indexOf(text) : known.push(text) - 1)
+      const cells = numbersOf(values).map((cell) => places?.[cell] ?? cell)
+      const all = new Float64Array(data.n)
+      all.set(column.values)
+      all.set(cells, column.values.length)
+      Object.assign(column, {values: all, ends: null, isWhole: null}) // of charts.js
+    })
+  }
+  const {n, names, objectives, optimal} = data
+  const all = new Uint8Array(names.length).fill(1)
+  const F = objectives.map(({maximize, values}) => settled(maximize ? values.map((value) => -value) : values))
+  Object.assign(data, {
+    F,
+    total: names.length,
+    designs: upTo(n),
+    prototypes: upTo(names.length).subarray(n),
+    rowOf: new Map(names.map((name, row) => [name, row])),
+    dominator: new Int32Array(n).fill(-1), // found last, see `frontOf`
+    more: [...data.more, ...more],
+    alphabetic: null,
+    boxes: null, // made when dominators are looked for
+    last: null, // the front before
+  })
+  if (more.length) {
+    // What was dominated stays so; what was optimal is compared with the new designs only.
+    const added = boxesOf(F, data.designs.subarray(optimal.length))
+    data.boxes = boxesOf(F, data.designs)
+    data.optimal = Uint8Array.from(data.designs, (i) => optimal[i] !== 0 &&
+      dominatorOf(optimal[i] ? added : data.boxes, F.map((column) => column[i]), all) < 0)
+  }
+  data.whole = ranked(data, all)
+  if (more.length) for (const column of data.columns) if (column.range && column.values) {
+    column.range = [1, -1].map((sign, k) => sign * min(sign * column.range[k], sign * endOf(column.values, sign, data.whole.front)))
+  }
+  data.fixed = fixedFrame(data) // the points U and N of fixed ranges
   const isGiven = isFixed(data.opens_with.ranges)
-  data.lengths = isGiven ? new Frame(data.F, data.whole.front, false, data.fixed).lengths : data.whole.frame.lengths
+  data.lengths = isGiven ? new Frame(F, data.whole.front, false, data.fixed).lengths : data.whole.frame.lengths // what per cent are of
   data.ranged = isGiven ? "the fixed range of each objective" : "the range of all Pareto-optimal designs, whatever the limits"
   return data
 }
@@ -161,7 +196,7 @@ function leasts(values, tolerance) {
     const value = sorted[k]
     if (!(value > reach || (count === 0 && value === reach))) continue
     found[count++] = value
-    reach = value + (tolerance ?? NOISE * Math.abs(value))
+    reach = value + (tolerance ?? NOISE * abs(value))
   }
   return found.subarray(0, count)
 }
@@ -199,7 +234,7 @@ function frontOf(data, mask, rows) {
 // values of an objective; those of at most 32 rows have these and their objectives, row by row.
 function boxesOf(F, rows, depth = 0) {
   const column = F[depth % F.length]
-  const few = Float64Array.from({length: 15}, (_, k) => column[rows[Math.floor(k * rows.length / 15)]])
+  const few = Float64Array.from({length: 15}, (_, k) => column[rows[floor(k * rows.length / 15)]])
   const middle = few.sort()[7]
   const lower = picked(rows, (i) => rows.length > 32 && column[i] < middle)
   // Equal in this objective: perhaps not in another.
@@ -242,16 +277,16 @@ class Frame {
     this.nadir = fixed?.nadir ?? this.high
     this.lengths = this.ideal.map((low, j) => { // infinite where the range is none
       const high = this.nadir[j]
-      return high - low > NOISE * Math.max(Math.abs(low), Math.abs(high)) ? high - low : Infinity
+      return high - low > NOISE * max(abs(low), abs(high)) ? high - low : Infinity
     })
     this.scale = normalize ? this.lengths : this.lengths.map(() => 1)
     this.line = this.lengths.map((length, j) =>
-      Number.isFinite(length) ? (this.nadir[j] - this.ideal[j]) / this.scale[j] : 0)
+      isNumber(length) ? (this.nadir[j] - this.ideal[j]) / this.scale[j] : 0)
     // How large the values of each objective are in the scale.
-    this.sizes = this.lengths.map((length, j) => !Number.isFinite(length) ? 0 : Math.max(
-      ...[this.low, this.high, this.ideal, this.nadir].map((point) => Math.abs(point[j]))) / this.scale[j])
-    const most = Math.max(...this.line) || 1
-    const norm = Math.sqrt(sum(this.line.map((value) => (value / most) ** 2))) || 1
+    this.sizes = this.lengths.map((length, j) => !isNumber(length) ? 0 : max(
+      ...[this.low, this.high, this.ideal, this.nadir].map((point) => abs(point[j]))) / this.scale[j])
+    const most = max(...this.line) || 1
+    const norm = sqrt(sum(this.line.map((value) => (value / most) ** 2))) || 1
     this.direction = this.line.map((value) => value / most / norm)
   }
 
@@ -259,9 +294,9 @@ class Frame {
   // no square over- or underflows.
   measured(F, rows, size) {
     const {ideal, scale, line, direction: e} = this
-    const longest = line.indexOf(Math.max(...line))
+    const longest = line.indexOf(max(...line))
     const unit = line[longest] || 1
-    const acrossUnit = Math.max(0, ...line.filter((_, j) => j !== longest)) || unit
+    const acrossUnit = max(0, ...line.filter((_, j) => j !== longest)) || unit
     const [perUnit, perAcross] = [1 / unit, 1 / acrossUnit]
     const mu = [0, 1, 2].map(() => new Float64Array(size).fill(NaN))
     const [mu1, mu2, mu3] = mu
@@ -281,8 +316,8 @@ class Frame {
         squareAcross += across * across
         onLine += whole * e[j]
       }
-      mu1[i] = square === square ? Math.sqrt(square) : Infinity // no call, which would make objects
-      mu2[i] = squareAcross === squareAcross ? Math.sqrt(squareAcross) : Infinity
+      mu1[i] = square === square ? sqrt(square) : Infinity // no call, which would make objects
+      mu2[i] = squareAcross === squareAcross ? sqrt(squareAcross) : Infinity
       mu3[i] = onLine === onLine ? onLine : Infinity
     }
     return [mu, [unit, acrossUnit, unit]]
@@ -291,9 +326,9 @@ class Frame {
   // The rounding errors of the three criteria.
   noise(units) {
     const e2 = this.direction.map((value) => value * value)
-    const across = e2.map((_, j) => Math.sqrt(sum(e2.filter((_, k) => k !== j))))
+    const across = e2.map((_, j) => sqrt(sum(e2.filter((_, k) => k !== j))))
     return [e2.map(() => 1), across, this.direction].map((parts, k) =>
-      LAST_PLACES * Math.hypot(...parts.map((part, j) => (part * this.sizes[j]) / units[k])))
+      LAST_PLACES * hypot(...parts.map((part, j) => (part * this.sizes[j]) / units[k])))
   }
 }
 
@@ -310,7 +345,7 @@ function candidates(rows, a, b, [noiseA, noiseB]) {
     const at = part(rows[k]) + 2
     if (b[rows[k]] < least[at]) least[at] = b[rows[k]]
   }
-  for (let at = 1; at < least.length; at++) least[at] = Math.min(least[at], least[at - 1])
+  for (let at = 1; at < least.length; at++) least[at] = min(least[at], least[at - 1])
   return picked(rows, (i) => !(least[part(i)] < b[i] - noiseB))
 }
 
@@ -401,7 +436,7 @@ function placed(front, mu1, noise) {
 function left(data, state) {
   const {n, total} = data
   const rejected = new Map()
-  for (const [name, [low, high]] of Object.entries(state.limits)) {
+  for (const [name, [low, high]] of entriesOf(state.limits)) {
     const {values} = data.by.get(name)
     const out = new Uint8Array(n)
     const least = low ?? -Number.MAX_VALUE
@@ -409,7 +444,7 @@ function left(data, state) {
     for (let i = 0; i < n; i++) out[i] = values[i] >= least && values[i] <= most ? 0 : 1
     rejected.set(name, out)
   }
-  for (const [name, allowed] of Object.entries(state.categories)) {
+  for (const [name, allowed] of entriesOf(state.categories)) {
     const {values, texts} = data.by.get(name)
     const out = texts.map((text) => (allowed.includes(text) ? 0 : 1))
     rejected.set(name, Uint8Array.from(values.subarray(0, n), (place) => out[place]))
@@ -426,10 +461,10 @@ const limitText = ({name, unit}, end, value, text = apart(local(String(value))))
 
 // A value with six digits, upwards (1) or downwards (0), so that a limit there lets it pass.
 function outward(value, end) {
-  if (value === 0 || !Number.isFinite(value)) return value
+  if (value === 0 || !isNumber(value)) return value
   const near = Number(value.toPrecision(6))
   if (end ? near >= value : near <= value) return near
-  return Number((near + (end ? 1 : -1) * 10 ** (Math.floor(Math.log10(Math.abs(value))) - 5)).toPrecision(6))
+  return Number((near + (end ? 1 : -1) * 10 ** (floor(log10(abs(value))) - 5)).toPrecision(6))
 }
 
 // At which limits another design is proposed (selection's switching_values): as each that is set, or
@@ -464,10 +499,10 @@ function* switches(data, state, now) {
         return bestOf(mask)
       }
       const exact = steps.length <= MOST_STEPS
-      const stride = exact ? 1 : Math.ceil(steps.length / 64)
+      const stride = exact ? 1 : ceil(steps.length / 64)
       let [before, found] = [-1, {name, end, looser, value: null, row: -1, next: null, exact}]
       for (let step = stride - 1; before < steps.length - 1; step += stride) {
-        step = Math.min(step, steps.length - 1)
+        step = min(step, steps.length - 1)
         let then = at(step)
         yield null
         while (then.differs && step - before > 1) {
@@ -502,7 +537,7 @@ function staying(data, now, found) {
 // sentence, or "" without such a design.
 function nearestDesign(data, state, {times, rejected}) {
   const row = times.indexOf(leastOf(times))
-  const ends = Object.entries(state.limits).flatMap(([name, pair]) => pair.flatMap((end, k) => {
+  const ends = entriesOf(state.limits).flatMap(([name, pair]) => pair.flatMap((end, k) => {
     const column = data.by.get(name)
     const value = column.values[row]
     return end !== null && (k ? value > end : value < end) ? [limitText(column, k, outward(value, k))] : []
@@ -582,7 +617,7 @@ function preference(data, ranking, {weights, aspiration}) {
   if (ranking.count === 0) return {value, total, best: []}
   const {frame, front} = ranking
   const given = objectives.map(({name}) => (Object.hasOwn(weights, name) ? weights[name] : 1))
-  const most = Math.max(...given)
+  const most = max(...given)
   const ratios = given.map((weight) => (most > 0 ? weight / most : 1))
   const w = ratios.map((ratio) => ratio / sum(ratios))
   const point = objectives.map(({name, maximize}, j) => {
@@ -602,12 +637,12 @@ function preference(data, ranking, {weights, aspiration}) {
   }
   concat(ranking.rows, data.prototypes).forEach(measure)
   const noise = frame.sizes.map((size, j) =>
-    LAST_PLACES * w[j] * Math.max(size, Math.abs(point[j] / frame.scale[j])))
+    LAST_PLACES * w[j] * max(size, abs(point[j] / frame.scale[j])))
   const nearest = (list, key, tolerance) => {
     const reach = leastOf(list.map((i) => key[i])) + tolerance
     return list.filter((i) => key[i] <= reach)
   }
-  const best = nearest(nearest([...front], value, Math.max(...noise)), total, sum(noise))
+  const best = nearest(nearest([...front], value, max(...noise)), total, sum(noise))
   return {value, total, best}
 }
 
@@ -626,7 +661,7 @@ const counted = (n, one) => `${apart(String(n))} ${one}${n === 1 ? "" : "s"}`
 function rounded(value, digits) {
   const up = value.toExponential(digits - 1) // of an exact half the larger one
   if (!value.toExponential(digits).includes("5e")) return up // all digits take long
-  const [mantissa, exponent] = Math.abs(value).toExponential(60).split("e")
+  const [mantissa, exponent] = abs(value).toExponential(60).split("e")
   const all = mantissa.replace(".", "")
   const half = all[digits] === "5" && /^0*$/.test(all.slice(digits + 1))
   if (!half || Number(all[digits - 1]) % 2) return up
@@ -635,23 +670,23 @@ function rounded(value, digits) {
 
 // A positive number as a whole one; an exact half goes to the even number.
 function whole(size) {
-  const down = Math.floor(size)
-  return size - down === 0.5 ? down + down % 2 : Math.round(size)
+  const down = floor(size)
+  return size - down === 0.5 ? down + down % 2 : round(size)
 }
 
 // A number with a few digits, none lost before the point; from five on thousands are apart, as in Python.
 function short(value, digits = 4) {
-  if (value === 0 || !Number.isFinite(value)) return String(value).replace("Infinity", "inf")
-  const size = Math.abs(value)
+  if (value === 0 || !isNumber(value)) return String(value).replace("Infinity", "inf")
+  const size = abs(value)
   if (size < 1e9 && (size >= 10 ** digits - 0.5 || Number.isInteger(value))) {
     return (value < 0 ? "-" : "") + apart(String(whole(size)))
   }
   const text = rounded(value, digits)
   const [mantissa, power] = text.split("e").map(Number)
   if (power >= -4 && power < digits) {
-    return apart(local(Number(text).toFixed(Math.max(0, digits - 1 - power)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")))
+    return apart(local(Number(text).toFixed(max(0, digits - 1 - power)).replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")))
   }
-  return `${local(String(mantissa))}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`
+  return `${local(String(mantissa))}e${power < 0 ? "-" : "+"}${String(abs(power)).padStart(2, "0")}`
 }
 const local = (text) => text.replace(".", mark)
 const apart = (text) => text.replace(/^-?\d{5,}/, (whole) => whole.replace(/\B(?=(\d{3})+$)/g, "\u00a0"))
@@ -675,17 +710,17 @@ function placeText(data, {mask, pareto, place}, row) {
 function written(column, value) {
   if (column.texts) return column.texts[value] || "–"
   if (value === null || Number.isNaN(value)) return "–"
-  if (!Number.isFinite(value)) return value > 0 ? "∞" : "-∞"
+  if (!isNumber(value)) return value > 0 ? "∞" : "-∞"
   const [kind, digits] = column.notation
   // Values beyond the range of the column, penalties perhaps, have no place in its notation.
-  if (kind === "fixed" && Math.abs(value) < 1e7) return apart(local(value.toFixed(digits)))
+  if (kind === "fixed" && abs(value) < 1e7) return apart(local(value.toFixed(digits)))
   return local(value.toExponential(kind === "fixed" ? 3 : digits))
 }
 
 // ------------------------------------------------------------------------------------- explanations
 
 // A share that is given in per cent: where the range is 0, or ends before, only units tell.
-const isWithin = (share) => Math.abs(share) <= 1 + TIE
+const isWithin = (share) => abs(share) <= 1 + TIE
 
 // A difference of values in their unit; of per cent it is points.
 const amount = ({unit}, value) => short(value) + (unit === "%" ? " points" : unit ? ` ${unit}` : "")
@@ -699,12 +734,12 @@ function changed(data, j, value, share, first) {
 
 // Where a design is better than another and where worse, in words.
 function difference(data, gains, shares) {
-  const size = (j) => (Number.isNaN(shares[j]) ? -1 : Math.round(Math.abs(shares[j]) / TIE))
+  const size = (j) => (Number.isNaN(shares[j]) ? -1 : round(abs(shares[j]) / TIE))
   const places = gains.map((_, j) => j).sort((a, b) => size(b) - size(a) || a - b)
   let first = true
   const parts = [["better", 1], ["worse", -1]].map(([key, sign]) => {
     const changes = places.filter((j) => sign * gains[j] > 0).map((j) => {
-      const text = changed(data, j, Math.abs(gains[j]), Math.abs(shares[j]), first)
+      const text = changed(data, j, abs(gains[j]), abs(shares[j]), first)
       first = false
       return text
     })
@@ -789,7 +824,7 @@ function explain(data, ranking, row) {
       if (d > 0 && d / length > loss[k]) loss[k] = d / length
     }
   })
-  const distance = (k) => Math.sqrt(sum(F.map((column, j) => ((column[front[k]] - own[j]) / lengths[j]) ** 2)))
+  const distance = (k) => sqrt(sum(F.map((column, j) => ((column[front[k]] - own[j]) / lengths[j]) ** 2)))
   // Of some the nearest, of those that tie the least by a key.
   const nearest = (some, key) => {
     const away = Float64Array.from(some, distance).map((value) => (Number.isNaN(value) ? Infinity : value))
@@ -801,7 +836,7 @@ function explain(data, ranking, row) {
       let [some, reach] = [[], Number.MAX_VALUE]
       for (let k = 0; k < loss.length; k++) {
         if (!(loss[k] <= reach && column[front[k]] < own[j] && own[j] - column[front[k]] >= step)) continue
-        reach = Math.min(reach, loss[k] + TIE)
+        reach = min(reach, loss[k] + TIE)
         some.push(k)
       }
       return some.filter((k) => loss[k] <= reach)
@@ -811,9 +846,9 @@ function explain(data, ranking, row) {
   })
   const least = leastOf(loss)
   const dominatedBy = pareto[row] ? -1 : front[nearest(picked(upTo(front.length), (k) => loss[k] === least), (k) => loss[k])]
-  const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : Math.round(share / TIE)))
+  const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : round(share / TIE)))
   const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
-  const most = Math.max(0, ...shares.filter((share) => !Number.isNaN(share)))
+  const most = max(0, ...shares.filter((share) => !Number.isNaN(share)))
   const weakest = objectives.filter((_, j) => most > 0 && shares[j] >= most * (1 - TIE)).map(({name}) => name)
   const steps = [] // a neighbour towards several objectives is one step
   for (const j of ordered.filter((j) => neighbours[j] >= 0)) {
@@ -859,7 +894,7 @@ function verdict(data, ranking, chosen, key = "instead") {
   const row = chosen >= 0 ? chosen : proposed
   if (row < 0 || !ranking.count) return null
   const found = explain(data, ranking, row)
-  const worst = Math.max(...found.objectives.map(({share}) => share))
+  const worst = max(...found.objectives.map(({share}) => share))
   const first = data.whole.best[0]
   const remarks = []
   if (worst > 0.5 && isWithin(worst) && ranking.front.length > 1) {
@@ -887,7 +922,7 @@ function typed(text) {
     return {wrong: `${plain.replace(other, mark)} or ${plain.replace(other, "")}? Enter one of them.`}
   }
   const value = Number(plain.replace(",", "."))
-  return Number.isFinite(value) ? {value} : {wrong: "Enter a number below 1e308."}
+  return isNumber(value) ? {value} : {wrong: "Enter a number below 1e308."}
 }
 
 // ------------------------------------------------------------------------------------------ states
@@ -914,12 +949,12 @@ function checked(data, anything) {
     return otherwise
   }
   const kept = (key, fits) => (item) => fits(item) || (lost.add(key), false)
-  const entries = (key, fits, object) => byName(Object.entries(fitting(key, isObject, {}, object)).filter(
+  const entries = (key, fits, object) => byName(entriesOf(fitting(key, isObject, {}, object)).filter(
     kept(key, ([name, value]) => data.by.get(name)?.name === name && fits(data.by.get(name), value))))
   const items = (key, fits) => [...new Set(fitting(key, Array.isArray, []).filter(kept(key, fits)))]
   const isDesign = (name) => typeof name === "string" && data.rowOf.has(name)
   const isPair = (pair) => Array.isArray(pair) && pair.length === 2 && pair.some((end) => end !== null) &&
-    pair.every((end) => end === null || Number.isFinite(end)) && !(pair.every(Number.isFinite) && pair[0] > pair[1])
+    pair.every((end) => end === null || isNumber(end)) && !(pair.every(isNumber) && pair[0] > pair[1])
   const isObjective = ({role}) => role === "objective"
   const isText = (value) => typeof value === "string"
   // What somebody holds at a date, checked as a state is.
@@ -934,7 +969,7 @@ function checked(data, anything) {
   // Texts that no design has any more allow none; if no text is known, the choice is foreign.
   const categories = entries("categories", ({texts}, list) => texts !== null && Array.isArray(list) &&
     (list.length === 0 || list.some((text) => texts.includes(text))))
-  for (const [name, list] of Object.entries(categories)) {
+  for (const [name, list] of entriesOf(categories)) {
     categories[name] = data.by.get(name).texts.filter((text) => list.includes(text))
     if (categories[name].length < list.length) lost.add("categories")
   }
@@ -952,8 +987,8 @@ function checked(data, anything) {
     chosen: fitting("chosen", isDesign, null),
     order: {by: order.by, ...(order.by === "column" ? {name: order.name} : {}), down: order.down === true},
     preference: {
-      weights: entries("weights", (column, weight) => isObjective(column) && Number.isFinite(weight) && weight >= 0, preference),
-      aspiration: entries("aspiration", (column, value) => isObjective(column) && Number.isFinite(value), preference),
+      weights: entries("weights", (column, weight) => isObjective(column) && isNumber(weight) && weight >= 0, preference),
+      aspiration: entries("aspiration", (column, value) => isObjective(column) && isNumber(value), preference),
     },
     positions: [...new Map([...items("positions", isObject)].map(position).map((one) => [`${one.date} ${one.name}`, one])).values()]
       .filter(({name}) => name).sort((a, b) => (a.date < b.date ? -1 : a.date > b.date ? 1 : 0)),
@@ -1040,7 +1075,7 @@ function decision(data, state, ranking, date) {
   const {limits, categories, reason, chosen, positions, decided, ...view} = state
   const row = data.rowOf.get(chosen)
   const proposed = ranking.best[0]
-  const valueOf = ({texts, values}) => texts ? texts[values[row]] : Number.isFinite(values[row]) ? values[row] : null
+  const valueOf = ({texts, values}) => texts ? texts[values[row]] : isNumber(values[row]) ? values[row] : null
   return {
     ...data.opens_with,
     ranges: rangesOf(data, state),
@@ -1078,7 +1113,7 @@ function opened(data, text) {
     : !same(objectives, own.objectives) || !same(maximize, own.maximize) ? "it has other objectives or directions"
     : unlike ? `its unit of ${unlike.name} differs`
     : normalize !== data.normalize ? "it measures distances differently (normalize)"
-    : isFixed(ranges) && Object.entries(rangesOf(data, {fixed: true})).some(([name, ends]) =>
+    : isFixed(ranges) && entriesOf(rangesOf(data, {fixed: true})).some(([name, ends]) =>
       String(entryOf(ranges, name)) !== String(ends)) ? "it has other fixed ranges" : ""
   return refused ? {state: null, remarks: [`The file cannot be opened: ${refused}.`]} : decided(data, content)
 }
@@ -1086,11 +1121,11 @@ function opened(data, text) {
 // Limits as a formulation has them, on numbers or on texts, in two groups as a state has them.
 function limitsOf(limits) {
   const isText = ([, limit]) => Array.isArray(limit) && limit.every((text) => typeof text === "string")
-  const entries = Object.entries(isObject(limits) ? limits : {})
+  const entries = entriesOf(isObject(limits) ? limits : {})
   return {limits: byName(entries.filter((entry) => !isText(entry))), categories: byName(entries.filter(isText))}
 }
 
-const joined = (limits, categories) => byName([...Object.entries(limits), ...Object.entries(categories)])
+const joined = (limits, categories) => byName([...entriesOf(limits), ...entriesOf(categories)])
 
 // Positions: what each name holds last, what separates two of them, and what all regret least
 // (selection's separation_sentences).
@@ -1105,13 +1140,13 @@ function separation(data, ranking, positions) {
   if (!sentences.length || !ranking.count) return sentences
   const regret = (i, {weights, chosen}) => {
     const given = data.objectives.map(({name}) => entryOf(weights, name) ?? 1)
-    const most = Math.max(...given) || 1
-    return Math.max(0, ...data.F.map((column, j) => given[j] / most * (column[i] - column[data.rowOf.get(chosen)]) / data.lengths[j]))
+    const most = max(...given) || 1
+    return max(0, ...data.F.map((column, j) => given[j] / most * (column[i] - column[data.rowOf.get(chosen)]) / data.lengths[j]))
   }
   let [best, least] = [-1, [Infinity, Infinity]]
   for (const i of ranking.front) {
     const regrets = held.map((one) => regret(i, one))
-    const key = [Math.max(...regrets), sum(regrets)].map((value) => Math.round(value / TIE))
+    const key = [max(...regrets), sum(regrets)].map((value) => round(value / TIE))
     if (key[0] < least[0] || (key[0] === least[0] && key[1] < least[1])) [best, least] = [i, key]
   }
   const regrets = held.map((one) => `${one.name} ${percent(regret(best, one))}`)
@@ -1156,7 +1191,7 @@ function decided(data, {limits, chosen, reason, ranges, positions, decided, page
 }
 
 return {
-  decode, initial, checked, parsed, values, left, ranked, order, found, preference, verdict, explain,
+  decode, grow, initial, checked, parsed, values, left, ranked, order, found, preference, verdict, explain,
   compared, compare, limitText, switches, staying, latest, limitsOf, joined, separation, sentence, listed, nearestDesign, typed, written, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
   csv, metadata, decision, opened, MOST_PINS,
 }

@@ -9,6 +9,7 @@ const page = (() => {
   const data = Logic.decode(JSON.parse(document.getElementById("payload").textContent))
   const GROUPS = [["objective", "objectives"], ["variable", "variables"], ["output", "further outputs"]]
   const $ = (id) => document.getElementById(id)
+  const {broken, icon} = Charts
   const countText = (count) => Logic.apart(Logic.local(String(count)))
   // A name may be "constructor": only what a state says itself counts.
   const own = (object, name) => (Object.hasOwn(object, name) ? object[name] : null)
@@ -20,32 +21,35 @@ const page = (() => {
   // Numbers as people read them: 70 040 for 7.004e+04, and 9.52×10⁶ where zeros would be counted.
   const readable = (text) => text.replace(/(?<=^|[\s(])(-?\d(?:[.,]\d+)?)e([+-]\d+)/g, (number, mantissa, power) => {
     const value = Number(number.replace(",", "."))
-    const size = Math.abs(value)
+    const size = abs(value)
     if (size === 0 || (size >= 1e-5 && size < 1e6)) return countText(value)
     return `${mantissa}×10${Charts.raised(Number(power))}`
   })
   // On a scale over decades the digits follow the size of the number, not the range of the column.
-  const written = (column, value) => readable(column.log && Number.isFinite(value)
+  const written = (column, value) => readable(column.log && isNumber(value)
     ? Logic.short(value) : Logic.written(column, value))
-  const difference = ({unit}, value) => readable(Logic.amount({unit: unit === "%" ? unit : ""}, Math.abs(value))) // as in the sentences
+  const difference = ({unit}, value) => readable(Logic.amount({unit: unit === "%" ? unit : ""}, abs(value))) // as in the sentences
 
-  // An element of "tag.class" with properties, attributes (those with a dash, and role) and children.
-  function make(tag, properties, ...children) {
+  // An element of "tag.class" with properties, if any, attributes (those with a dash, and role) and children.
+  function make(tag, ...children) {
     const [name, ...classes] = tag.split(".")
+    const properties = children[0]?.constructor === Object ? children.shift() : {}
     const element = document.createElement(name)
     if (classes.length) element.className = classes.join(" ")
-    for (const [key, value] of Object.entries(properties)) {
+    for (const [key, value] of entriesOf(properties)) {
       if (key.includes("-") || key === "role") element.setAttribute(key, value)
       else element[key] = value
     }
     element.append(...children.flat().filter((child) => child !== null && child !== undefined))
     return element
   }
+  const head = (scope, ...children) => make("th", {scope}, ...children)
   const button = (text, onclick, properties = {}) => make("button.small", {onclick, ...properties}, text)
 
-  // Make the children of an element like others. What stays is neither laid out nor announced again,
-  // and keeps the focus.
-  function renew(element, ...children) {
+  // Make the children of an element, or of that of an id, like others. What stays is neither laid out
+  // nor announced again, and keeps the focus.
+  function renew(place, ...children) {
+    const element = $(place) ?? place
     children.forEach((child, k) => {
       const node = typeof child === "string" ? new Text(child) : child
       const old = element.childNodes[k]
@@ -100,7 +104,7 @@ const page = (() => {
 
   function say(sentences) {
     $("messages").replaceChildren(...(sentences.length ? [button("Close", () => say([]))] : []),
-      ...sentences.map((text) => make("p", {}, text)))
+      ...sentences.map((text) => make("p", text)))
   }
 
   let waiting = false
@@ -129,9 +133,9 @@ const page = (() => {
     if (filter !== filtered) {
       filtered = filter
       left = Logic.left(data, state)
-      ranking = Logic.ranked(data, left.mask, state.fixed ? data.fixed : null)
+      ranking = left.count < data.n || state.fixed ? Logic.ranked(data, left.mask, state.fixed ? data.fixed : null) : data.whole
       switchLater()
-      renew($("stays"))
+      renew("stays")
     }
     verdict = Logic.verdict(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
     showLimits()
@@ -194,8 +198,8 @@ const page = (() => {
   function showSwitches(found) {
     show("relax", found.length)
     const keepFocus = focusKept()
-    renew($("stays"), readable(Logic.staying(data, ranking, found)))
-    renew($("separation"), ...Logic.separation(data, ranking, state.positions).map((text) => make("li", {}, readable(text))))
+    renew("stays", readable(Logic.staying(data, ranking, found)))
+    renew("separation", ...Logic.separation(data, ranking, state.positions).map((text) => make("li", readable(text))))
     const moved = ({name, end}, value) => {
       const limit = [...(limitOf(data.by.get(name)) ?? [null, null])]
       limit[end] = value
@@ -208,18 +212,18 @@ const page = (() => {
       return [`${looser ? "from" : end ? "below" : "above"} ${written(column, value)}${exact ? "" : " (of values tried)"} `, row < 0 ? "none is left" : inspectButton(row), " ",
         next === null ? null : button("Set", () => moved(one, next), {"aria-label": `Set: ${name}, ${end ? "at most" : "at least"} ${written(column, next)}`})]
     }
-    renew($("relax-table"), make("thead", {}, make("tr", {}, ["Limit", "Tighter", "Looser"].map((text) => make("th", {scope: "col"}, text)))),
-      make("tbody", {}, found.filter(({looser}) => !looser).map((one) => {
+    renew("relax-table", make("thead", make("tr", ["Limit", "Tighter", "Looser"].map((text) => head("col", text)))),
+      make("tbody", found.filter(({looser}) => !looser).map((one) => {
         const column = data.by.get(one.name)
         const limit = limitOf(column)?.[one.end] ?? null
         const looser = found.find(({name, end, looser}) => looser && name === one.name && end === one.end)
-        return make("tr", {}, make("th", {scope: "row"}, limit === null ? `${column.name} without a limit` : readable(Logic.limitText(column, one.end, limit))),
-          make("td", {}, cell(one)), make("td", {}, cell(looser),
+        return make("tr", head("row", limit === null ? `${column.name} without a limit` : readable(Logic.limitText(column, one.end, limit))),
+          make("td", cell(one)), make("td", cell(looser),
             looser ? button("Remove limit", () => moved(one, null), {"aria-label": `Remove limit: ${one.name}, ${one.end ? "upper" : "lower"}`}) : null))
       })))
     keepFocus()
     const stuck = !ranking.count && found.every(({looser, value}) => !looser || value === null)
-    if (stuck) $("verdict-words").append(make("p", {}, readable(Logic.nearestDesign(data, state, left))))
+    if (stuck) $("verdict-words").append(make("p", readable(Logic.nearestDesign(data, state, left))))
   }
 
   // Designs.
@@ -266,41 +270,41 @@ const page = (() => {
 
   // The verdict.
 
-  const percent = (share) => (Logic.isWithin(share) ? Logic.percent(Math.abs(share)) : "beyond")
+  const percent = (share) => (Logic.isWithin(share) ? Logic.percent(abs(share)) : "beyond")
 
   // The design that is inspected, or else the chosen one, or else the best compromise, which is proposed only.
   function showVerdict() {
     const chosen = chosenRow()
     const isInspected = inspected >= 0 && inspected !== chosen
-    renew($("verdict-title"), isInspected ? "Inspected" : chosen >= 0 ? "Chosen" : verdict ? "Proposed: best compromise within the limits" : "Nothing is proposed")
+    renew("verdict-title", isInspected ? "Inspected" : chosen >= 0 ? "Chosen" : verdict ? "Proposed: best compromise within the limits" : "Nothing is proposed")
     show("verdict-table", verdict)
     const clear = chosen < 0 || isInspected ? null : button("Clear choice", () => choose(chosen))
-    const clashes = contradictions().map((text) => make("p.warning", {}, readable(text)))
+    const clashes = contradictions().map((text) => make("p.warning", readable(text)))
     if (!verdict) {
-      renew($("verdict-words"), make("p.warning", {}, "No design is left. Below: at which limits there is one."),
-        ...(clear ? [make("p", {}, `${called(chosen)} is chosen. `, clear)] : []))
+      renew("verdict-words", make("p.warning", "No design is left. Below: at which limits there is one."),
+        ...(clear ? [make("p", `${called(chosen)} is chosen. `, clear)] : []))
       for (const id of ["verdict-more", "verdict-rows", "verdict-variables"]) renew($(id))
     } else {
       const {row, proposed, instead, remarks, standing} = verdict
-      renew($("verdict-words"),
-        make("p.best", {}, left.mask[row] ? Charts.icon(look(row)) : null, make("strong", {}, called(row)),
-          make("span.hint", {}, placeText(row)), clear ?? chooseButton(row), pinButton(row),
+      renew("verdict-words",
+        make("p.best", left.mask[row] ? icon(look(row)) : null, make("strong", called(row)),
+          make("span.hint", placeText(row)), clear ?? chooseButton(row), pinButton(row),
           isInspected ? button("Back", () => inspect(-1), {title: "Esc"}) : null),
-        make("p.lead", {}, readable(instead || standing)),
-        ...(instead ? [make("p.screen", {}, pinButton(proposed))] : []),
+        make("p.lead", readable(instead || standing)),
+        ...(instead ? [make("p.screen", pinButton(proposed))] : []),
         ...clashes)
-      renew($("verdict-rows"), ...verdictRows())
-      renew($("verdict-more"), ...remarks.map((text) => make("p.caution", {}, readable(text))))
+      renew("verdict-rows", ...verdictRows())
+      renew("verdict-more", ...remarks.map((text) => make("p.caution", readable(text))))
       const parts = data.columns.filter((column) => column.role === "variable")
         .map((column) => `${column.name} = ${cellText(column, row)}${column.unit ? ` ${column.unit}` : ""}`)
-      renew($("verdict-variables"), parts.length ? `${parts.join(", ")}.` : "")
+      renew("verdict-variables", parts.length ? `${parts.join(", ")}.` : "")
     }
     show("cautions", verdict && data.cautions.length)
     renew($("cautions").querySelector("p"), left.count < data.n ? "For all designs, without limits:" : "")
     show("reasoning", chosen >= 0 && !isInspected)
     renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
     if ($("reason").value !== state.reason) $("reason").value = state.reason
-    renew($("reason-printed"), state.reason || "–")
+    renew("reason-printed", state.reason || "–")
   }
 
   // What is chosen or inspected against the limits and the weights in force.
@@ -318,18 +322,18 @@ const page = (() => {
     return verdict.objectives.map(({name, value, best, away, share}) => {
       const column = data.by.get(name)
       const weak = verdict.weakest.includes(name)
-      const bar = make("i", {})
-      bar.style.width = `${Math.min(100, Math.max(0, 100 * share))}%`
-      return make(weak ? "tr.weak" : "tr", {},
-        make("th", {scope: "row"}, Charts.broken(column.label), weak && verdict.objectives.length > 1 ? make("em", {}, " weakest") : null),
-        make("td.number", {}, written(column, value)), make("td.number", {}, written(column, best)), make("td.number", {}, `${difference(column, away)}${away < 0 ? " better" : ""}`),
-        make("td.share", {}, make("span.bar-of-share", {"aria-hidden": "true"}, bar), make("span", {}, share < 0 ? "–" : percent(share))))
+      const bar = make("i")
+      bar.style.width = `${min(100, max(0, 100 * share))}%`
+      return make(weak ? "tr.weak" : "tr",
+        head("row", broken(column.label), weak && verdict.objectives.length > 1 ? make("em", " weakest") : null),
+        make("td.number", written(column, value)), make("td.number", written(column, best)), make("td.number", `${difference(column, away)}${away < 0 ? " better" : ""}`),
+        make("td.share", make("span.bar-of-share", {"aria-hidden": "true"}, bar), make("span", share < 0 ? "–" : percent(share))))
     })
   }
 
   function showCounts() {
     const dominated = left.count - ranking.front.length
-    renew($("count"), left.count === 0 ? "No design is left"
+    renew("count", left.count === 0 ? "No design is left"
       : `${countText(left.count)} of ${countText(data.n)} ${data.n === 1 ? "design" : "designs"} within the limits, ${countText(ranking.front.length)} Pareto-optimal`)
     $("count").classList.toggle("warning", left.count === 0)
     // Not disabled in earnest: a key that is held would go on with the button beside it.
@@ -342,9 +346,9 @@ const page = (() => {
   }
 
   function showOrder() {
-    renew($("export"), `Export ${countText(order.length)} shown as CSV`)
+    renew("export", `Export ${countText(order.length)} shown as CSV`)
     $("export").disabled = order.length === 0
-    renew($("shown"), `${countText(order.length)} ${$("search").value ? "found" : "shown"}`)
+    renew("shown", `${countText(order.length)} ${$("search").value ? "found" : "shown"}`)
   }
 
   // Comparison: what it holds and against what is Logic.compared's.
@@ -354,32 +358,32 @@ const page = (() => {
     const rows = parts.map(({row}) => row)
     show("compare", rows.length)
     show("compare-table", rows.length > 1)
-    renew($("compare-hint"), rows.length < 2 ? "Only one design is left; there is none to compare it with."
+    renew("compare-hint", rows.length < 2 ? "Only one design is left; there is none to compare it with."
       : `Gains and losses against ${called(rows[0])}, with per cent of the range.`)
-    if (rows.length < 2) return renew($("compare-table"))
+    if (rows.length < 2) return renew("compare-table")
     const objectives = Logic.compare(data, rows, rows[0])
     const heads = parts.map(({row, roles}, k) => {
       const name = called(row)
       const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => `${objectives.filter(({gains}) => sign * gains[k] > 0).length} ${word}`)
-      return make("th", {scope: "col"}, left.mask[row] ? Charts.icon(look(row)) : null, make("button.link.label", {onclick: () => inspect(row)}, name),
-        make("div.roles", {}, [...roles, placeText(row)].join(", ")),
-        k > 0 ? make("div.roles", {}, sums.join(", ")) : null,
-        make("div.tools", {},
+      return head("col", left.mask[row] ? icon(look(row)) : null, make("button.link.label", {onclick: () => inspect(row)}, name),
+        make("div.roles", [...roles, placeText(row)].join(", ")),
+        k > 0 ? make("div.roles", sums.join(", ")) : null,
+        make("div.tools",
           isPinned(row) ? button("×", () => pin(row), {"aria-label": `× ${name} out of the comparison`, title: "Take out"}) : null))
     })
-    renew($("compare-table"),
-      make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Objective"), heads)),
-      make("tbody", {}, objectives.map((objective) => compareRow(rows, objective))))
+    renew("compare-table",
+      make("thead", make("tr", head("col", "Objective"), heads)),
+      make("tbody", objectives.map((objective) => compareRow(rows, objective))))
   }
 
   function compareRow(rows, {column, gains, shares}) {
-    return make("tr", {}, make("th", {scope: "row"}, Charts.broken(column.label)), rows.map((row, k) => {
-      const text = make("div", {}, cellText(column, row))
-      if (k === 0) return make("td.number", {}, text)
-      if (gains[k] === 0) return make("td.number", {}, text, make("div.hint", {}, "the same"))
-      return make("td.number", {}, text,
-        make(gains[k] > 0 ? "div.gain" : "div.loss", {}, `${difference(column, gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
-        Logic.isWithin(shares[k]) ? make("div.hint.shares", {}, percent(shares[k])) : null)
+    return make("tr", head("row", broken(column.label)), rows.map((row, k) => {
+      const text = make("div", cellText(column, row))
+      if (k === 0) return make("td.number", text)
+      if (gains[k] === 0) return make("td.number", text, make("div.hint", "the same"))
+      return make("td.number", text,
+        make(gains[k] > 0 ? "div.gain" : "div.loss", `${difference(column, gains[k])} ${gains[k] > 0 ? "better" : "worse"}`),
+        Logic.isWithin(shares[k]) ? make("div.hint.shares", percent(shares[k])) : null)
     }))
   }
 
@@ -387,10 +391,10 @@ const page = (() => {
     const {row, steps} = verdict ?? {steps: []}
     show("steps", steps.length)
     if (steps.length === 0) return
-    renew($("steps-title"), `Better than ${called(row)} in an objective`)
-    renew($("steps-table"), make("tbody", {}, steps.map((next) => make("tr", {},
-      make("th", {scope: "row"}, Charts.broken(next.names.join(", "))),
-      make("td", {}, inspectButton(next.row), `: ${readable(next.text)}`), make("td", {}, pinButton(next.row))))))
+    renew("steps-title", `Better than ${called(row)} in an objective`)
+    renew("steps-table", make("tbody", steps.map((next) => make("tr",
+      head("row", broken(next.names.join(", "))),
+      make("td", inspectButton(next.row), `: ${readable(next.text)}`), make("td", pinButton(next.row))))))
   }
 
   // Limits: number fields, a slider with two ends.
@@ -414,17 +418,17 @@ const page = (() => {
   const rounded = ({log, notation: [kind, digits]}, value) => Number(log ? value.toPrecision(4)
     : kind === "fixed" ? value.toFixed(digits) : value.toExponential(digits))
 
-  const hasValues = (column) => column.values.some(Number.isFinite)
+  const hasValues = (column) => column.values.some(isNumber)
 
   // A field for a number; `taken` returns what is wrong with it, or "". What is wrong stays to be mended.
   function numberField(name, properties, taken) {
     const input = make("input", {type: "text", inputMode: "decimal", autocomplete: "off", "aria-label": name, ...properties})
-    input.addEventListener("change", () => {
+    input.onchange = () => {
       const {value, wrong} = Logic.typed(input.value)
       const why = wrong ?? taken(value)
       if (why || isWrong(input)) say(why ? [`${name}: ${why}`] : [])
       input.setAttribute("aria-invalid", String(why !== ""))
-    })
+    }
     return input
   }
   const isWrong = (input) => input.getAttribute("aria-invalid") === "true"
@@ -439,7 +443,7 @@ const page = (() => {
     if (column.texts) return categoryControl(column)
     const {range: [low, high], label, log, maximize, role} = column
     if (!(high > low)) {
-      return make("p.constant", {}, Charts.broken(label), `: ${hasValues(column) ? `${written(column, low)} for all Pareto-optimal designs` : "no values"}`)
+      return make("p.constant", broken(label), `: ${hasValues(column) ? `${written(column, low)} for all Pareto-optimal designs` : "no values"}`)
     }
     const scale = {low, high, log}
     const control = {column, scale}
@@ -466,17 +470,17 @@ const page = (() => {
         if (value !== null && other !== null && (k ? value < other : value > other)) value = other
         setLimit(column, k ? [other, value] : [value, other], done)
       }
-      input.addEventListener("input", () => moved(false))
-      input.addEventListener("change", () => moved(true))
-      input.addEventListener("pointerup", () => dragging && moved(true)) // back where it was, without a change
+      input.oninput = () => moved(false)
+      input.onchange = () => moved(true)
+      input.onpointerup = () => dragging && moved(true) // back where it was, without a change
       return input
     })
     control.note = make("p.hint.note", {id: `note-${column.field}`})
-    const sense = role === "objective" || maximize ? make("span.hint", {}, maximize ? "more is better" : "less is better") : null
+    const sense = role === "objective" || maximize ? make("span.hint", maximize ? "more is better" : "less is better") : null
     const [[least, most], thumbs] = [control.fields, control.thumbs]
     return make("div.limit", {role: "group", "aria-label": `Limits on ${label}`},
-      make("div.name", {}, make("span", {}, Charts.broken(label)), sense),
-      make("div.ends", {}, least, make("div.slider", {}, thumbs), most), control.note)
+      make("div.name", make("span", broken(label)), sense),
+      make("div.ends", least, make("div.slider", thumbs), most), control.note)
   }
 
   function allow(column, texts) {
@@ -492,11 +496,11 @@ const page = (() => {
     const found = column.texts.filter((_, k) => known.has(k))
     const ticked = () => allow(column, boxes.filter((box) => box.checked).map((box) => box.value))
     const boxes = found.length > MOST_BOXES ? [] : found.map((text) => make("input", {type: "checkbox", value: text, onchange: ticked}))
-    const note = make("p.hint.note", {})
+    const note = make("p.hint.note")
     controls.set(column, {column, boxes, note, found})
-    return make("fieldset.limit.categories", {}, make("legend", {}, column.label),
-      make("div.boxes", {}, boxes.map((box) => make("label", {}, box, box.value || "(missing)")),
-        boxes.length ? null : make("span.hint", {}, `${countText(found.length)} different texts are too many to tick`)), note)
+    return make("fieldset.limit.categories", make("legend", column.label),
+      make("div.boxes", boxes.map((box) => make("label", box, box.value || "(missing)")),
+        boxes.length ? null : make("span.hint", `${countText(found.length)} different texts are too many to tick`)), note)
   }
 
   function showLimits() {
@@ -514,7 +518,7 @@ const page = (() => {
         fields.forEach((field, k) => {
           const value = limit?.[k] ?? null
           showNumber(field, value, changed)
-          const at = value === null ? k * STEPS : Math.min(STEPS, Math.max(0, Math.round(share(value) * STEPS)))
+          const at = value === null ? k * STEPS : min(STEPS, max(0, round(share(value) * STEPS)))
           if (Number(thumbs[k].value) !== at) thumbs[k].value = at
           thumbs[k].setAttribute("aria-valuetext", value === null ? "no limit" : written(column, value))
         })
@@ -532,7 +536,7 @@ const page = (() => {
     }
     const lines = limitable.flatMap((column) => limitTexts(column))
     const ranges = state.fixed ? ["Ranked by fixed ranges, which limits do not change."] : []
-    renew($("record-limits"), ...[...(lines.length ? lines : ["None."]), ...ranges].map((text) => make("li", {}, text)))
+    renew("record-limits", ...[...(lines.length ? lines : ["None."]), ...ranges].map((text) => make("li", text)))
   }
 
   // The limits on a column in words: all, or those that reject a row.
@@ -551,16 +555,16 @@ const page = (() => {
       if (!columns.length) continue
       const open = role === "objective" || limitable.length <= 6
       $("limit-groups").append(make("details", {open},
-        make("summary", {}, `Limits on ${text} `, make("b.hint", {})), columns.map(limitControl)))
+        make("summary", `Limits on ${text} `, make("b.hint")), columns.map(limitControl)))
     }
     for (const key of $("ranks").querySelectorAll("[data-rank]")) {
-      key.firstElementChild.before(Charts.icon(key.dataset.rank === "0" ? "unranked" : key.dataset.rank))
+      key.firstElementChild.before(icon(key.dataset.rank === "0" ? "unranked" : key.dataset.rank))
     }
-    $("ranks").append(make("p.key", {}, Charts.icon("chosen"), "chosen", Charts.icon("pinned"), "pinned",
-      data.total > data.n ? [Charts.icon("prototype"), "prototype"] : null))
-    $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", {}, text)))
+    $("ranks").append(make("p.key", icon("chosen"), "chosen", icon("pinned"), "pinned",
+      data.total > data.n ? [icon("prototype"), "prototype"] : null))
+    $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", text)))
     renew($("cautions").querySelector("b"), String(data.cautions.length))
-    $("cautions").append(make("p.hint", {}), ...data.cautions.map((text) => make("p.caution", {}, readable(text))))
+    $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", readable(text))))
     for (const place of document.querySelectorAll(".scale")) place.textContent = data.ranged
     for (const place of document.querySelectorAll(".ranged")) place.title = data.ranged
     $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
@@ -579,11 +583,11 @@ const page = (() => {
           return ""
         })
         wishes.push({input, kind, column})
-        return make("td", {}, input)
+        return make("td", input)
       })
-      return make("tr", {}, make("th", {scope: "row"}, Charts.broken(column.label)), inputs)
+      return make("tr", head("row", broken(column.label)), inputs)
     })
-    $("preference-table").append(make("tbody", {}, rows))
+    $("preference-table").append(make("tbody", rows))
   }
 
   function showPreference() {
@@ -591,9 +595,9 @@ const page = (() => {
       showNumber(input, own(state.preference[kind], column.name), false)
     }
     $("by-preference").setAttribute("aria-pressed", String(state.order.by === "preference"))
-    if (!$("preferences").open || !verdict) return renew($("preference-words"))
+    if (!$("preferences").open || !verdict) return renew("preference-words")
     const [first] = Logic.preference(data, ranking, state.preference).best
-    renew($("preference-words"), "First by your preferences: ", make("strong", {}, called(first)),
+    renew("preference-words", "First by your preferences: ", make("strong", called(first)),
       ranking.place[first] === 1 ? ", also the best compromise. " : ". ", chooseButton(first), " ", pinButton(first))
   }
 
@@ -615,9 +619,9 @@ const page = (() => {
     if (!(low <= high)) [low, high] = [0, 1]
     for (const row of marked) {
       const value = Logic.values(data, ranking, column)[row]
-      if (Number.isFinite(value)) [low, high] = [Math.min(low, value), Math.max(high, value)]
+      if (isNumber(value)) [low, high] = [min(low, value), max(high, value)]
     }
-    if (high - low <= 1e-12 * Math.max(Math.abs(low), Math.abs(high))) high = low // rounding is no distance
+    if (high - low <= 1e-12 * max(abs(low), abs(high))) high = low // rounding is no distance
     scales.set(column, {low, high, log: column.log && low > 0})
     return scales.get(column)
   }
@@ -669,31 +673,31 @@ const page = (() => {
     mark(row)
     tip.hidden = row < 0
     if (tip.hidden) return
-    tip.replaceChildren(make("strong", {}, called(row)), ` ${placeText(row)}${ranking.pareto[row] ? `, rank of efficiency ${ranking.rank[row]}` : ""}`, make("table", {}, limitable.slice(0, 16).map((column) =>
-      make("tr", {}, make("td", {}, column.label), make("td.number", {}, cellText(column, row))))))
+    tip.replaceChildren(make("strong", called(row)), ` ${placeText(row)}${ranking.pareto[row] ? `, rank of efficiency ${ranking.rank[row]}` : ""}`, make("table", limitable.slice(0, 16).map((column) =>
+      make("tr", make("td", column.label), make("td.number", cellText(column, row))))))
     const [width, height] = [tip.offsetWidth, tip.offsetHeight]
-    tip.style.left = `${Math.max(4, x + 16 + width > innerWidth ? x - width - 12 : x + 16)}px`
-    tip.style.top = `${Math.max(4, Math.min(y + 12, innerHeight - height - 6))}px`
+    tip.style.left = `${max(4, x + 16 + width > innerWidth ? x - width - 12 : x + 16)}px`
+    tip.style.top = `${max(4, min(y + 12, innerHeight - height - 6))}px`
   }
 
   const dragged = (pairs, done) => setLimits(pairs.map(([column, limit]) =>
     [column, limit.map((end) => (end === null ? null : rounded(column, end)))]), done)
   // The objectives and the first others.
   const axes = [...data.objectives, ...limitable.filter((column) => column.role !== "objective" && !column.texts && hasValues(column))]
-    .slice(0, Math.max(data.objectives.length, 8))
+    .slice(0, max(data.objectives.length, 8))
   const parallel = Charts.parallel($("parallel-chart"), axes, {limit: dragged, pick: inspect, hover})
 
   function buildColours() {
     const columns = data.columns.filter(({texts}) => texts && texts.length <= Charts.HUES.length) // so many hues
-    $("colour").append(make("option", {}, "rank of efficiency"), ...columns.map(({label}) => make("option", {}, label)))
-    $("colour").addEventListener("change", () => {
+    $("colour").append(make("option", "rank of efficiency"), ...columns.map(({label}) => make("option", label)))
+    $("colour").onchange = () => {
       const column = columns[$("colour").selectedIndex - 1]
       hues = column ? (row) => Charts.hue(column.values[row]) : null
       show("colours", column)
       $("colours").replaceChildren(...(column?.texts ?? []).map((text, k) =>
-        make("span.key", {}, Charts.icon(Charts.hue(k)), text || "(missing)")))
+        make("span.key", icon(Charts.hue(k)), text || "(missing)")))
       soon()
-    })
+    }
   }
 
   function buildScatter(section, name, x, y) {
@@ -702,14 +706,14 @@ const page = (() => {
     const choice = (axis) => {
       const element = make("select", {"aria-label": `${name}, ${axis} axis`}, data.columns.map((column) =>
         make("option", {value: column.field, selected: column === columns[axis]}, column.label)))
-      element.addEventListener("change", () => {
+      element.onchange = () => {
         columns[axis] = data.columns.find((column) => column.field === element.value)
         setAxes()
         plot.draw(modelOfCharts(), true)
-      })
-      return make("label", {}, axis, element)
+      }
+      return make("label", axis, element)
     }
-    section.append(make("div.bar", {}, choice("y"), choice("x")), area)
+    section.append(make("div.bar", choice("y"), choice("x")), area)
     const plot = Charts.scatter(area, {limit: dragged, pick: inspect, hover})
     const setAxes = () => {
       area.setAttribute("aria-label", `${columns.y.label} against ${columns.x.label}; the table holds the same designs`)
@@ -731,11 +735,11 @@ const page = (() => {
     // Of the box, kept: asking after changes would make the browser lay out the page at every step.
     const view = {top: 0, height: box.clientHeight}
     // As wide as the longest text: of numbers those at the ends of the range have it.
-    const longest = (texts) => texts.reduce((most, text) => Math.max(most, text.length), 1)
+    const longest = (texts) => texts.reduce((most, text) => max(most, text.length), 1)
     const length = (column) => column.texts ? longest(column.texts) : column.role === "geometric" ? 9
       : longest([1, -1].map((sign) => written(column, Logic.endOf(column.values, sign))))
     // A name of which, where it is too long, the end stays: it is what tells such names apart.
-    const ended = (row) => called(row).match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", {}, part))
+    const ended = (row) => called(row).match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", part))
     const columns = [
       {text: data.label, width: longest(data.names), order: {by: "label"}, cell: ended, kind: ".label"},
       {text: "place", width: 10, order: {by: "distance"}, cell: (row) => placeText(row).replace("place ", ""), kind: ""},
@@ -744,20 +748,19 @@ const page = (() => {
         cell: (row) => cellText(column, row), kind: column.texts ? "" : column.role === "geometric" ? ".number.hint" : ".number"})),
       {text: "rank of efficiency", width: 6, order: {by: "rank"}, cell: (row) => (ranking.pareto[row] ? String(ranking.rank[row]) : "–"), kind: ".number.hint"},
     ]
-    const pixels = columns.map(({width, text}) => Math.ceil(Math.max(7.4 * width + 22, Math.min(7.2 * text.length + 34, 150), 62)))
+    const pixels = columns.map(({width, text}) => ceil(max(7.4 * width + 22, min(7.2 * text.length + 34, 150), 62)))
     const widths = pixels.map((width, j) => (j ? `${width}px` : `min(${width}px, 55vw)`))
     box.style.setProperty("--columns", widths.join(" "))
     head.style.width = body.style.width = `calc(${widths.join(" + ")})`
     const isSorted = ({order}) => order.by === state.order.by && order.name === state.order.name
-    body.style.minHeight = `${Math.min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
 
     const heads = columns.map((column) => {
-      const head = make("button", {title: `Sort by ${column.text}`}, Charts.broken(column.text))
-      head.addEventListener("click", () => {
+      const head = make("button", {title: `Sort by ${column.text}`}, broken(column.text))
+      head.onclick = () => {
         change({order: {...column.order, down: isSorted(column) && !state.order.down}})
         home()
-      })
-      head.addEventListener("keydown", (event) => event.stopPropagation())
+      }
+      head.onkeydown = (event) => event.stopPropagation()
       return make(`div.cell${column.kind}`, {role: "columnheader"}, head)
     })
     head.append(...heads)
@@ -769,18 +772,19 @@ const page = (() => {
       const marks = {row: true, hovered: row === hovered, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
       const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
         "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}
-      for (const [name, value] of Object.entries(attributes)) line.setAttribute(name, value)
+      for (const [name, value] of entriesOf(attributes)) line.setAttribute(name, value)
       line.style.top = `${k * HEIGHT}px`
-      columns.forEach(({cell}, j) => renew(line.children[j], ...(j === 1 ? [Charts.icon(look(row))] : []), ...[cell(row)].flat()))
+      columns.forEach(({cell}, j) => renew(line.children[j], ...(j === 1 ? [icon(look(row))] : []), ...[cell(row)].flat()))
     }
 
     function show() {
-      cursor = Math.max(0, Math.min(cursor, order.length - 1))
+      cursor = max(0, min(cursor, order.length - 1))
       body.style.height = `${order.length * HEIGHT}px`
-      const first = Math.max(0, Math.min(order.length, Math.floor(view.top / HEIGHT)) - 2)
-      const last = Math.min(order.length, Math.ceil((view.top + view.height) / HEIGHT))
+      body.style.minHeight = `${min(data.total, 17) * HEIGHT}px` // as high as the box, or all rows, at any limit
+      const first = max(0, min(order.length, floor(view.top / HEIGHT)) - 2)
+      const last = min(order.length, ceil((view.top + view.height) / HEIGHT))
       while (body.children.length < last - first) body.append(newLine())
-      while (body.children.length > Math.max(0, last - first)) body.lastChild.remove()
+      while (body.children.length > max(0, last - first)) body.lastChild.remove()
       for (let k = first; k < last; k++) fill(body.children[k - first], k)
       box.setAttribute("aria-rowcount", order.length + 1)
       box.setAttribute("aria-activedescendant", order.length ? `row-${cursor}` : "")
@@ -791,7 +795,7 @@ const page = (() => {
     }
 
     function go(k) {
-      cursor = Math.max(0, Math.min(order.length - 1, k))
+      cursor = max(0, min(order.length - 1, k))
       const top = cursor * HEIGHT
       const room = box.clientHeight - head.offsetHeight - HEIGHT
       if (top < view.top) box.scrollTop = top
@@ -808,27 +812,27 @@ const page = (() => {
       PageUp: () => go(cursor - 15), Home: () => go(0), End: () => go(order.length - 1),
       Enter: () => inspect(order[cursor]), c: () => choose(order[cursor]), p: () => pin(order[cursor]), Escape: () => inspect(-1),
     }
-    box.addEventListener("keydown", (event) => {
+    box.onkeydown = (event) => {
       const action = event.ctrlKey || event.altKey || event.metaKey ? null : keys[event.key] ?? keys[event.key.toLowerCase()]
       if (!action || !order.length) return
       event.preventDefault()
       action()
-    })
-    body.addEventListener("click", (event) => {
+    }
+    body.onclick = (event) => {
       const element = event.target.closest(".row")
       if (!element) return
       go(Number(element.dataset.k))
       inspect(order[cursor])
-    })
-    body.addEventListener("pointermove", (event) => {
+    }
+    body.onpointermove = (event) => {
       const line = event.target.closest(".row")
       mark(line ? order[Number(line.dataset.k)] : -1)
-    })
-    body.addEventListener("pointerleave", () => mark(-1))
-    box.addEventListener("scroll", () => { // once a frame
+    }
+    body.onpointerleave = () => mark(-1)
+    box.onscroll = () => { // once a frame
       view.top = box.scrollTop
       show()
-    })
+    }
     new ResizeObserver(() => {
       view.height = box.clientHeight
       if (order) show()
@@ -865,7 +869,7 @@ const page = (() => {
   function savePage() {
     const copy = asWritten.cloneNode(true)
     const script = copy.querySelector("#payload")
-    const content = {...JSON.parse(script.textContent), opens_with: decision()}
+    const content = {...JSON.parse(script.textContent), opens_with: decision(), more: data.more, live: null}
     script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
     download(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html", `${data.file}.html`)
     isSaved()
@@ -879,31 +883,31 @@ const page = (() => {
   function showPositions() {
     const {positions, decided, chosen} = state
     const held = Logic.latest(positions)
-    const row = (head, cell) => make("tr", {}, make("th", {scope: "row"}, head), held.map((one) => make("td", {}, cell(one))))
+    const row = (title, cell) => make("tr", head("row", title), held.map((one) => make("td", cell(one))))
     const gives = (column) => ({chosen}) => {
       const at = rowOf(chosen)
       if (at < 0) return "–"
       const best = data.whole.ideal[data.objectives.indexOf(column)]
-      const away = Math.abs(column.values[at] - best)
+      const away = abs(column.values[at] - best)
       return `${cellText(column, at)}, ${away ? `gives up ${difference(column, away)}` : "the best"}`
     }
-    const words = ({limits}) => Object.entries(limits).map(([name, limit]) => limit.every((end) => typeof end === "string") ? `${name}: ${limit.join(", ")}`
+    const words = ({limits}) => entriesOf(limits).map(([name, limit]) => limit.every((end) => typeof end === "string") ? `${name}: ${limit.join(", ")}`
       : limit.flatMap((end, k) => end === null ? [] : [Logic.limitText(data.by.get(name), k, end)]).join(", ")).join("; ") || "–"
-    const numbers = (key) => (one) => Object.entries(one[key]).map(([name, value]) => `${name} ${countText(value)}`).join(", ") || "–"
+    const numbers = (key) => (one) => entriesOf(one[key]).map(([name, value]) => `${name} ${countText(value)}`).join(", ") || "–"
     const moved = ({name}) => positions.filter((one) => one.name === name).map((one) => `${dated(one.date)} ${one.chosen ?? "none"}`).join(" → ")
-    renew($("position-table"), ...(held.length ? [make("thead", {}, make("tr", {}, make("th", {scope: "col"}, "Position"), held.map((one) =>
-      make("th", {scope: "col"}, make("b", {}, one.name), make("div.tools", {},
+    renew("position-table", ...(held.length ? [make("thead", make("tr", head("col", "Position"), held.map((one) =>
+      head("col", make("b", one.name), make("div.tools",
         button("Show", () => change({...Logic.limitsOf(one.limits), chosen: one.chosen, reason: one.reason, preference: {weights: one.weights, aspiration: one.aspiration}}), {"aria-label": `Show: ${one.name}`}),
         button("×", () => change({positions: positions.filter((other) => other !== one)}), {"aria-label": `Remove: ${one.name}, ${dated(one.date)}`})))))),
-    make("tbody", {}, row("Choice", (one) => make("b", {}, one.chosen ?? "none")), data.objectives.map((column) => row(column.label, gives(column))),
+    make("tbody", row("Choice", (one) => make("b", one.chosen ?? "none")), data.objectives.map((column) => row(column.label, gives(column))),
       row("Limits", words), row("Weights", numbers("weights")), row("Aspirations", numbers("aspiration")), row("Reason", (one) => one.reason || "–"), row("Moved", moved),
       row("Agrees", (one) => make("input", {type: "checkbox", "aria-label": `${one.name} agrees`})))] : []))
     const key = JSON.stringify([chosen, held])
     if (key !== agreeing) boxesOfPositions().forEach((box, k) => { box.checked = held[k].chosen === chosen })
     agreeing = key
     $("decide").disabled = chosen === null || !held.length
-    renew($("decide"), `Decide for ${chosen ?? "a choice"}`)
-    renew($("decided"), ...(decided ? [[Logic.sentence(data, "decided", {date: dated(decided.date), design: decided.chosen, agree: Logic.listed(decided.agree) || "nobody"}),
+    renew("decide", `Decide for ${chosen ?? "a choice"}`)
+    renew("decided", ...(decided ? [[Logic.sentence(data, "decided", {date: dated(decided.date), design: decided.chosen, agree: Logic.listed(decided.agree) || "nobody"}),
       decided.dissent.length ? Logic.sentence(data, "dissent", {dissent: Logic.listed(decided.dissent)}) : ""].join(" ")] : []))
   }
   function record() {
@@ -934,7 +938,7 @@ const page = (() => {
 
   function wire() {
     const goes = (steps) => () => {
-      at = Math.max(0, Math.min(at + steps, past.length - 1))
+      at = max(0, min(at + steps, past.length - 1))
       state = JSON.parse(past[at])
       soon()
     }
@@ -945,19 +949,19 @@ const page = (() => {
       "save-page": savePage, keep: record, decide, skip: () => $("verdict").focus(),
       "by-preference": () => change({order: {by: state.order.by === "preference" ? "distance" : "preference", down: false}}),
     }
-    for (const [id, action] of Object.entries(clicks)) $(id).addEventListener("click", action)
-    $("file").addEventListener("change", async () => {
+    for (const [id, action] of entriesOf(clicks)) $(id).onclick = action
+    $("file").onchange = async () => {
       for (const file of [...$("file").files]) merge(await file.text())
       $("file").value = ""
-    })
-    $("preferences").addEventListener("toggle", soon)
-    for (const id of ["fixed", "dominated"]) $(id).addEventListener("change", () => change({[id]: $(id).checked}))
-    $("search").addEventListener("input", () => {
+    }
+    $("preferences").ontoggle = soon
+    for (const id of ["fixed", "dominated"]) $(id).onchange = () => change({[id]: $(id).checked})
+    $("search").oninput = () => {
       table.home()
       soon()
-    })
-    $("reason").addEventListener("input", () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason })
-    $("reason").addEventListener("change", commit)
+    }
+    $("reason").oninput = () => { state = {...state, reason: $("reason").value}; $("reason-printed").textContent = state.reason }
+    $("reason").onchange = commit
     addEventListener("beforeunload", (event) => { if (JSON.stringify(state) !== saved) event.preventDefault() })
     const dye = () => { Charts.dye(); update(true) }
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", dye)
@@ -982,6 +986,19 @@ const page = (() => {
     })
   }
 
+  // Designs that came since. The charts keep their scales unless they must change.
+  function grow(more) {
+    Logic.grow(data, more)
+    for (const {column: {range: [low, high], log}, scale} of controls.values()) if (scale) Object.assign(scale, {low, high, log})
+    filtered = contextOf = null
+    update(true)
+  }
+  // Load the page anew, in the present state.
+  function reload() {
+    sessionStorage.setItem(location.pathname, saved = JSON.stringify(state))
+    location.reload()
+  }
+
   // Start: what the page was made with.
 
   const header = document.querySelector("header")
@@ -1000,11 +1017,12 @@ const page = (() => {
   document.body.dataset.ready = "yes"
 
   return {
-    Logic, data, ready: performance.now(), update,
+    Logic, data, ready: performance.now(), update, grow, reload, decision, say, make, renew, $,
     state: () => state,
     set: (next, done = true) => { change(Logic.checked(data, next).state, done); update() },
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get drawn() { return drawn }, get inspected() { return inspected },
+    get dragging() { return dragging },
     get resting() { return !waiting && !following && thinking === 0 }, plots, parallel, scale: scaleOf,
   }
 })()

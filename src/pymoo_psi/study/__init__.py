@@ -15,11 +15,13 @@ from pymoo_psi.study._study import Study
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
+from pymoo_psi.study._database import ACTIONS as ACTIONS
 from pymoo_psi.study._database import LAST as LAST
 from pymoo_psi.study._database import Columns as Columns
 from pymoo_psi.study._database import Database as Database
 from pymoo_psi.study._database import Facts as Facts
 from pymoo_psi.study._database import Proposal as Proposal
+from pymoo_psi.study._database import Steering as Steering
 from pymoo_psi.study._runs import StudyRun as StudyRun
 from pymoo_psi.study._runs import points_of as points_of
 from pymoo_psi.study._shares import ALL as ALL

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import json
+import os
 import platform
 import secrets
 import sqlite3
@@ -12,7 +13,7 @@ from collections.abc import Collection, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ Proposal: TypeAlias = tuple[int, int, str, dict[str, Any]]
 the algorithm keeps, including the design."""
 
 LAST = 2**63 - 1  # the largest number of a test
+ACTIONS = ("search", "pause", "continue", "more", "stop")  # that people ask of a run
 
 _APPLICATION = 0x50534931
 _VERSION = 5  # 4 is that of pymoo-psi 0.3, 1 to 3 are those of 0.1 and 0.2
@@ -50,9 +52,12 @@ CREATE TABLE proposals
     (run INTEGER, test_point INTEGER, round INTEGER, origin TEXT, content TEXT, checksum INTEGER,
     PRIMARY KEY (run, test_point)) WITHOUT ROWID;
 CREATE TABLE history (time TEXT, test INTEGER, content TEXT, checksum INTEGER);
+CREATE TABLE steering
+    (name TEXT, content TEXT, run INTEGER, answer TEXT, request INTEGER PRIMARY KEY, time TEXT,
+    checksum INTEGER);
 {_TESTS}"""
 _TABLES = {
-    _VERSION: ("study", "runs", "known", "proposals", "history", "tests"),
+    _VERSION: ("study", "runs", "known", "proposals", "history", "steering", "tests"),
     _OF_0_3: ("study", "proposals", "tests"),
 }
 _NUMBERS = ("test", "run", "test_point")
@@ -63,6 +68,30 @@ _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 _CHECKSUM = "checksum"  # of all other facts
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
+
+
+class Steering(NamedTuple):
+    """What somebody asks of a run while it works.
+
+    Attributes:
+        name: Who asks, as they say.
+        content: The ``action``, one of ``ACTIONS``, and what belongs to it.
+        run: The run that has answered; 0 as long as none has.
+        answer: What the run says.
+        number: The number of the request; 0 before it is stored.
+        time: When it was stored.
+    """
+
+    name: str
+    content: dict[str, Any]
+    run: int = 0
+    answer: str = "waits for the run"
+    number: int = 0
+    time: str = ""
+
+    def __str__(self) -> str:
+        """Return the request and its answer in a line."""
+        return f"{self.time}, {self.name}: {self.content['action']}: {self.answer}"
 
 
 @dataclass
@@ -76,7 +105,9 @@ class Facts:
             change of the head.
         id: A random name.
         begun: When it was made.
+        process: The machine and the number of the last process that has added tests.
         runs: Its runs.
+        steering: What people have asked of them, in the order of time.
     """
 
     head: Head
@@ -84,7 +115,9 @@ class Facts:
     is_complete: bool = True
     id: str = field(default_factory=lambda: secrets.token_hex(16))
     begun: str = field(default_factory=lambda: _now())
+    process: Sequence[Any] = ("", 0)
     runs: list[StudyRun] = field(default_factory=list)
+    steering: list[Steering] = field(default_factory=list)
 
     def run(self, number: int) -> StudyRun:
         """Return the run of a number."""
@@ -243,14 +276,19 @@ class Database:
         """Write the facts."""
         statement = "INSERT OR REPLACE INTO study VALUES (?, ?)"
         for name, value in vars(self.facts).items():
-            if name != "runs":
+            if name not in ("runs", "steering"):
                 self.db.execute(statement, (name, json.dumps(value, ensure_ascii=False)))
         texts = _texts(self.db)
         texts.pop(_CHECKSUM, None)
         self.db.execute(statement, (_CHECKSUM, str(text_checksum(texts))))
 
     def read_runs(self) -> None:
-        """Read what is stored of the runs."""
+        """Read what is stored of the runs and asked of them."""
+        for *row, checksum in self.db.execute("SELECT * FROM steering ORDER BY request"):
+            if text_checksum(tuple(row)) != checksum:
+                raise ValueError("what is asked of a run was changed")
+            name, content, *others = row
+            self.facts.steering.append(Steering(name, json.loads(content), *others))
         for *row, checksum in self.db.execute("SELECT * FROM runs ORDER BY run").fetchall():
             number, points, record, last = row
             if text_checksum(tuple(row)) != checksum:
@@ -295,6 +333,14 @@ class Database:
                 remedy = "export the tests and continue with that study"
                 raise invalid("the number of test points", rule, last, remedy)
         return self.change_run(number, last=last)
+
+    def steer(self, request: Steering) -> None:
+        """Write a new request to the run at work, or the answer to one."""
+        name, content, run, answer, number, time = request
+        number = number or len(self.facts.steering) + 1
+        row = name, json.dumps(content, ensure_ascii=False), run, answer, number, time or _now()
+        statement = "INSERT OR REPLACE INTO steering VALUES (?, ?, ?, ?, ?, ?, ?)"
+        self.db.execute(statement, (*row, text_checksum(row)))
 
     # Proposals
 
@@ -431,6 +477,10 @@ class Database:
         columns = self._to_write(columns)
         n_written = len(columns["test"])
         if n_written:
+            process = [platform.node(), os.getpid()]
+            if self.facts.process != process:
+                self.facts.process = process
+                self.write_facts()
             self.widen(columns)
             self.insert(columns)
         return n_written

@@ -13,6 +13,7 @@
   other runs had tested.
 - ``proposals`` has designs that an algorithm or people are going to test.
 - ``history`` has tests as they were before they were corrected or withdrawn, and when that was.
+- ``steering`` has what people ask of a run while it works, and what the run answered.
 - ``study`` has the facts about the whole file: names, and values as JSON; and their checksum.
 
 Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
@@ -37,7 +38,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import Integers, Received, identity_text, invalid, wrong_type
+from pymoo_psi._validation import Integers, Mask, Received, identity_text, invalid, wrong_type
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import (
     LAST,
@@ -290,6 +291,20 @@ class Study:
         """
         with self._transaction(_READ) as database:
             return database.test_points(run, first, failed=failed)
+
+    def statuses(self) -> tuple[Integers, Mask, int]:
+        """Return the ``(n,)`` numbers of all tests, increasing, and which have not failed.
+
+        And how often a test was corrected or withdrawn.
+
+        Raises:
+            StudyError: As :meth:`facts`.
+        """
+        query = "SELECT test, status <> 'failed' FROM tests ORDER BY test"
+        with self._transaction(_READ) as database:
+            rows = np.array(database.db.execute(query).fetchall(), dtype=np.int64).reshape(-1, 2)
+            (n_changes,) = database.db.execute("SELECT count(*) FROM history").fetchone()
+        return rows[:, 0], rows[:, 1] == 1, n_changes
 
     def tests_of(self, test_points: Integers, run: int) -> Integers:
         """Return the numbers of the tests of test points of a run.

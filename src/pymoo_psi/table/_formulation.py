@@ -261,7 +261,19 @@ class Formulation:
             ...     Formulation.read_json(path).computed
             {'r': 'mass / stress'}
         """
-        content = Path(path).read_bytes()
+        return cls.from_json(Path(path).read_bytes(), path)
+
+    @classmethod
+    def from_json(cls, content: bytes, where: object) -> Formulation:
+        """Return the formulation in the content of such a file; ``where`` names it in messages.
+
+        Raises:
+            ArgumentValueError: It is no formulation.
+
+        Example:
+            >>> Formulation.from_json(b'{"limits": {"f1": 60}}', "a request").limits
+            {'f1': 60}
+        """
         try:
             entries = json.loads(
                 content.decode("utf-8-sig"),
@@ -282,7 +294,7 @@ class Formulation:
             return cls(**entries)
         except (ValueError, TypeError, RecursionError) as error:
             raise ArgumentValueError(
-                f"{path} must be a formulation, as Formulation.to_json and 'Save decision' of the "
+                f"{where} must be a formulation, as Formulation.to_json and 'Save decision' of the "
                 f"page write it: {error}"
             ) from None
 

@@ -16,7 +16,7 @@ from pymoo_psi.table._cells import UnfitError
 from pymoo_psi.table._formats._csv import CsvFile, cells_of_text, metadata_path
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
 from pymoo_psi.table._formats._json import JsonFile
-from pymoo_psi.table._formats._study import StudyFile, tests_of_folder
+from pymoo_psi.table._formats._study import StudyFile, stored_tests, tests_of_folder
 from pymoo_psi.table._formats._xlsx import WorkbookFile
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "metadata_path",
     "recognized",
     "source_suffixes",
+    "stored_tests",
     "suffixes_for",
     "tests_of_folder",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -13,7 +12,6 @@ import numpy as np
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
 from pymoo_psi.table._head import (
     Columns,
-    Head,
     StoredTests,
     choice_texts,
     columns_of,
@@ -24,7 +22,7 @@ from pymoo_psi.table._layout import GROUPS, POINT, RUN
 from pymoo_psi.table._limits import limits_of
 
 if TYPE_CHECKING:
-    from pymoo_psi.study import StudyRun
+    from pymoo_psi.study import Facts
 
 # SQLite is imported where there is a study: most tables come without one.
 
@@ -43,8 +41,7 @@ class StudyFile(FileFormat):
         """Return the tests of a study; SQLite opens it by name, so it cannot be a pipe."""
         from pymoo_psi.study import Study
 
-        facts, columns = Study(file.path).contents()
-        return _stored_tests(dict(facts.head), facts.runs, columns)
+        return stored_tests(*Study(file.path).contents())
 
     def save_tests(self, path: str | PathLike[str], table: Any) -> None:
         """Write a table as a new study, whole or not at all; extra columns are left out.
@@ -86,20 +83,21 @@ def tests_of_folder(path: Path) -> StoredTests:
     from pymoo_psi.study import read_folder
 
     facts, columns, missing = read_folder(path)
-    tests = _stored_tests(dict(facts.head), facts.runs, columns)
+    tests = stored_tests(facts, columns)
     if missing:
         return tests._replace(remarks=(f"{missing}.", *tests.remarks))
     return tests
 
 
-def _stored_tests(head: Head, runs: Sequence[StudyRun], columns: Columns) -> StoredTests:
+def stored_tests(facts: Facts, columns: Columns) -> StoredTests:
     """Return tests of a study, whose limits are not part of their status.
 
     Args:
-        head: The head of the study.
-        runs: Its runs.
-        columns: All its tests.
+        facts: What is known of the study.
+        columns: Its tests.
     """
+    head = dict(facts.head)
+    runs = facts.runs
     limits = head.pop("limits", {})
     problem = dict(head.get("problem") or {})
     if len(runs) == 1 and runs[0].number == 1:
@@ -118,5 +116,6 @@ def _stored_tests(head: Head, runs: Sequence[StudyRun], columns: Columns) -> Sto
             bounds = [np.array(run.points[side], dtype=np.float64) for run in runs]
             head[side] = end.reduce(bounds).tolist()
     head["problem"] = problem or None
-    remarks = lacking(columns, (*head["objectives"], *limits))
+    steered = [f"Steered {request}." for request in facts.steering]
+    remarks = (*lacking(columns, (*head["objectives"], *limits)), *steered)
     return StoredTests(head, columns, remarks, limits, is_derived=True)

@@ -1,0 +1,40 @@
+// The connection of a page to the server of a growing study: new designs, progress, steering.
+{
+  const {$, data, say} = page
+  const list = (id, texts) => page.renew(id, ...texts.map((text) => page.make("li", text)))
+  const proposed = () => data.names[page.ranking.best[0]]
+  const waiting = [] // designs, while a hand drags
+  let [count, since] = [data.live.count, data.live.count]
+
+  const source = new EventSource(`events?from=${data.live.from}`)
+  source.onopen = () => { $("offline").hidden = true }
+  source.onerror = () => { $("offline").hidden = false }
+  source.onmessage = (event) => {
+    const {rows, lines, steered, tests} = JSON.parse(event.data)
+    if (!rows) return page.reload() // other tests, or other columns
+    waiting.push(...rows)
+    count = tests
+    list("progress", lines)
+    list("steered", steered)
+    $("since").textContent = count - since
+  }
+  setInterval(() => {
+    if (!waiting.length || page.dragging) return
+    const before = proposed()
+    page.grow(waiting.splice(0))
+    if (proposed() !== before) since = count
+  }, 100)
+
+  $("live").hidden = false
+  $("steering").hidden = !data.live.steer
+  $("steering").onclick = async ({target}) => {
+    const action = target.name
+    if (!action) return
+    const body = {action, name: $("steerer").value, count: Number($("more").value), formulation: page.decision()}
+    const answer = await fetch("steer", {method: "POST", body: JSON.stringify(body)})
+    say(answer.ok ? [] : [await answer.text()])
+  }
+  const state = sessionStorage.getItem(location.pathname)
+  if (state) page.set(JSON.parse(state))
+  sessionStorage.clear()
+}

@@ -1,0 +1,406 @@
+"""The server of a growing study: what it reads, what it sends, and what it refuses."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import secrets
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import AsyncIterator, Callable
+from contextlib import suppress
+from html import escape
+from os import PathLike
+from pathlib import Path
+from platform import node
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pymoo_psi._validation import Integers, known_name
+from pymoo_psi.errors import PsiError
+from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
+from pymoo_psi.study import ACTIONS, Steering, Study
+from pymoo_psi.table import TestTable, alike, stored_tests, table_of
+
+if TYPE_CHECKING:
+    from starlette.applications import Starlette
+    from starlette.requests import Request
+    from starlette.responses import Response
+
+_PORT = 8741  # unless it is taken
+_PAUSE = 0.5  # seconds between two looks at the study
+_LOOKS = 120  # over which the rate is measured
+_GROWTH = 1.1  # the page is made again when there are so many times as many tests
+_SHOWN = 20  # requests that the page lists, the last ones
+_MOST_WAITING = 20  # requests that wait for the run
+_MOST_READERS = 16  # pages that are kept up to date
+_MOST_CONNECTIONS = 64
+_LONGEST = 2**18  # bytes of a request
+# Notebooks show the page in a frame.
+_FRAMES = "http://127.0.0.1:* http://localhost:* vscode-webview:"
+_HEADERS = {
+    "Content-Security-Policy": f"frame-ancestors {_FRAMES}",
+    "Cache-Control": "no-store",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+class GrowingStudy:
+    """The tests of a study in the order of their arrival.
+
+    Only new tests are read, unless earlier ones or the columns have changed: then it is another
+    ``edition``, and pages are loaded anew. One thread looks; others may ask meanwhile.
+
+    Attributes:
+        tests: The tests, without limits.
+        edition: What distinguishes them from those of another edition.
+        progress: What the page says of the run.
+    """
+
+    def __init__(self, path: Path, *, steer: bool) -> None:
+        self.study = Study(path)
+        self.tests = TestTable.empty()
+        self.edition = ""
+        self.progress: dict[str, Any] = {"lines": []}
+        self._name = path.name
+        self._steer = steer
+        self._limits: Any = {}
+        self._state: object = None  # of the file, when it was read
+        self._key = ""  # what an edition has in common
+        self._process: Any = ("", 0)
+        self._steering: list[Steering] = []
+        self._n_planned = 0
+        self._page = 0, ""  # and how many tests it has
+        self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # when, and of how many tests
+
+    def look(self) -> None:
+        """Read what is new in the study."""
+        try:
+            state = os.stat(self.study.path)  # before it is read, so that nothing is missed
+            if state.st_mtime_ns != self._state:
+                self._read()
+                self._state = state.st_mtime_ns
+            lines = self._lines(time.time() - state.st_mtime)
+        except (OSError, PsiError) as error:
+            lines = [str(error)]
+        steered = [str(request) for request in self._steering[-_SHOWN:]]
+        self.progress = {"tests": len(self.tests), "lines": lines, "steered": steered}
+
+    def _read(self) -> None:
+        """Read new tests, or all of them."""
+        facts = self.study.facts()
+        numbers, is_valid, n_changes = self.study.statuses()
+        key = repr([facts.head, n_changes, len(facts.runs)])
+        failed = self.tests.numbers[self.tests.status == "failed"]
+        was_tested_again = np.isin(failed, numbers[is_valid]).any()
+        if key != self._key or was_tested_again:
+            self.tests = self._tests_of(numbers)
+            self.edition = secrets.token_hex(4)
+            self._key = key
+            self._page = 0, ""
+        new = np.setdiff1d(numbers, self.tests.numbers)
+        if len(new):
+            self.tests = self.tests.extended(self._tests_of(new))
+        self._process = facts.process
+        self._steering = facts.steering
+        points = [request.content.get("points", 0) for request in facts.steering]
+        self._n_planned = max([sum(run.last for run in facts.runs), len(numbers), *points])
+
+    def _tests_of(self, numbers: Integers) -> TestTable:
+        first, last = 1, 0
+        if len(numbers):
+            first, last = int(numbers[0]), int(numbers[-1])
+        stored = stored_tests(*self.study.contents(first, last - first + 1))
+        self._limits = stored.limits
+        tests = table_of(
+            stored.head, stored.columns, self.study.path, stored.remarks, is_derived=True
+        )
+        return tests.rows(np.isin(tests.numbers, numbers))
+
+    def page(self) -> str:
+        """Return the page, which may lack the last tests; empty without a feasible design."""
+        n_tests, text = self._page
+        edition = self.edition  # first, as both may change: an older one is loaded anew
+        tests = self.tests
+        designs = designs_of_page(tests)
+        if len(designs) and len(tests) >= _GROWTH * n_tests:
+            title, _, _ = self._name.rpartition(".")
+            page = page_of_tests(tests.under(limits=self._limits), designs, title, self._name)
+            place = f"{edition}-{len(tests)}"
+            text = page.html({"from": place, "count": len(tests), "steer": self._steer})
+            self._page = len(tests), text
+        return text
+
+    def _lines(self, age: float) -> list[str]:
+        """Return what the page says of the run, ``age`` seconds after the file has changed."""
+        n_tests = len(self.tests)
+        n_left = self._n_planned - n_tests
+        self._counts.append((time.monotonic(), n_tests))
+        (began, n_then), (now, _) = self._counts[0], self._counts[-1]
+        rate = (n_tests - n_then) / max(now - began, _PAUSE)
+        actions = []
+        for request in self._steering:
+            if request.run and request.content["action"] in ("pause", "continue"):
+                actions.append(request.content["action"])
+        state = f"The study last changed {age:.0f} s ago."
+        if n_left == 0:
+            state = "All tests are done."
+        elif not self._is_process_alive():
+            state = "No run is at work: it has ended or was killed. Its command continues it."
+        elif actions[-1:] == ["pause"]:
+            state = "Paused."
+        elif rate > 0:
+            state = f"{rate:.2g} tests a second, {n_left / rate:.0f} s left."
+        reasons = Counter(alike(self.tests.reasons.values())).most_common(3)
+        failures = [f"failed {n} × {reason:.80}" for reason, n in reasons]
+        return [", ".join([f"{n_tests} of {self._n_planned} tests", *failures]), state]
+
+    def _is_process_alive(self) -> bool:
+        """Whether the process that adds tests is there; of another machine it is believed."""
+        host, process = self._process
+        if host == node() and sys.platform != "win32":
+            try:
+                os.kill(process, 0)
+            except ProcessLookupError:
+                return False
+            except PermissionError:
+                return True
+        return True
+
+    def steer(self, content: bytes) -> None:
+        """Write a request into the study, whose run checks what it says.
+
+        Raises:
+            PsiError: It is no request, too many wait, or the study cannot be written.
+        """
+        try:
+            request = json.loads(content)
+            action, name = request["action"], str(request.pop("name"))
+        except (ValueError, TypeError, LookupError, RecursionError):
+            raise PsiError("a request must be JSON with an action and a name") from None
+        known_name("action", action, ACTIONS)
+        name = "".join(filter(str.isprintable, name)).strip()[:60]
+        if not name:
+            raise PsiError("give your name, for the record")
+        waiting = [other for other in self.study.facts().steering if not other.run]
+        if len(waiting) >= _MOST_WAITING:
+            raise PsiError(f"{len(waiting)} requests wait for the run; is it at work?")
+        with self.study.changes() as database:
+            database.steer(Steering(name, request))
+
+
+def _application(growing: GrowingStudy, token: str, host: str, *, steer: bool) -> Starlette:
+    """Return the application, whose addresses begin with the token."""
+    from starlette.applications import Starlette
+    from starlette.concurrency import run_in_threadpool
+    from starlette.middleware import Middleware
+    from starlette.middleware.trustedhost import TrustedHostMiddleware
+    from starlette.responses import HTMLResponse, PlainTextResponse, StreamingResponse
+    from starlette.routing import Mount, Route
+
+    readers: set[object] = set()
+
+    def refused(why: str, code: int) -> Response:
+        return PlainTextResponse(f"{why}\n", code, headers=_HEADERS)
+
+    async def page(_: Request) -> Response:
+        text = await run_in_threadpool(growing.page)
+        if not text:
+            lines = "<br>".join(map(escape, growing.progress["lines"]))
+            text = f"<meta http-equiv=refresh content=1>There is no feasible design yet.<br>{lines}"
+        return HTMLResponse(text, headers=_HEADERS)
+
+    async def events(request: Request) -> Response:
+        place = request.headers.get("last-event-id") or request.query_params.get("from", "")
+        edition, _, position = place.partition("-")
+        if len(readers) >= _MOST_READERS or not position.isdecimal() or is_foreign(request):
+            return refused("Another origin, no position, or too many pages.", 403)
+        content = stream(edition, int(position))
+        return StreamingResponse(content, media_type="text/event-stream", headers=_HEADERS)
+
+    def is_foreign(request: Request) -> bool:
+        origin = request.headers.get("origin")
+        is_own = origin == f"http://{request.headers['host']}"
+        return not (is_own or (origin is None and request.method == "GET"))
+
+    async def stream(edition: str, position: int) -> AsyncIterator[str]:
+        # Nothing is queued for a reader who is slow: the next event has all that came meanwhile.
+        reader = object()
+        readers.add(reader)
+        progress = None
+        try:
+            while edition == growing.edition and position <= len(growing.tests):
+                if progress is not growing.progress:
+                    progress = growing.progress
+                    tests = growing.tests
+                    rows = []
+                    new = designs_of_page(tests.rows(np.arange(position, len(tests))))
+                    if len(new):
+                        rows.append(rows_of(new))
+                    position = len(tests)
+                    content = json.dumps({"rows": rows} | progress, allow_nan=False)
+                    yield f"id: {edition}-{position}\ndata: {content}\n\n"
+                await asyncio.sleep(_PAUSE / 2)
+            yield "data: {}\n\n"  # the page is loaded anew
+        finally:
+            readers.discard(reader)
+
+    async def steering(request: Request) -> Response:
+        length = request.headers.get("content-length", "")
+        if not steer or is_foreign(request):
+            return refused("The page is read-only (--steer), or of another origin.", 403)
+        if not length.isdecimal() or int(length) > _LONGEST:
+            return refused("The request is too long.", 413)
+        try:
+            await run_in_threadpool(growing.steer, await request.body())
+        except PsiError as error:
+            return refused(str(error), 400)
+        return refused("", 200)
+
+    routes = [
+        Route("/", page),
+        Route("/events", events),
+        Route("/steer", steering, methods=["POST"]),
+    ]
+    hosts = Middleware(TrustedHostMiddleware, allowed_hosts=[host, "localhost"])
+    return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=[hosts])
+
+
+def serve(
+    study: str | PathLike[str],
+    *,
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    steer: bool = False,
+    say: Callable[[str], None] = print,
+) -> None:
+    """Serve the page of a study until interrupted; see :func:`live`.
+
+    Args:
+        study: The study, which may not exist yet.
+        host: The name or address to listen on.
+        port: The port; by default 8741 or, if it is taken, any.
+        steer: Whether the page can steer the run.
+        say: Is called with the address.
+
+    Raises:
+        PsiError: The extra is not installed.
+        OSError: The port is taken.
+    """
+    try:
+        import starlette  # noqa: F401
+        import uvicorn
+    except ImportError as error:
+        raise PsiError(f"live needs {error.name}: pip install 'pymoo-psi[live]'") from error
+    path = Path(Study(study).path)
+    try:
+        listening = socket.create_server((host, port if port is not None else _PORT))
+    except OSError:
+        if port is not None:
+            raise
+        listening = socket.create_server((host, 0))
+    token = _token(path)
+    growing = GrowingStudy(path, steer=steer)
+
+    def watch() -> None:
+        while True:
+            growing.look()
+            time.sleep(_PAUSE)
+
+    growing.look()
+    threading.Thread(target=watch, daemon=True).start()
+    config = uvicorn.Config(
+        _application(growing, token, host, steer=steer),
+        log_level="critical",
+        lifespan="off",
+        limit_concurrency=_MOST_CONNECTIONS,
+        timeout_graceful_shutdown=1,
+    )
+    say(f"http://{host}:{listening.getsockname()[1]}/{token}/")
+    uvicorn.Server(config).run(sockets=[listening])
+
+
+def _token(path: Path) -> str:
+    """Return the token of a study, which a file beside it keeps for this user alone.
+
+    With it the pages of a server that has ended find the next one.
+    """
+    file = path.with_name(f"{path.name}-live")
+    with suppress(OSError):
+        if file.stat().st_mode & 0o077 == 0:
+            return file.read_text("utf-8")
+    token = secrets.token_urlsafe(24)
+    with suppress(OSError):  # then it is another one every time
+        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        os.write(descriptor, token.encode())
+        os.close(descriptor)
+    return token
+
+
+class LiveView:
+    """A page of a growing study; a notebook shows it. Its server ends with it, or with Python.
+
+    Attributes:
+        address: The address of the page.
+    """
+
+    def __init__(self, process: subprocess.Popen[str], address: str) -> None:
+        self._process = process
+        self.address = address
+
+    def __enter__(self) -> LiveView:
+        """Return this view."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the server; the study and its run go on."""
+        self._process.communicate()
+
+    def _repr_html_(self) -> str:
+        """Return the page in a frame, which reaches nothing else in the notebook."""
+        return (
+            f'<iframe src="{self.address}" '
+            'sandbox="allow-scripts allow-same-origin allow-downloads allow-modals" '
+            'style="width: 100%; height: 90vh; min-height: 600px; border: 0"></iframe>'
+        )
+
+
+def live(study: str | PathLike[str], *, steer: bool = False, port: int | None = None) -> LiveView:
+    """Return a page that follows a study as it grows, whatever process adds to it.
+
+    Args:
+        study: The file, which may not exist yet.
+        steer: Whether the page can steer the run: direct its search, pause, continue, extend, end.
+        port: The port of the server on this machine; by default 8741 or, if it is taken, any.
+
+    Raises:
+        PsiError: The extra ``live`` is not installed, or the server cannot start.
+
+    Example:
+        >>> import tempfile
+        >>> from pymoo_psi import live
+        >>> with tempfile.TemporaryDirectory() as folder, live(f"{folder}/bnh.db") as view:
+        ...     print(view.address)
+        http://127.0.0.1:.../
+    """
+    words = [sys.executable, "-m", "pymoo_psi", "live", os.fspath(study)]
+    words += ["--no-browser", "--attached"]
+    if steer:
+        words.append("--steer")
+    if port is not None:
+        words.append(f"--port={port}")
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+    address = process.stdout.readline().strip() if process.stdout else ""
+    if not address:
+        _, problem = process.communicate()
+        raise PsiError(f"the server of {study} cannot start: {problem.strip()}")
+    return LiveView(process, address)
