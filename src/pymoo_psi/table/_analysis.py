@@ -177,17 +177,15 @@ def alike(reasons: Iterable[str]) -> list[str]:
     stay. Of the folders that runs of a program leave, the first is named.
     """
     lines = [" ".join(reason.split()) for reason in reasons]
-    dotted = [_NUMBER.sub("…", _FOLDER.sub("", line)) for line in lines]
+    patterns = [_NUMBER.sub("…", _FOLDER.sub("", line)) for line in lines]
     lines_by_pattern: dict[str, list[str]] = {}
-    for line, pattern in zip(lines, dotted, strict=True):
+    for line, pattern in zip(lines, patterns, strict=True):
         lines_by_pattern.setdefault(pattern, []).append(line)
-    alike_lines = []
-    for line, pattern in zip(lines, dotted, strict=True):
+    for i, pattern in enumerate(patterns):
         same = lines_by_pattern[pattern]
         if len(set(same)) > 1:
-            line = pattern + "".join(_FOLDER.findall(same[0]))
-        alike_lines.append(line)
-    return alike_lines
+            lines[i] = pattern + "".join(_FOLDER.findall(same[0]))
+    return lines
 
 
 @asked_under_a_formulation

@@ -32,7 +32,7 @@ from pymoo_psi.table._cells import (
     require_designs,
 )
 from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
-from pymoo_psi.table._formulation import Formulation
+from pymoo_psi.table._formulation import Formulation, limits_of
 from pymoo_psi.table._head import (
     StoredTests,
     checked_designs_head,
@@ -43,7 +43,6 @@ from pymoo_psi.table._head import (
     units_of,
 )
 from pymoo_psi.table._layout import RESERVED, Layout, names_of
-from pymoo_psi.table._limits import limits_of
 from pymoo_psi.table._repeats import undeclared
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES

@@ -45,7 +45,16 @@ from pymoo_psi.pareto import (
 )
 from pymoo_psi.table._designs import design_matrix
 from pymoo_psi.table._formats import CSV, STUDY, WORKBOOK
-from pymoo_psi.table._formulation import ATTRIBUTES, Formulation, FormulationFields, formulated
+from pymoo_psi.table._formulation import (
+    ATTRIBUTES,
+    OPEN,
+    Allowed,
+    Formulation,
+    FormulationFields,
+    formulated,
+    limit_text,
+    limits_by_name,
+)
 from pymoo_psi.table._head import Columns, blocks_of, columns_of
 from pymoo_psi.table._joining import (
     blank,
@@ -56,7 +65,6 @@ from pymoo_psi.table._joining import (
     unequal,
 )
 from pymoo_psi.table._layout import Key, Layout, number_column
-from pymoo_psi.table._limits import OPEN, Allowed, limit_text, limits_by_name
 from pymoo_psi.table._repeats import averaged, confidence
 from pymoo_psi.table._tests import Tests, extra_columns, nonfinite_objective, require_distinct
 

@@ -13,10 +13,9 @@ from pathlib import Path
 
 from pymoo_psi._validation import invalid
 from pymoo_psi.table._cells import UnfitError
-from pymoo_psi.table._formats._csv import CsvFile, cells_of_text, metadata_path
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
-from pymoo_psi.table._formats._json import JsonFile
 from pymoo_psi.table._formats._study import StudyFile, stored_tests, tests_of_folder
+from pymoo_psi.table._formats._texts import CsvFile, JsonFile, cells_of_text, metadata_path
 from pymoo_psi.table._formats._xlsx import WorkbookFile
 
 __all__ = [

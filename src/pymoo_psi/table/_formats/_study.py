@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
+from pymoo_psi.table._formulation import limits_of
 from pymoo_psi.table._head import (
     Columns,
     StoredTests,
@@ -19,7 +20,6 @@ from pymoo_psi.table._head import (
     lacking,
 )
 from pymoo_psi.table._layout import GROUPS, POINT, RUN
-from pymoo_psi.table._limits import limits_of
 
 if TYPE_CHECKING:
     from pymoo_psi.study import Facts

@@ -1,4 +1,4 @@
-"""CSV and other texts in rows and columns.
+"""Texts: CSV and others in rows and columns, and JSON, a list of designs.
 
 What we write: the first line names the columns, with their units, and the rows follow. Numbers have
 as many digits as it takes to read the same number back; no text is a formula. Beside FILE.csv,
@@ -26,13 +26,14 @@ from typing import Any, TypeAlias
 from urllib.parse import quote
 
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import counted, invalid
+from pymoo_psi._validation import counted, distinct, invalid
 from pymoo_psi.table._cells import (
     EMPTY,
     Cells,
     RowsByLine,
     UnfitError,
     cells_as_written,
+    cells_of_frame,
     cells_of_rows,
     in_a_line,
     is_blank,
@@ -64,6 +65,8 @@ _DATATYPES: dict[str, Any] = {  # of CSVW, by those of pandas
     "mixed-integer-float": "number",
     "boolean": {"base": "boolean", "format": "True|False"},
 }
+# A list must begin with an object, as a name in the header of a CSV may begin with a bracket.
+_JSON = re.compile(r"\s*(?:\{|\[\s*\{)")
 _WORD = re.compile(r"\S+")
 _GAP = re.compile(r"\S\s{2,}\S")  # by which columns are aligned
 _ABOVE_HEADER = re.compile(r'"*#|\s*$')  # comments and blank lines
@@ -347,18 +350,14 @@ def _without_comments(rows: RowsByLine) -> RowsByLine:
         ArgumentValueError: A row may be a comment or a design.
     """
     designs = {}
-    comments = {}
     for end, row in rows.items():
-        is_comment = row[0].startswith("#") and not is_blank(row[0])
-        if is_comment:
-            comments[end] = row
-        else:
+        if not row[0].startswith("#") or is_blank(row[0]):
             designs[end] = row
     if len(designs) < 2:  # the names of all designs begin so
         return rows
     n_cells = len(next(iter(rows.values())))
-    for end, row in comments.items():
-        if len(row) == n_cells > 1 and all(row):
+    for end, row in rows.items():
+        if end not in designs and len(row) == n_cells > 1 and all(row):
             raise UnfitError(
                 f"line {end} begins with # and has a cell in each column",
                 f"leave it out by --skip-rows {end} if it is a comment, "
@@ -448,3 +447,29 @@ def _rows(lines: Sequence[Line], separator: str) -> RowsByLine:
             number, _ = lines[reader.line_num - 1]
             rows[number] = row
     return rows
+
+
+# JSON, as other programs export it
+
+
+class JsonFile(FileFormat):
+    """A list of designs, one object each; such files are read, not written."""
+
+    suffix = ".json"
+
+    def recognizes(self, file: SourceFile) -> bool:
+        """Say whether a text begins as JSON does."""
+        return _JSON.match(file.text) is not None
+
+    def read(self, file: SourceFile) -> Cells:
+        """Return the designs, whose keys name the columns."""
+        import pandas as pd  # only where JSON is read
+
+        try:
+            designs = json.loads(file.text, object_pairs_hook=distinct)
+        except (ValueError, RecursionError) as error:
+            raise UnfitError(f"it is JSON, but no list of designs: {error}") from None
+        if not isinstance(designs, list) or not all(isinstance(row, dict) for row in designs):
+            example = '[{"name": "A", "cost": 1.5}]'
+            raise UnfitError(f"it is JSON, but no list of designs such as {example}")
+        return cells_of_frame(pd.DataFrame(designs))
