@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -140,16 +140,24 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
             differing &= ~(blank(one) | blank(two))
         if differing.any():
             i = differing.argmax()
-            earlier, later = table.numbers[[first[again[i]], again[i]]]
-            tests = f"test point {earlier}"
+            earlier = _full_name(table, first[again[i]])
+            later = _full_name(table, again[i])
+            tests = earlier
             if later != earlier:
-                tests += f" and {later}, the same design"
+                tests = f"{earlier} and {later}, the same design"
             raise invalid(
                 "tests",
                 "of one result for each test point and design",
                 Received(f"{one[i]} and {two[i]} as {name} of {tests}"),
                 "do not join runs of different problems, bounds or versions",
             )
+
+
+def _full_name(table: TestTable, row: Any) -> str:
+    """Return the name of a test, with its experiment if it has one."""
+    if not table.experiments:
+        return table.rows([row]).names[0]
+    return f"test point {table.extra['number'][row]} of {table.extra['experiment'][row]}"
 
 
 def blank(column: AnyArray) -> Mask:
