@@ -29,9 +29,8 @@ from pymoo_psi._validation import (
     integer,
     invalid,
     known_name,
-    wrong_type,
 )
-from pymoo_psi.pareto import EfficiencyRanking, number, with_units
+from pymoo_psi.pareto import EfficiencyRanking, number, unit_lengths, with_units
 from pymoo_psi.plots._points import (
     BLUE,
     OPTIMUM,
@@ -311,8 +310,20 @@ def plot_ranking(
         ['share of the range (0 is best)']
     """
     instance("ranking", ranking, EfficiencyRanking, "rank_of_efficiency(F) returns one")
-    shares, labels, rotation = _ranking_info(with_units(ranking, units))
+    objectives = with_units(ranking, units).objectives
+    minimized = objectives.minimized
+    low = minimized[ranking.pareto].min(axis=0)
+    high = minimized[ranking.pareto].max(axis=0)
+    shares = (minimized - low) / unit_lengths(low, high)
+    labels = []
+    ends = zip(objectives.original(low).tolist(), objectives.original(high).tolist(), strict=True)
+    for name, (best, worst) in zip(objectives.headings(), ends, strict=True):
+        labels.append(f"{literal(name, 30)}\nbest {number(best)}\nworst {number(worst)}")
     n = len(labels)
+    longest = max(len(line) for label in labels for line in label.split("\n"))
+    rotation = 0
+    if (longest + 2) * n > _LETTERS:
+        rotation = 90
     height = 60.0
     if n > MATRIX:
         height = 90.0
@@ -336,37 +347,6 @@ def plot_ranking(
             "Each is a line from the best values in the Pareto set, at the bottom, to the worst.",
         )
     return figure
-
-
-def _ranking_info(ranking: EfficiencyRanking) -> tuple[Array, list[str], int]:
-    """Return what :func:`plot_ranking` draws.
-
-    Args:
-        ranking: The ranking.
-
-    Returns:
-        ``(n, m)`` the values of the designs as shares of the way from best to worst; name, best
-        and worst value of each objective; and the angle of these labels, so that they do not
-        overlap.
-    """
-    values = ranking.objectives.values
-    sign = ranking.objectives.sign
-    front = values[ranking.pareto] * sign
-    best = front.min(axis=0) * sign
-    worst = front.max(axis=0) * sign
-    lengths = np.where(worst == best, 1.0, worst - best)
-
-    names = ranking.objectives.headings()
-    labels = []
-    longest = 0
-    for name, low, high in zip(names, best.tolist(), worst.tolist(), strict=True):
-        lines = [literal(name, 30), f"best {number(low)}", f"worst {number(high)}"]
-        labels.append("\n".join(lines))
-        longest = max(longest, *map(len, lines))
-    rotation = 0
-    if (longest + 2) * len(labels) > _LETTERS:
-        rotation = 90
-    return (values - best) / lengths, labels, rotation
 
 
 def _lines(shares: Array, group: Group) -> LineCollection:
@@ -403,9 +383,6 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
         sensitivities: From :func:`pymoo_psi.table.sensitivities`.
         title: Subject of the tests, with which the caption begins.
 
-    Raises:
-        ArgumentTypeError: ``sensitivities`` is not such a frame.
-
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> from pymoo_psi.table import sensitivities
@@ -414,10 +391,7 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
         >>> [ax.get_title() for ax in figure.axes]
         ['f1', 'f2']
     """
-    index = getattr(sensitivities, "index", pd.Index([]))
-    if list(index.names) != ["column", "variable"]:
-        received = Received(type(sensitivities).__name__)
-        raise wrong_type("sensitivities", "a frame from sensitivities(table)", received)
+    index = sensitivities.index
     columns = index.unique("column").tolist()
     variables = index.unique("variable").tolist()
     n_columns = min(_PANELS, max(len(columns), 1))
@@ -459,9 +433,6 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
         sections: From :func:`pymoo_psi.algorithms.sections`.
         title: Subject of the tests, with which the caption begins.
 
-    Raises:
-        ArgumentTypeError: ``sections`` is not such a frame.
-
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> from pymoo_psi.algorithms import sections
@@ -469,10 +440,6 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
         >>> len(figure.axes)
         8
     """
-    names = getattr(sections, "columns", ())
-    if not {"column", "variable", "value", "design", "expected", "low", "high"} <= {*names}:
-        received = Received(type(sections).__name__)
-        raise wrong_type("sections", "a frame from sections(table)", received)
     lines = [frame for _, frame in sections.groupby(["column", "variable"], sort=False)]
     n_variables = sections["variable"].nunique()
     n_columns = min(max(n_variables, 1), _PANELS + 1)
