@@ -265,7 +265,7 @@ def test_runs_on_another_problem_are_refused(tmp_path):
         ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
         ({"algorithms": ["pso"]}, "algorithms must be one of .*, got 'pso'"),
         ({"algorithms": {"a": NSGA2}}, "a name, an algorithm or a function.*give lambda n: NSGA2"),
-        ({"reference_front": [[1, 2, 3]]}, "reference_front must be of 2 objectives"),
+        ({"reference_front": [[1, 2, 3]]}, r"reference_front must be of shape \(1, 2\)"),
     ],
 )
 def test_wrong_arguments_are_named(change, message):

@@ -121,13 +121,26 @@ def run_solve(options: Options) -> int:
         raise invalid("--cluster", rule, algorithm)
     if getattr(options, "from") is not None:
         import_into_study(problem, options, run)
-    search = _searched(algorithm, problem, points, runner, run, formulation)
+    find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
+    try:
+        with stored_at_termination(), progress_bar(True) as show:
+            search = find(problem, points, runner, run, formulation, show)
+    except KeyboardInterrupt:
+        place = f"see {run.study};"
+        if run.study is None:
+            place = "nothing is kept; with --study FILE.db"
+        raise KeyboardInterrupt(f"{place} the same command continues") from None
     if not search.table.eligible().any():
         _say_infeasible(problem, search, options.out)
         return 1
     _say_best(problem, options, search, out)
     if run.study is not None and run.share is None:
-        _say_study(run, len(search.table))
+        runs = Study(run.study).n_tests()
+        n_stored = sum(runs.values())
+        n_tests = len(search.table)
+        if n_stored > n_tests:
+            of_runs = f"{n_stored} tests of {counted(len(runs), 'run')}"
+            say(f"The study has {of_runs}; this run asked for {n_tests} of them.")
     if limits:
         say(_sources_of_limits(options.problem, given, limits))
     if given.limits and not options.box:
@@ -137,26 +150,6 @@ def run_solve(options: Options) -> int:
         dimensions = f"LPτ has {MAX_DIMENSIONS} dimensions, fewer than {n_searched}"
         say(f"{dimensions}: the test points are Sobol' points of SciPy.")
     return 0
-
-
-def _searched(
-    algorithm: str,
-    problem: Problem,
-    points: int,
-    runner: Runner | None,
-    run: RunOptions,
-    formulation: Formulation,
-) -> Search:
-    """Return the result of a search; an interrupt says what is kept."""
-    find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
-    try:
-        with stored_at_termination(), progress_bar(True) as show:
-            return find(problem, points, runner, run, formulation, show)
-    except KeyboardInterrupt:
-        place = f"see {run.study};"
-        if run.study is None:
-            place = "nothing is kept; with --study FILE.db"
-        raise KeyboardInterrupt(f"{place} the same command continues") from None
 
 
 def _say_best(problem: Problem, options: Options, search: Search, out: Path | None) -> None:
@@ -226,15 +219,6 @@ def import_into_study(problem: Problem, options: Options, run: RunOptions) -> No
     columns = pairs_in("--from-names", options.from_names, "name=column", names)
     tests = import_tests(problem, source, run, columns)
     say(f"{source}: {counted(len(tests), 'test')} taken into the study.", *tests.remarks)
-
-
-def _say_study(run: RunOptions, n_tests: int) -> None:
-    """Print how many tests a study has, if it has more than those of this run."""
-    n_tests_of_runs = Study(run.study or "").n_tests()
-    n_stored = sum(n_tests_of_runs.values())
-    if n_stored > n_tests:
-        runs = counted(len(n_tests_of_runs), "run")
-        say(f"The study has {n_stored} tests of {runs}; this run asked for {n_tests} of them.")
 
 
 def _say_infeasible(problem: Problem, search: Search, out: Path | None) -> None:

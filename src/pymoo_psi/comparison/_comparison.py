@@ -16,15 +16,14 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
-    Array,
     Entries,
-    Received,
     counted,
     integer,
     invalid,
     job_count,
     known_name,
     objective_matrix,
+    require_shape,
 )
 from pymoo_psi.comparison._quality import INDICATORS, Reference, pairwise_tests
 from pymoo_psi.comparison._runs import (
@@ -266,7 +265,11 @@ def compare(
     if problem.n_obj < 2:
         raise invalid("the number of objectives of problem", "at least 2", problem.n_obj)
     problem_layout(problem, design_space(problem))  # what it lacks is reported before any run
-    front = _known_front(reference_front, problem.n_obj)
+    fronts = []
+    if reference_front is not None:
+        front = objective_matrix("reference_front", reference_front)
+        require_shape("reference_front", front, (len(front), problem.n_obj))
+        fronts.append(front)
     n_jobs = job_count("n_jobs", n_jobs)
     by_name = searches(algorithms)
     tasks = _tasks(by_name, n_evaluations, seeds)
@@ -297,19 +300,8 @@ def compare(
             runs[run.task] = run
             bar(len(runs) / len(tasks))
     counted_runs = tuple(_without_repeats([runs[task] for task in tasks]))
-    reference = Reference.of([*(run.F for run in counted_runs), front])
+    reference = Reference.of([*(run.F for run in counted_runs), *fronts])
     return Comparison(name, counted_runs, reference, _measures(counted_runs, reference, n_jobs))
-
-
-def _known_front(reference_front: ArrayLike | None, n_obj: int) -> Array:
-    """Return ``(k, n_obj)`` points of a known front, none if it is ``None``."""
-    if reference_front is None:
-        return np.zeros((0, n_obj))
-    front = objective_matrix("reference_front", reference_front)
-    if front.shape[1] != n_obj:
-        received = Received(f"{front.shape[1]}")
-        raise invalid("reference_front", f"of {n_obj} objectives", received)
-    return front
 
 
 def _tasks(

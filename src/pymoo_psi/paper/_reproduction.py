@@ -25,7 +25,6 @@ from pymoo_psi._validation import (
     Rows,
     Values,
     counted,
-    invalid,
     job_count,
     known_name,
 )
@@ -252,8 +251,6 @@ def reproduce(
         1  rolling  0.4          35
     """
     n_jobs = job_count("n_jobs", n_jobs)
-    if len(mu) == 0 or len(models) == 0:
-        raise invalid("mu and models", "one or more each", [list(mu), list(models)])
     pairs = []
     for model in sorted(set(models), reverse=True):  # rolling first: the paper's model
         for value in dict.fromkeys(mu):

@@ -382,11 +382,10 @@ def compare_designs(
     """
     ranking = with_units(ranking_from(F, normalize, maximize), units)
     if rows is None:
-        entries = _two_or_more("designs", designs)
+        entries = collection("designs", designs, "a list of designs")
         places = [_place_of_design(design, F, ranking) for design in entries]
     elif designs is None:
-        entries = _two_or_more("rows", rows)
-        places = [_place_of_row("rows", row, F, ranking) for row in entries]
+        places = [_place_of_row("rows", row, F, ranking) for row in rows]
     else:
         raise invalid("designs", "left out where rows are given", designs)
     return _compared(ranking, places)
@@ -470,14 +469,6 @@ def _shares(differences: Array, lengths: Array) -> Array:
     shares = differences / lengths + 0.0  # no -0.0
     shares[np.isinf(lengths) & (differences != 0)] = np.nan
     return shares
-
-
-def _two_or_more(name: str, entries: Any) -> list[Any]:
-    """Return a list of designs or rows, which must have two entries to be compared."""
-    listed_entries = list(collection(name, entries, f"a list of {name}"))
-    if len(listed_entries) < 2:
-        raise invalid(name, f"two {name} or more", listed_entries)
-    return listed_entries
 
 
 def _place_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int:

@@ -147,7 +147,8 @@ class Identification(NamedProblem):
             abscissa = data.columns[0]
             if isinstance(simulated, pd.DataFrame) and simulated.index.name == abscissa:
                 simulated = simulated.reset_index()
-            if abscissa in simulated and not _alike(simulated[abscissa], data[abscissa]):
+            places = real_array(f"column {abscissa!r}", simulated.get(abscissa, data[abscissa]))
+            if places.shape != data[abscissa].shape or not np.allclose(places, data[abscissa]):
                 rule = f"at the values of {abscissa!r} of {experiment!r}, or without this column"
                 raise invalid("what simulate returns", rule, Received("others"))
             for column in columns:
@@ -190,12 +191,6 @@ def _distance(measure: str, differences: Array, abscissa: Array) -> Any:
     return trapezoid(abs(differences), abscissa)
 
 
-def _alike(abscissa: Any, measured: Any) -> bool:
-    one = np.asarray(abscissa, dtype=np.float64)
-    other = np.asarray(measured)
-    return one.shape == other.shape and np.allclose(one, other)
-
-
 def _series(name: str, source: Any) -> pd.DataFrame:
     """Return measured series from a frame or a file as a checked frame of numbers."""
     where = f"experiment {name!r}"
@@ -206,8 +201,6 @@ def _series(name: str, source: Any) -> pd.DataFrame:
             rule = "a file with columns of numbers"
             raise invalid(where, rule, source, f"{error.problem}; or give a frame") from None
     data: pd.DataFrame = source.reset_index(drop=True)
-    if not data.columns.is_unique:
-        raise invalid(where, "of columns with different names", [*data.columns])
     for column in data:
         real_array(f"column {column!r} of {where}", data[column].to_numpy())
     if data.shape[1] < 2 or (data.notna().sum() < 2).any():

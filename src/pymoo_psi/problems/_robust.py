@@ -136,7 +136,10 @@ class Robust(WrappedProblem):
         distributions = {}
         for title, tolerance in tolerances.items():
             argument = f"tolerances[{title!r}]"
-            distributions[argument] = _distribution(argument, tolerance)
+            if isinstance(tolerance, Real):
+                half = finite_number(argument, tolerance)
+                tolerance = SimpleNamespace(ppf=lambda q, half=half: half * (2 * q - 1))
+            distributions[argument] = tolerance
         for parameter, distribution in uncertainty.items():
             distributions[f"uncertainty[{parameter!r}]"] = distribution
         values = _quantiles(integer("n_scenarios", n_scenarios, minimum=1), distributions)
@@ -156,15 +159,12 @@ class Robust(WrappedProblem):
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
-        self._set_names_and_units()
-
-    def _set_names_and_units(self) -> None:
-        """Take the wrapped problem's names and units, without those of its constraints."""
-        titles = column_titles(self.wrapped, self.space)
+        # The wrapped problem's names and units, without those of its constraints.
+        titles = column_titles(nominal, self.space)
         names = [*self.space.variable_names, *(f"f{j + 1}" for j in range(self.n_obj))]
         self.names = {name: titles.get(name, name) for name in names}
         self.units = {}
-        for title, unit in (getattr(self.wrapped, "units", None) or {}).items():
+        for title, unit in (getattr(nominal, "units", None) or {}).items():
             if title in self.names.values():
                 self.units[title] = unit
 
@@ -288,14 +288,6 @@ def mean_of_worst(share: float, ordered: Array, counts: Rows) -> Array:
     return np.where(counts > 0, mean, np.inf)
 
 
-def _distribution(argument: str, tolerance: Any) -> Any:
-    """Return a tolerance as a distribution; for a number, a uniform one to both sides."""
-    if not isinstance(tolerance, Real):
-        return tolerance
-    half = finite_number(argument, tolerance)
-    return SimpleNamespace(ppf=lambda q: half * (2 * q - 1))
-
-
 def _share(criterion: str) -> float:
     """Return the share of the scenarios, from the worst one, whose mean is the criterion."""
     if criterion == "mean":
@@ -342,19 +334,11 @@ def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]
     for row in rows:
         of_row = problem(**dict(zip(parameters, row, strict=True)))
         require_problem(of_row)
-        _require_parameters(of_row, parameters)
+        for name in parameters:
+            # pymoo puts keywords that it does not know there: a misspelt one would change nothing.
+            if isinstance(of_row.data, dict) and name in of_row.data:
+                rule = f"of parameters that {type(of_row).__name__} takes"
+                remedy = "pymoo only keeps it; name an argument so, or correct the name"
+                raise invalid("uncertainty", rule, name, remedy)
         problems.append(of_row)
     return problems
-
-
-def _require_parameters(problem: Any, parameters: Collection[str]) -> None:
-    """Refuse a problem that does not take the uncertain parameters."""
-    for name in parameters:
-        # pymoo puts keywords that it does not know there: a misspelt one would change nothing.
-        if isinstance(problem.data, dict) and name in problem.data:
-            raise invalid(
-                "uncertainty",
-                f"of parameters that {type(problem).__name__} takes",
-                name,
-                "pymoo only keeps it; name an argument so, or correct the name",
-            )
