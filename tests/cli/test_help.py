@@ -63,7 +63,7 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, capsys, monk
     [
         ("solve", "Missing argument 'PROBLEM'"),
         ("solve bnh --no-normalise", "--no-normalize"),
-        ("solve models.py", "for a class Beam in it write models:Beam"),
+        ("solve models.py", "module:attribute (beam:Beam)"),
         ("solve no_such_module:thing", "No module named 'no_such_module'"),
         ("solve chute --timeout 1", "evaluates one design at a time if --timeout is given"),
         ("solve chute --study pyproject.toml", "pyproject.toml"),

@@ -112,14 +112,9 @@ def _test_problem(name: str) -> type[Problem]:
     try:
         return classes.get(name.lower()) or type(get_problem(name))
     except Exception as error:  # pymoo raises bare exceptions of many kinds here
-        remedy = f"pymoo says: {error}"
+        forms = "'chute', a test problem of pymoo, module:attribute (beam:Beam), or a FILE.toml"
         similar = difflib.get_close_matches(name.lower(), ["chute", *classes], n=1)
-        if similar:
-            remedy = f"did you mean {similar[0]!r}?"
-        if name.endswith(".py"):
-            remedy = f"for a class Beam in it write {name.removesuffix('.py')}:Beam"
-        forms = "'chute', a pymoo test problem such as 'zdt1', module:attribute, or a FILE.toml"
-        raise invalid("PROBLEM", forms, name, remedy) from error
+        raise invalid("PROBLEM", forms, name, f"near it: {', '.join(similar) or error}") from error
 
 
 def _attribute(name: str, argument: str, rule: str) -> Any:
@@ -142,10 +137,7 @@ def _attribute(name: str, argument: str, rule: str) -> Any:
         raise
     # A user's module may do anything; its sys.exit() would end this command with another code.
     except (Exception, SystemExit) as error:
-        remedy = f"{type(error).__name__}: {error}"
-        if "/" in module or module.endswith(".py"):  # a file, which is no module's name
-            path = Path(module)
-            remedy = f"write {path.stem}:{attribute} in the folder {path.parent}"
+        remedy = f"a file's name without .py, in its folder; {type(error).__name__}: {error}"
         raise invalid(argument, rule, name, remedy) from error
 
 
@@ -194,11 +186,9 @@ def _argument_names(source: Callable[..., Any]) -> list[str]:
                 functions.append(vars(base)["__init__"])
     names: dict[str, None] = {}  # in order, without repeats
     for function in functions:
-        parameters = inspect.signature(function).parameters.values()
-        for parameter in parameters:
-            if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY):
-                names[parameter.name] = None
-        if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters):
+        specification = inspect.getfullargspec(function)
+        names |= dict.fromkeys([*specification.args, *specification.kwonlyargs])
+        if specification.varkw is None:
             break
     names.pop("self", None)
     return list(names)
@@ -395,7 +385,8 @@ def try_program(name: str, problem: Any, points: int) -> int:
     say(f"Command: {shlex.join(run.words)}")
     say(f"Folder: {run.folder}")
     for file, texts in run.written.items():
-        say(f"In {file}: {_placeholders(texts)}")
+        replaced = [f"{placeholder} is {text}" for placeholder, text in texts.items()]
+        say(f"In {file}: {', '.join(replaced) or 'no placeholder'}")
     rows = []
     for output, place in problem.outputs.items():
         value = run.outputs.get(output, "")
@@ -404,11 +395,10 @@ def try_program(name: str, problem: Any, points: int) -> int:
     say(f"Took {run.seconds:.1f} s.")
     if run.flaw:
         say(f"Wrong: {run.flaw}")
-        unread = [
-            place.file for output, place in problem.outputs.items() if output not in run.outputs
-        ]
-        for file in dict.fromkeys(filter(None, unread)):
-            say(_end_of(run.folder / file))
+        for output, place in problem.outputs.items():
+            if place.file and output not in run.outputs:  # the first one is what is wrong
+                say(_end_of(run.folder / place.file))
+                break
         return 1
     study = shlex.quote(f"{Path(name).stem}.db")
     command = f"pymoo-psi solve {shlex.quote(name)} --points {points} --study {study}"
@@ -446,13 +436,3 @@ def _trial_design(problem: Any, labels: Mapping[str, str]) -> Values:
     values = [f"{labels.get(name, name)} = {value}" for name, value in design.items()]
     say(f"{title}: {', '.join(values)}")
     return design
-
-
-def _placeholders(texts: Mapping[str, str]) -> str:
-    """Return what replaces the placeholders of an input file."""
-    replaced = []
-    for placeholder, text in texts.items():
-        if text == placeholder:
-            text = "no variable"
-        replaced.append(f"{placeholder} is {text}")
-    return ", ".join(replaced) or "no placeholder"
