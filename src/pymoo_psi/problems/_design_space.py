@@ -521,6 +521,8 @@ def _variable(
     if kind is Kind.INTEGER:  # the integers in between
         low = float(np.ceil(low))
         high = float(np.floor(high))
+        if max(-low, high) >= 2.0**63:
+            raise invalid(f"bounds of {where}", "those of an int64, below 2**63", Received(high))
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
         raise invalid(
