@@ -317,7 +317,7 @@ def rank(options: Options) -> int:
       pymoo-psi rank front.csv --limits "f1<=60" --out ranked.csv
       pymoo-psi rank front.csv --objectives f1,f2 --maximize f2
     """
-    from pymoo_psi.cli._rank import run_rank
+    from pymoo_psi.cli._documents import run_rank
 
     return run_rank(options)
 

@@ -11,7 +11,7 @@ import pandas as pd
 from pymoo_psi._validation import counted, invalid, job_count
 from pymoo_psi.chute import MODELS
 from pymoo_psi.cli._app import Options
-from pymoo_psi.cli._output import print_frame, results_folder, say, write_frame
+from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.cli._source import counts_in
 from pymoo_psi.comparison import INDICATORS, Comparison, compare

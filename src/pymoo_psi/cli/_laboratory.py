@@ -8,7 +8,7 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.algorithms import RunOptions, ask_tests, tell_tests
 from pymoo_psi.cli._app import Options
-from pymoo_psi.cli._output import require_output, say, write_frame
+from pymoo_psi.cli._console import require_output, say, write_frame
 from pymoo_psi.cli._problem import load_problem
 from pymoo_psi.cli._solve import import_into_study
 from pymoo_psi.cli._source import counts_in

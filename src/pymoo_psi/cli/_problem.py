@@ -27,7 +27,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Names, Received, Values, invalid, job_count, positive_number
 from pymoo_psi.cli._app import print_error
-from pymoo_psi.cli._output import print_frame, say
+from pymoo_psi.cli._console import print_frame, say
 from pymoo_psi.cli._source import pairs_in
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel import ExecutorRunner, JoblibRunner, Runner, one_line

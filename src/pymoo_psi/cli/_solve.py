@@ -27,9 +27,9 @@ from pymoo_psi.algorithms import (
     stored_at_termination,
 )
 from pymoo_psi.cli._app import Options
-from pymoo_psi.cli._output import require_output, say, write_frame
+from pymoo_psi.cli._console import require_output, say, write_frame
+from pymoo_psi.cli._documents import designs_frame, most_violated, say_best
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
-from pymoo_psi.cli._rank import designs_frame, most_violated, say_best
 from pymoo_psi.cli._source import counts_in, formulation_of, pairs_in, require_free_names
 from pymoo_psi.parallel import Runner, progress_bar
 from pymoo_psi.problems import (

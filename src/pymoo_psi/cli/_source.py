@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
-from pymoo_psi.cli._output import say
+from pymoo_psi.cli._console import say
 from pymoo_psi.pareto import RANKING_NAMES, number
 from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
