@@ -518,6 +518,9 @@ def _ends(
         raise invalid("ideal, or the better end of ranges,", rule, ideal, "leave it out")
     if (N < U).any():
         raise invalid("nadir", "no better than the ideal", nadir)
+    with np.errstate(over="ignore"):
+        if not np.isfinite(N - U).all():
+            raise invalid("F", "of finite range", Received(f"{U} to {N}"))
     return U, N
 
 

@@ -64,7 +64,12 @@ class Variable:
     def values(self, points: Array) -> AnyArray:
         """Return the values at ``(n,)`` numbers in [0, 1], every discrete value equally often."""
         if self.kind.real:
-            return self._real_values(points)
+            low, high = self._on_scale(np.array([self.lower, self.upper]))
+            values = low + (high - low) * points
+            if self.kind is Kind.LOG:
+                values = np.exp(values)
+            # at a point 1, which no sequence has, rounding may lead above the bound
+            return np.asarray(np.clip(values, self.lower, self.upper))
         # n values share [0, 1) in n equal parts; a point 1 gives upper, the last one
         count = self.upper - self.lower + 1
         steps = self.lower + np.floor(count * points)
@@ -74,30 +79,19 @@ class Variable:
             return np.fromiter((self.options[int(step)] for step in steps), object)
         return steps.astype(bool if self.kind is Kind.BINARY else np.int64)
 
-    def _real_values(self, points: Array) -> Array:
-        low, high = self._on_scale(np.array([self.lower, self.upper]))
-        values = low + (high - low) * points
-        if self.kind is Kind.LOG:
-            values = np.exp(values)
-        # at a point 1, which no sequence has, rounding may lead above the bound
-        return np.asarray(np.clip(values, self.lower, self.upper))
-
     def points(self, values: AnyArray) -> Array:
         """Return ``(n,)`` numbers in [0, 1] that stand for values, as :meth:`values` has them."""
         if self.kind.real:
-            return self._real_points(values.astype(np.float64))
+            low, high = self._on_scale(np.array([self.lower, self.upper]))
+            if high <= low:
+                return np.zeros(len(values))
+            steps = self._on_scale(values.astype(np.float64)) - low
+            return np.asarray(np.clip(steps / (high - low), 0, 1))
         if self.kind is Kind.CHOICE:
             texts = list(map(str, self.options))  # as a study has them
             values = np.array([texts.index(str(value)) for value in values.tolist()])
         count = self.upper - self.lower + 1
         return (values.astype(np.float64) - self.lower + 0.5) / count
-
-    def _real_points(self, values: Array) -> Array:
-        low, high = self._on_scale(np.array([self.lower, self.upper]))
-        if high <= low:
-            return np.zeros(len(values))
-        steps = self._on_scale(values) - low
-        return np.asarray(np.clip(steps / (high - low), 0, 1))
 
     def _on_scale(self, values: Array) -> Array:
         """Return real values on the scale on which they are evenly distributed."""
@@ -178,9 +172,8 @@ class DesignSpace:
 
         Its dtype is that of the variables if they have one in common, else object.
         """
-        columns = []
-        for variable, places in zip(self.variables, self._places(points).T, strict=True):
-            columns.append(variable.values(places))
+        pairs = zip(self.variables, self._places(points).T, strict=True)
+        columns = [variable.values(places) for variable, places in pairs]
         dtypes = {column.dtype for column in columns}
         # astype(object) gives Python's own int, float and bool, as one would write such a design
         dtype = dtypes.pop() if len(dtypes) == 1 else np.dtype(object)
@@ -191,10 +184,8 @@ class DesignSpace:
 
         A discrete value gives the middle of its part of [0, 1), a bound of a real one an end.
         """
-        columns = []
-        for variable, values in zip(self.variables, matrix.T, strict=True):
-            columns.append(variable.points(values))
-        points = np.column_stack(columns)
+        pairs = zip(self.variables, matrix.T, strict=True)
+        points = np.column_stack([variable.points(values) for variable, values in pairs])
         if self.equalities:
             points = self._polytope.points(points)
         return points[:, self._are_searched()]
@@ -237,7 +228,14 @@ class DesignSpace:
     def to_matrix(self, designs: Sequence[Any] | AnyArray) -> AnyArray:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""
         if self.named:
-            return self._matrix_of_mappings(designs)
+            matrix: AnyArray = np.empty((len(designs), len(self.variables)), dtype=object)
+            for j, variable in enumerate(self.variables):
+                for i, design in enumerate(designs):
+                    if variable.fixed:
+                        matrix[i, j] = variable.options[0]
+                    else:
+                        matrix[i, j] = design[variable.name]
+            return matrix
         free = self._are_free()
         vectors = np.asarray(designs)
         if free.all():
@@ -247,14 +245,6 @@ class DesignSpace:
         matrix = np.empty((*vectors.shape[:-1], len(free)), dtype=dtype)
         matrix[..., free] = vectors
         matrix[..., ~free] = fixed
-        return matrix
-
-    def _matrix_of_mappings(self, designs: Sequence[Any] | AnyArray) -> AnyArray:
-        matrix = np.empty((len(designs), len(self.variables)), dtype=object)
-        for i, design in enumerate(designs):
-            for j, variable in enumerate(self.variables):
-                fixed = variable.fixed
-                matrix[i, j] = variable.options[0] if fixed else design[variable.name]
         return matrix
 
     def _are_searched(self) -> Mask:
@@ -290,7 +280,10 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     if not isinstance(space, DesignSpace):
         space = DesignSpace(tuple(_variables(problem)), bool(getattr(problem, "vars", None)))
     if log is None:
-        log = _log_attribute(problem)
+        log = getattr(problem, "log", None)
+        # an attribute of another type is a logger or a file
+        if not isinstance(log, (list, tuple)) or not all(isinstance(name, str) for name in log):
+            log = ()
     collection("log", log, "a list of variables", "one goes into a list too")
     titles = column_titles(problem, space)
     variables = []
@@ -315,15 +308,6 @@ def design_space(problem: Any, *, log: Collection[str] | None = None) -> DesignS
     for name in log:
         known_name("log", name, {*space.variable_names, *space.titles})
     return space
-
-
-def _log_attribute(problem: Any) -> Collection[str]:
-    """Return the variables in a problem's attribute ``log``, if it is a list of names."""
-    log = getattr(problem, "log", None)
-    # an attribute of another type is a logger or a file
-    if isinstance(log, (list, tuple)) and all(isinstance(name, str) for name in log):
-        return log
-    return ()
 
 
 def column_titles(problem: Any, space: DesignSpace) -> dict[str, str]:

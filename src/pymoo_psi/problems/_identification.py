@@ -11,7 +11,6 @@ import pandas as pd
 from scipy.integrate import trapezoid
 
 from pymoo_psi._validation import (
-    Array,
     Entries,
     Received,
     Values,
@@ -175,20 +174,16 @@ class Identification(NamedProblem):
         for column in data.columns[1:]:
             measured = data[column].notna().to_numpy()
             differences = (simulated[column] - data[column]).to_numpy()[measured]
-            weighted = differences * self.weights[column]
-            distances.append(_distance(self.measure, weighted, abscissa[measured]))
+            weighted = abs(differences * self.weights[column])
+            if self.measure == "rms":
+                distances.append(np.sqrt(np.mean(weighted**2)))
+            elif self.measure == "max":
+                distances.append(weighted.max())
+            else:
+                distances.append(trapezoid(weighted, abscissa[measured]))
         if self.measure == "max":
             return float(np.max(distances))
         return float(np.mean(distances))
-
-
-def _distance(measure: str, differences: Array, abscissa: Array) -> Any:
-    """Return the distance between two series, given ``(n,)`` differences at ``(n,)`` abscissas."""
-    if measure == "rms":
-        return np.sqrt(np.mean(differences**2))
-    if measure == "max":
-        return abs(differences).max()
-    return trapezoid(abs(differences), abscissa)
 
 
 def _series(name: str, source: Any) -> pd.DataFrame:

@@ -366,7 +366,12 @@ class ProgramProblem(NamedProblem):
         self.by_people = program is None
         if program is not None:
             self.program = section("program", Program, program)
-        self._check_ways()
+        for column, output in self.outputs.items():
+            if not output.expression and self.by_people == bool(output.file):
+                rule = f"{_WAYS}; without [program], as expression or without a way"
+                raise invalid(
+                    f"outputs: {column}: an output", rule, Received(output.file or "no file")
+                )
         goals = section("objectives", Goals, objectives)
         every = [*goals.minimize, *goals.maximize]
         for goal in every:
@@ -393,15 +398,6 @@ class ProgramProblem(NamedProblem):
         if not self.by_people:
             self._check_folders()
             self._check_variables(used)
-
-    def _check_ways(self) -> None:
-        """Refuse outputs of a program without a file, and those of people with one."""
-        for name, output in self.outputs.items():
-            if self.by_people and output.file:
-                rule = "without a file, as there is no [program]"
-                raise invalid(f"outputs: {name}: an output", rule, output.file)
-            if not self.by_people and not (output.file or output.expression):
-                raise invalid(f"outputs: {name}: an output", _WAYS, Received("none of these"))
 
     @classmethod
     def from_toml(cls, path: str | PathLike[str], **kwargs: Any) -> ProgramProblem:
