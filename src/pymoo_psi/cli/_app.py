@@ -493,7 +493,7 @@ def guide(options: Options) -> int:
       pymoo-psi guide tutorial
     """
     from pymoo_psi._validation import known_name
-    from pymoo_psi.cli._output import print_text
+    from pymoo_psi.cli._console import print_text
     from pymoo_psi.guide import guides
 
     texts = guides()
