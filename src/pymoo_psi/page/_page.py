@@ -61,7 +61,7 @@ class DecisionPage(Framed):
         """Return the title and the number of designs."""
         return f"DecisionPage({self.title!r}: {counted(len(self.table), 'design')})"
 
-    def html(self, live: Mapping[str, Any] | None = None) -> str:
+    def html(self, live: Entries | None = None) -> str:
         """Return the page as one HTML document that needs no network.
 
         Args:

@@ -59,17 +59,15 @@ class Acceptability(Shown):
         factor: float | None = None,
         p: float = 2,
         places: int = 3,
-        normalize: bool = True,
-        maximize: Collection[Any] = (),
     ) -> Acceptability:
-        """Return :func:`acceptability` with its errors, and the central weights."""
+        """Return :func:`acceptability` of a ranking, or of what can be ranked, with its errors."""
         # The comparisons reject NaN, too.
         if not (1 <= p <= _P or p == np.inf):
             raise invalid("p", f"a number from 1 to {_P}, or inf", p)
         if factor is not None and not factor > 1:
             raise invalid("factor", "a number above 1, or None for all weights", factor)
         places = integer("places", places, minimum=1)
-        ranking = ranking_from(F, normalize, maximize)
+        ranking = ranking_from(F, normalize=True, maximize=())
         front, values = front_of(ranking)
         terms = np.maximum(ranking.frame.scaled(values), 0.0)
         terms /= terms.max() or 1.0  # no sum overflows
@@ -82,8 +80,7 @@ class Acceptability(Shown):
         block = np.arange(len(weights)) // per_block
         counts = np.zeros((len(designs), places, _BLOCKS))
         for place, of_place in enumerate(nearest.T):
-            n_wins = np.bincount(of_place * _BLOCKS + block, minlength=len(designs) * _BLOCKS)
-            counts[:, place] = n_wins.reshape(-1, _BLOCKS) / per_block
+            np.add.at(counts[:, place], (of_place, block), 1 / per_block)
         sums = np.zeros(designs.shape)
         np.add.at(sums, nearest[:, 0], weights)
         central = np.full(sums.shape, np.nan)
@@ -147,9 +144,8 @@ def acceptability(
         >>> acceptability(F)[:, 0].round(2), acceptability(F, factor=1.5)[:, 0].round(2)
         (array([0.25, 0.46, 0.3 ]), array([0., 1., 0.]))
     """
-    return Acceptability.of(
-        F, factor=factor, p=p, places=places, normalize=normalize, maximize=maximize
-    ).shares
+    ranking = ranking_from(F, normalize, maximize)
+    return Acceptability.of(ranking, factor=factor, p=p, places=places).shares
 
 
 def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:

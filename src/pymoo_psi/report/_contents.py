@@ -37,7 +37,6 @@ from pymoo_psi.selection import (
 )
 from pymoo_psi.table import (
     Allowed,
-    Layout,
     TestTable,
     alike,
     confidence_sentence,
@@ -315,7 +314,13 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
         costs = costs[costs["alone"] > 0]
         last = "best values without it"
         describe = _gain
-    notes = _notes(table.layout, idle)
+    notes = []
+    if idle:
+        notes.append(f"No design is rejected by {listed(idle[:_IDLE], 'or')} alone.")
+    if table.layout.inequalities:
+        notes.append("A constraint is met where its value is 0 or less.")
+    if table.layout.equalities:
+        notes.append(f"An equality is met within {table.layout.eq_tolerance:g}.")
     if costs.empty:
         return {}, notes
     columns: Columns = {"constraint or limit": [], "rejects": [], "rejects alone": [], last: []}
@@ -329,18 +334,6 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
         columns["rejects alone"].append(number(cost["alone"]))
         columns[last].append(describe(table, cost))
     return columns, notes
-
-
-def _notes(layout: Layout, idle: list[str]) -> list[str]:
-    """Return notes on constraints and limits, some of which reject no design alone."""
-    notes = []
-    if idle:
-        notes.append(f"No design is rejected by {listed(idle[:_IDLE], 'or')} alone.")
-    if layout.inequalities:
-        notes.append("A constraint is met where its value is 0 or less.")
-    if layout.equalities:
-        notes.append(f"An equality is met within {layout.eq_tolerance:g}.")
-    return notes
 
 
 def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
