@@ -144,7 +144,8 @@ class StudyStore(Store):
         self._asked = options.first, run.last
         self._has_others = len(facts.runs) > 1
         if not facts.is_complete:
-            self.study.complete(model.completed)
+            with self.study.changes() as database:
+                database.complete(model.completed)
 
     @contextmanager
     def session(self) -> Iterator[Recall]:
@@ -195,7 +196,9 @@ class StudyStore(Store):
             layout = self.empty.layout
             X = points.matrix(self._model.space)
             designs = columns_of_designs(layout.variables, layout.kinds, X)
-            columns = self.study.adopt({POINT: numbers} | designs, self._run)
+            with self.study.changes() as database:
+                database.adopt(self._run, {POINT: numbers} | designs)
+                columns = database.tests_of_run(self._run, first, last)
         else:
             columns = self.study.contents(first, last - first + 1, run=self._run)[1]
         tests = self._kept(columns)
@@ -245,7 +248,8 @@ class StudyStore(Store):
         """Return the tests of other runs of the same model, without those to be retried."""
         if not self._has_others:
             return self.empty
-        n_tests = self.study.n_tests()
+        with self.study.reading() as database:
+            n_tests = database.n_tests()
         n_tests.pop(self._run, None)
         if sum(n_tests.values()) == self._n_others:
             return self._others
@@ -303,11 +307,13 @@ class StudyStore(Store):
 
     def numbers(self, test_points: Numbers) -> Numbers:
         """Return the numbers that the tests of test points have in the study."""
-        return self.study.tests_of(test_points, self._run)
+        with self.study.reading() as database:
+            return database.numbers_of(self._run, test_points)
 
     def remembered(self, name: str, value: Any) -> Any:
         """Return what the run had as a value when it was begun."""
-        return self.study.remember(self._run, name, value)
+        with self.study.changes() as database:
+            return database.remember(self._run, name, value)
 
     def total(self, n_more: int) -> int:
         """Return how many points the run has with so many more.

@@ -9,7 +9,7 @@ import platform
 import secrets
 import sqlite3
 import zlib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
@@ -161,12 +161,18 @@ def create(path: str, facts: Facts, columns: Columns | None = None) -> None:
         closing(sqlite3.connect(new, isolation_level=None)) as db,
     ):
         # Without a journal, as the file is thrown away if anything happens.
-        db.executescript(f"PRAGMA journal_mode = OFF; BEGIN; {_SCHEMA}")
-        database = Database(db, path, facts)
-        database.fill()
+        database = new_database(db, path, facts)
         if columns is not None:
             database.insert(columns)
         db.execute("COMMIT")
+
+
+def new_database(db: sqlite3.Connection, path: str, facts: Facts) -> Database:
+    """Return a new study in an empty database, in a transaction."""
+    db.executescript(f"PRAGMA journal_mode = OFF; BEGIN; {_SCHEMA}")
+    database = Database(db, path, facts)
+    database.fill()
+    return database
 
 
 def is_of_0_3(db: sqlite3.Connection) -> bool:
@@ -466,6 +472,30 @@ class Database:
         for name, kind in zip(head["variables"], map(Kind, head["kinds"]), strict=True):
             designs[name] = np.asarray(columns[name]).astype(DTYPES[kind])
         return checksums(designs)
+
+    def remember(self, run: int, name: str, value: Any) -> Any:
+        """Return an entry of the record of a run; it becomes this value if there is none yet."""
+        record = {name: value, **self.facts.run(run).record}
+        self.change_run(run, record=record)
+        return record[name]
+
+    def n_tests(self) -> dict[int, int]:
+        """Return how many tests each run has, without those of other runs."""
+        return dict(self.db.execute("SELECT run, count(*) FROM tests GROUP BY run"))
+
+    def complete(self, completed: Callable[[Columns], Columns]) -> None:
+        """Write what stored tests lacked after the last change of the head.
+
+        Args:
+            completed: Returns columns with new values for the columns of all tests.
+        """
+        columns = self.tests()
+        new = completed(columns)
+        if new:
+            self.widen(new)
+            self.insert(columns | new)
+        self.facts.is_complete = True
+        self.write_facts()
 
     def append(self, run: int, columns: Columns) -> int:
         """Write tests of a run; return how many are new or changed; see :meth:`Study.append`."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import replace
+import sqlite3
+from contextlib import closing
 from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pymoo_psi._validation import Integers, Received, integer, invalid, wrong_type
-from pymoo_psi.errors import StudyAccessError, StudyMismatchError
-from pymoo_psi.study._database import Columns, Facts, differing, rows_of
+from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
+from pymoo_psi.study._database import Columns, Facts, new_database
 from pymoo_psi.study._study import SUFFIX, Study, require_fellow, studies_in
 
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
@@ -95,52 +95,29 @@ def read_folder(path: str | PathLike[str]) -> tuple[Facts, Columns, str]:
     files = studies_in(Path(path).resolve())
     if not files:
         raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
-    facts, blocks = zip(*(Study(file).contents() for file in files), strict=True)
-    outputs: dict[str, None] = {}  # in order
+    contents = [Study(file).contents() for file in files]
+    first = contents[0][0]
     n_shares = 1
-    for file, facts_of_file in zip(files, facts, strict=True):
-        require_fellow(file, facts_of_file, facts[0], f"in {files[0]}")
-        outputs |= dict.fromkeys(facts_of_file.head.get("outputs", ()))
-        if facts_of_file.share is not None:
-            n_shares = facts_of_file.share[1]
-    head = facts[0].head
-    if outputs:
-        head = {**head, "outputs": [*outputs]}
-    columns = _joined(blocks, [*(blocks[0] | outputs)], files)
-    return replace(facts[0], head=head), columns, _missing(n_shares, columns["test"])
-
-
-def _joined(blocks: Sequence[Columns], names: Sequence[str], files: Sequence[str]) -> Columns:
-    """Return the tests of several studies in the order of their numbers, each once.
-
-    Raises:
-        StudyMismatchError: Two studies have different results for a test point.
-    """
-    lengths = [len(block["test"]) for block in blocks]
-    file_of_row = np.repeat(np.arange(len(files)), lengths)
-    whole = {}
-    for name in names:
-        parts = []
-        for block, length in zip(blocks, lengths, strict=True):
-            # A share has the outputs that its tests have had so far; the others are NaN.
-            parts.append(block.get(name, np.full(length, np.nan)))
-        whole[name] = np.concatenate(parts)
-    # Stable, so that of a test that several files hold the first one is taken.
-    order = np.argsort(whole["test"], kind="stable")
-    columns = {name: column[order] for name, column in whole.items()}
-    numbers = columns["test"]
-    repeats = np.flatnonzero(numbers[1:] == numbers[:-1]) + 1
-    is_different = differing(rows_of(columns, repeats), rows_of(columns, repeats - 1))
-    different = repeats[is_different]
-    if len(different):
-        row = different[0]
-        first = files[file_of_row[order[row - 1]]]
-        second = files[file_of_row[order[row]]]
-        raise StudyMismatchError(
-            f"studies {first} and {second} have different results for test point {numbers[row]}; "
-            "move the file that is wrong, or older, to another folder"
-        )
-    return {name: np.delete(column, repeats) for name, column in columns.items()}
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
+        joined = new_database(db, os.fspath(path), first)
+        for file, (facts, columns) in zip(files, contents, strict=True):
+            require_fellow(file, facts, first, f"in {files[0]}")
+            if facts.share is not None:
+                n_shares = facts.share[1]
+            try:
+                if len(columns["test"]):
+                    joined.append(1, columns)
+            except ArgumentValueError as error:
+                holders = []
+                for holder, (_, others) in zip(files, contents, strict=True):
+                    if np.isin(columns["test"], others["test"]).any():
+                        holders.append(holder)
+                raise StudyMismatchError(
+                    f"studies {' and '.join(holders)} have different results for test points; move "
+                    f"the file that is wrong, or older, to another folder ({error})"
+                ) from error
+        columns = joined.tests()
+    return first, columns, _missing(n_shares, columns["test"])
 
 
 def _missing(n_shares: int, numbers: Integers) -> str:

@@ -29,11 +29,10 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -141,7 +140,7 @@ class Study:
         head = with_stored_columns(stored.head, asked)
         if run is not None and json.dumps(head) == json.dumps(stored.head):
             return stored, run
-        with self._transaction(_WRITE) as database:
+        with self.changes() as database:
             database.ask(asked)
             run = database.facts.run_with(points) or database.add_run(points)
             return database.facts, run
@@ -159,19 +158,6 @@ class Study:
         """
         with locked(self.path, run, self.wait):
             yield
-
-    def remember(self, run: int, name: str, value: Any) -> Any:
-        """Return an entry of the record of a run; it becomes this value if there is none yet.
-
-        Raises:
-            StudyError: As :meth:`append`.
-        """
-        record = self.facts().run(run).record
-        if name not in record:
-            with self._transaction(_WRITE) as database:
-                record = {name: value, **database.facts.run(run).record}
-                database.change_run(run, record=record)
-        return record[name]
 
     def append(
         self,
@@ -212,26 +198,8 @@ class Study:
             return 0
         origins = np.full(n, origin, dtype=object)
         more = {"origin": origins, "seconds": np.full(n, seconds, dtype=np.float64)}
-        with self.writing(run), self._transaction(_WRITE) as database:
+        with self.writing(run), self.changes() as database:
             return database.append(run, columns | more)
-
-    def adopt(self, columns: Columns, run: int) -> Columns:
-        """Return the tests of points of a run, also those of other runs with the same designs.
-
-        Args:
-            columns: ``test_point`` and the variables of n points, as for :meth:`append`.
-            run: The run.
-
-        Returns:
-            What the study has between the least and the greatest of these points.
-
-        Raises:
-            StudyError: As :meth:`append`.
-        """
-        test_points = columns["test_point"]
-        with self._transaction(_WRITE) as database:
-            database.adopt(run, columns)
-            return database.tests_of_run(run, int(test_points.min()), int(test_points.max()))
 
     def facts(self) -> Facts:
         """Return what is known of the study as a whole.
@@ -242,7 +210,7 @@ class Study:
             StudyCorruptError: The file is damaged, or no study.
             StudyAccessError: The file does not exist or cannot be read.
         """
-        with self._transaction(_READ) as database:
+        with self.reading() as database:
             return database.facts
 
     def contents(
@@ -264,19 +232,10 @@ class Study:
             StudyError: As :meth:`facts`.
         """
         last = min(first + count - 1, LAST)
-        with self._transaction(_READ) as database:
+        with self.reading() as database:
             if run is None:
                 return database.facts, database.tests(first, last)
             return database.facts, database.tests_of_run(run, first, last)
-
-    def n_tests(self) -> dict[int, int]:
-        """Return how many tests each run has, without those of other runs.
-
-        Raises:
-            StudyError: As :meth:`facts`.
-        """
-        with self._transaction(_READ) as database:
-            return dict(database.db.execute("SELECT run, count(*) FROM tests GROUP BY run"))
 
     def numbers(self, first: int = 1, *, failed: bool = True, run: int = 1) -> Integers:
         """Return the test points of a run that have a test, increasing.
@@ -289,7 +248,7 @@ class Study:
         Raises:
             StudyError: As :meth:`facts`.
         """
-        with self._transaction(_READ) as database:
+        with self.reading() as database:
             return database.test_points(run, first, failed=failed)
 
     def statuses(self) -> tuple[Integers, Mask, int]:
@@ -301,37 +260,10 @@ class Study:
             StudyError: As :meth:`facts`.
         """
         query = "SELECT test, status <> 'failed' FROM tests ORDER BY test"
-        with self._transaction(_READ) as database:
+        with self.reading() as database:
             rows = np.array(database.db.execute(query).fetchall(), dtype=np.int64).reshape(-1, 2)
             (n_changes,) = database.db.execute("SELECT count(*) FROM history").fetchone()
         return rows[:, 0], rows[:, 1] == 1, n_changes
-
-    def tests_of(self, test_points: Integers, run: int) -> Integers:
-        """Return the numbers of the tests of test points of a run.
-
-        Raises:
-            StudyError: As :meth:`facts`.
-        """
-        with self._transaction(_READ) as database:
-            return database.numbers_of(run, test_points)
-
-    def complete(self, completed: Callable[[Columns], Columns]) -> None:
-        """Write what stored tests lacked after the last change of the head.
-
-        Args:
-            completed: Returns columns with new values for the columns of all tests.
-
-        Raises:
-            StudyError: As :meth:`append`.
-        """
-        with self._transaction(_WRITE) as database:
-            columns = database.tests()
-            new = completed(columns)
-            if new:
-                database.widen(new)
-                database.insert(columns | new)
-            database.facts.is_complete = True
-            database.write_facts()
 
     def propose(self, proposals: Sequence[Proposal], run: int = 1) -> list[Proposal]:
         """Commit designs that are going to be tested, unless others are stored under their numbers.
@@ -346,7 +278,7 @@ class Study:
         Raises:
             StudyError: As :meth:`append`.
         """
-        with self.writing(run), self._transaction(_WRITE) as database:
+        with self.writing(run), self.changes() as database:
             stored = database.proposals(run, proposals[0][0], proposals[-1][0])
             if stored:
                 return stored
@@ -359,18 +291,16 @@ class Study:
         Raises:
             StudyError: As :meth:`facts`.
         """
-        with self._transaction(_READ) as database:
+        with self.reading() as database:
             return database.proposals(run, first, min(first + count - 1, LAST))
 
-    @contextmanager
-    def changes(self) -> Iterator[Database]:
-        """Yield the study in a transaction; what the body changes is committed together.
+    def reading(self) -> AbstractContextManager[Database]:
+        """Return a context in which the study can be read; it stays as it is meanwhile."""
+        return self._transaction(_READ)
 
-        Raises:
-            StudyError: As :meth:`append`.
-        """
-        with self._transaction(_WRITE) as database:
-            yield database
+    def changes(self) -> AbstractContextManager[Database]:
+        """Return a context in which the study can be changed; changes are committed together."""
+        return self._transaction(_WRITE)
 
     @contextmanager
     def _transaction(self, begin: str) -> Iterator[Database]:
