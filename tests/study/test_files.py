@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from pymoo_psi.errors import (
-    PsiError,
     StudyAccessError,
     StudyCorruptError,
     StudyError,
@@ -292,23 +291,3 @@ def test_a_study_of_version_0_3_is_read_and_continued(study, tmp_path):
     edit(study.path, "UPDATE tests SET f1 = 0.5 WHERE test = 3")
     with pytest.raises(StudyCorruptError, match="1 test changed, the first 3"):
         read(study.path)
-
-
-# Files beside a study
-
-
-@pytest.mark.parametrize("suffix", ["-journal", "-wal", ".pymoo-psi-lock"])
-def test_foreign_files_beside_a_study_are_named_and_left_alone(study, suffix):
-    foreign = Path(study.path + suffix)
-    foreign.write_text("my notes")
-    with pytest.raises(StudyAccessError, match=f"{foreign.name} has the name of "):
-        study.append(block(9, 1))
-    assert foreign.read_text() == "my notes"
-    foreign.unlink()
-    assert bits(read(study.path)[1]) == bits(block(1, 8))
-
-
-@pytest.mark.parametrize("suffix", ["-journal", "-wal", "-shm", ".pymoo-psi-lock"])
-def test_names_of_journals_and_locks_are_no_names_of_studies(tmp_path, suffix):
-    with pytest.raises(PsiError, match="study path must be another name than"):
-        Study(tmp_path / f"n.db{suffix}")

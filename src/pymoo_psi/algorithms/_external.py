@@ -15,10 +15,11 @@ import numpy as np
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import AnyArray, Designs, Received, counted, invalid, known_name
-from pymoo_psi.algorithms._executor import Model, executor_of
+from pymoo_psi.algorithms._asked import under_known
+from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
-from pymoo_psi.algorithms._run import Run, table_of_run
-from pymoo_psi.algorithms._sources import PlannedPoints, Points, unit_points
+from pymoo_psi.algorithms._run import table_of_run
+from pymoo_psi.algorithms._sources import Points, unit_points
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.problems import Variable, requirements_of
 from pymoo_psi.study import Columns, Database, Proposal, Study
@@ -260,23 +261,20 @@ class _Search:
 
     def proposals(self, n: int, store: StudyStore) -> list[tuple[int, str, Any]]:
         """Return n new designs that surrogates propose."""
-        from pymoo_psi.algorithms._surrogate import SurrogateSource  # imports half of SciPy
+        from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
 
         model = self._model
-        n_dim = len(model.space.searched)
-        none = Points(np.zeros(0, dtype=np.int64), n_dim, np.zeros((0, n_dim)))
-        run = Run(model, PlannedPoints(none), executor_of(model, self._options), store)
-        source = SurrogateSource(run, 0, n, self._options.seed or 0, n, is_asynchronous=False)
-        source.tell(store.known())
         columns = {}
         for name in model.layout.variables:
             columns[name] = np.array([design[name] for design in self._pending])
         designs = model.designs(columns)
-        units = model.space.points(designs[model.space.has_options(designs)])
-        pending = Points(np.arange(len(units)), n_dim, units)
+        pending = model.space.points(designs[model.space.has_options(designs)])
         rounds = [request.proposal[1] for request in self._requests.asked.values()]
         last_round = max(rounds, default=0)
-        X = model.space.matrix(source.proposed(n, pending, last_round))
+        table = store.whole()
+        table = under_known(table.rows(model.space.has_options(table.X)), model.asked)
+        seed = self._options.seed or 0
+        X = model.space.matrix(proposed_now(model, table, pending, n, seed, last_round))
         found = self._new(X, last_round + 1, "surrogates")
         if not found:
             raise invalid("the number of designs", "0, as surrogates find no new one", n)

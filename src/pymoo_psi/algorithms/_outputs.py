@@ -12,11 +12,12 @@ from functools import partial
 import numpy as np
 
 from pymoo_psi._validation import AnyArray, Array
+from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
 from pymoo_psi.algorithms._surrogate_models import below_zero, bounded, without_penalties
 from pymoo_psi.problems import known_expressions
-from pymoo_psi.table import Expression, TestTable
+from pymoo_psi.table import Expression, Formulation, TestTable
 
 
 class LearnedOutputs:
@@ -25,7 +26,7 @@ class LearnedOutputs:
     Args:
         model: The model of the tests.
         table: All tests, under the formulation.
-        computed: The expressions of columns that the formulation computes, by name.
+        asked: The formulation, whose computed columns are not learned, or limits.
 
     Attributes:
         names: The columns of the formulation: objectives, constraints without requirements, and
@@ -33,7 +34,10 @@ class LearnedOutputs:
         operands: The names of columns as tested from which others are computed, beside ``names``.
     """
 
-    def __init__(self, model: Model, table: TestTable, computed: Mapping[str, str]) -> None:
+    def __init__(self, model: Model, table: TestTable, asked: Asked) -> None:
+        computed: Mapping[str, str] = {}
+        if isinstance(asked, Formulation):
+            computed = asked.computed
         self._model = model
         self._table = table
         layout = table.layout

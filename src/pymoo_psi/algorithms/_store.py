@@ -294,13 +294,8 @@ class StudyStore(Store):
             return tests
         test_points = tests.numbers
         numbers = self.numbers(test_points)
-        reasons = {}
-        for test_point, number in zip(test_points.tolist(), numbers.tolist(), strict=True):
-            if test_point in tests.reasons:
-                reasons[number] = tests.reasons[test_point]
-        tests = replace(tests, numbers=numbers, reasons=reasons)
         runs = np.full(len(tests), self._run)
-        tests = _with_origin(tests, runs, test_points)
+        tests = _with_origin(renumbered(tests, numbers), runs, test_points)
         if (np.diff(numbers) > 0).all():
             return tests
         return tests.rows(np.argsort(numbers))
@@ -403,6 +398,15 @@ def _with_origin(tests: TestTable, runs: Numbers, test_points: Numbers) -> TestT
     if RUN not in tests.layout.columns:
         extra[RUN] = runs.tolist()
     return replace(tests, extra=extra)
+
+
+def renumbered(tests: TestTable, numbers: Numbers) -> TestTable:
+    """Return tests with other numbers, ``(n,)``."""
+    reasons = {}
+    for old, number in zip(tests.numbers.tolist(), numbers.tolist(), strict=True):
+        if old in tests.reasons:
+            reasons[number] = tests.reasons[old]
+    return replace(tests, numbers=numbers, reasons=reasons)
 
 
 class _Terminated(KeyboardInterrupt):

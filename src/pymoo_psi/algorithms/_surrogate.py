@@ -7,7 +7,6 @@ not been interrupted.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from concurrent.futures import Future, wait
 from dataclasses import replace
 from threading import Thread
@@ -16,18 +15,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, boolean, integer
+from pymoo_psi._validation import Array, Rows, boolean, integer
 from pymoo_psi.algorithms._asked import under_known
+from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, best_and_spread, propose
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
-from pymoo_psi.algorithms._store import Store
+from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
+from pymoo_psi.table import PROPOSAL_ROUND, TestTable
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -285,7 +285,13 @@ class SurrogateSource(Source):
 
     def _table(self) -> TestTable:
         """Return the known tests, under the formulation."""
-        return under_known(_behind(self._others, by_number([self._tests])), self._asked)
+        tests = by_number([self._tests])
+        if len(self._others):  # tests of other runs come first
+            n_others = len(self._others)
+            others = renumbered(self._others, np.arange(1, n_others + 1))
+            own = renumbered(tests, n_others + np.arange(1, len(tests) + 1))
+            tests = others.extended(own)
+        return under_known(tests, self._asked)
 
     def _size(self, n_free: int, n_eligible: int) -> int:
         """Return the size of the next round, for so many free workers and eligible tests."""
@@ -367,28 +373,9 @@ class SurrogateSource(Source):
             make()
         return _Making(pending, len(self._tests), units)
 
-    def proposed(self, size: int, pending: Points, round_number: int) -> Array:
-        """Return ``(size, d)`` points that surrogates propose now, outside of a run.
-
-        Args:
-            size: How many.
-            pending: The points that are being tested.
-            round_number: The number of the round, from 0.
-        """
-        self._ends = [len(self._tests)] * (round_number + 1)
-        with threadpool_limits(limits=1, user_api="blas"):
-            table = self._table()
-            n_uniform = len(table)
-            if PROPOSAL_ROUND in table.layout.outputs:
-                n_uniform = int(np.count_nonzero(~(table.column(PROPOSAL_ROUND) > 0)))
-            return self._proposed(size, pending, table, n_uniform)
-
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        computed: Mapping[str, str] = {}
-        if isinstance(self._asked, Formulation):
-            computed = self._asked.computed
-        outputs = LearnedOutputs(self._model, table, computed)
+        outputs = LearnedOutputs(self._model, table, self._asked)
         tests = outputs.known_tests(n_uniform, pending.units)
         goal = outputs.goal
         learned = self._learned(tests, n_uniform, goal)
@@ -415,11 +402,9 @@ class SurrogateSource(Source):
             rows = np.flatnonzero(is_known[:n_fitted])
             learned = None
             if len(rows) >= _LEAST:
-                n_known_uniform = max(int(is_known[:n_uniform].sum()), _LEAST)
-                Z = goal.encode(tests.points[rows])
-                fit = Fit.of(Z, bounded(tests.Y[rows]), n_known_uniform, goal.n_obj)
-                learned = Learned(fit)
+                learned = _fitted(tests, rows, int(is_known[:n_uniform].sum()), goal)
                 if self._is_asynchronous and len(rows) > _MOST_LEARNED:
+                    fit = learned.fit
                     chosen = rows[best_and_spread(tests.Y[rows], fit, goal, _MOST_LEARNED)]
                     learned.leave_out(tests.numbers[np.setdiff1d(rows, chosen)])
             self._fitted = n_fitted, learned
@@ -432,16 +417,45 @@ class SurrogateSource(Source):
         return learned
 
 
-def _behind(first: TestTable, tests: TestTable) -> TestTable:
-    """Return tests after those of other runs, numbered anew."""
-    if len(first) == 0:
-        return tests
-    parts = []
-    n_before = 0
-    for table in (first, tests):
-        numbers = n_before + np.arange(1, len(table) + 1)
-        new_numbers = dict(zip(table.numbers.tolist(), numbers.tolist(), strict=True))
-        reasons = {new_numbers[number]: reason for number, reason in table.reasons.items()}
-        parts.append(replace(table, numbers=numbers, reasons=reasons))
-        n_before += len(table)
-    return parts[0].extended(parts[1])
+def _fitted(tests: KnownTests, rows: Rows, n_uniform: int, goal: Goal) -> Learned:
+    """Return surrogates fitted to some rows of tests, to which tests can be appended.
+
+    Args:
+        tests: The tests.
+        rows: The rows.
+        n_uniform: How many of these, the first, are of the sequence.
+        goal: The goal of the search.
+    """
+    Z = goal.encode(tests.points[rows])
+    return Learned(Fit.of(Z, bounded(tests.Y[rows]), max(n_uniform, _LEAST), goal.n_obj))
+
+
+def proposed_now(
+    model: Model, table: TestTable, pending: Array, size: int, seed: int, round_number: int
+) -> Array:
+    """Return ``(size, d)`` points that surrogates of tests propose outside of a run.
+
+    Args:
+        model: The model.
+        table: All tests, under what is asked.
+        pending: ``(p, d)`` the points that are being tested.
+        size: How many points to propose.
+        seed: The seed of the random numbers.
+        round_number: The number of the round, from 0.
+    """
+    n_uniform = len(table)
+    if PROPOSAL_ROUND in table.layout.outputs:
+        is_proposed = table.column(PROPOSAL_ROUND) > 0
+        n_uniform = int(np.append(is_proposed, True).argmax())
+    random = np.random.default_rng([seed, round_number])
+    with threadpool_limits(limits=1, user_api="blas"):
+        outputs = LearnedOutputs(model, table, model.asked)
+        tests = outputs.known_tests(n_uniform, pending)
+        goal = outputs.goal
+        rows = np.flatnonzero(~tests.unknown)
+        learned = None
+        if len(rows) >= _LEAST:
+            n_known_uniform = int(np.count_nonzero(~tests.unknown[:n_uniform]))
+            learned = _fitted(tests, rows, n_known_uniform, goal)
+            learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
+        return propose(tests, learned, goal, size, round_number, random)

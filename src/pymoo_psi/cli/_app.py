@@ -274,7 +274,7 @@ def ask(options: Options) -> int:
     Examples:
       pymoo-psi ask bnh --points 4 --study lab.db --out next.csv
     """
-    from pymoo_psi.cli._laboratory import run_ask
+    from pymoo_psi.cli._solve import run_ask
 
     return run_ask(options)
 
@@ -298,7 +298,7 @@ def tell(options: Options) -> int:
       pymoo-psi tell next.csv --study lab.db
       pymoo-psi tell --study lab.db --cancel 2,3
     """
-    from pymoo_psi.cli._laboratory import run_tell
+    from pymoo_psi.cli._solve import run_tell
 
     return run_tell(options)
 

@@ -51,7 +51,7 @@ CREATE TABLE known
 CREATE TABLE proposals
     (run INTEGER, test_point INTEGER, round INTEGER, origin TEXT, content TEXT, checksum INTEGER,
     PRIMARY KEY (run, test_point)) WITHOUT ROWID;
-CREATE TABLE history (time TEXT, test INTEGER, content TEXT, checksum INTEGER);
+CREATE TABLE history (time TEXT, test INTEGER, content TEXT);
 CREATE TABLE steering
     (name TEXT, content TEXT, run INTEGER, answer TEXT, request INTEGER PRIMARY KEY, time TEXT,
     checksum INTEGER);
@@ -382,8 +382,8 @@ class Database:
         cursor = self.db.execute(f"SELECT * FROM {table} WHERE {where}", key)
         names = [name for name, *_ in cursor.description]
         cells = dict(zip(names, cursor.fetchone(), strict=True))
-        row = (_now(), test, json.dumps({"why": why, "cells": cells}, ensure_ascii=False))
-        self.db.execute("INSERT INTO history VALUES (?, ?, ?, ?)", (*row, text_checksum(row)))
+        content = json.dumps({"why": why, "cells": cells}, ensure_ascii=False)
+        self.db.execute("INSERT INTO history VALUES (?, ?, ?)", (_now(), test, content))
         self.db.execute(f"DELETE FROM {table} WHERE {where}", key)
         self.db.execute("DELETE FROM known WHERE test = ?", (test,))
 

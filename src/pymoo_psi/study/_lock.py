@@ -19,10 +19,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-# Names beside a study: SQLite's journals, and what they begin with; see its file format.
-_JOURNALS = {"-journal": b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", "-wal": b"\x37\x7f\x06"}
 _LOCK = ".pymoo-psi-lock"  # of the first run, appended to the name of the study
-RESERVED_SUFFIXES = (*_JOURNALS, "-shm", _LOCK)
 # Seconds between two attempts to lock a study, the first ones and the later ones: hundreds of
 # writers must not keep a shared file system busy.
 _FIRST_PAUSE, _LAST_PAUSE = 0.02, 0.3
@@ -56,21 +53,6 @@ def unreadable(path: str, problem: str) -> StudyCorruptError:
         f"{path} is no study of pymoo-psi, or damaged: {problem:.80}; it was left as it is: "
         "restore it from a copy, or move it away and repeat the runs that it held"
     )
-
-
-def require_own_journals(path: str) -> None:
-    """Refuse foreign files with the names of journals of a study, which SQLite would remove."""
-    for suffix, beginning in _JOURNALS.items():
-        with suppress(FileNotFoundError), open(path + suffix, "rb") as file:
-            start = file.read(len(beginning))
-            # Zeros stand in a journal until all of it is on the disk.
-            if start.strip(b"\0") and start != beginning:
-                raise _foreign(path + suffix, f"a journal of the study {path}")
-
-
-def _foreign(path: str, kind: str) -> StudyAccessError:
-    problem = f"{path} has the name of {kind}, and is something else"
-    return StudyAccessError(f"{problem}; it was left as it is: move it away")
 
 
 @contextmanager
@@ -108,9 +90,6 @@ def _opened(lock: str, path: str, wait: float) -> IO[str]:
     while True:
         with reported(path):
             file = open(lock, "a")  # noqa: SIM115
-        if file.tell() > 0:
-            file.close()
-            raise _foreign(lock, f"the lock of the study {path}")
         try:
             _lock(file.fileno())
             # The name may have passed to another file since this one was opened.

@@ -52,7 +52,7 @@ from pymoo_psi.study._database import (
     with_outputs,
     with_stored_columns,
 )
-from pymoo_psi.study._lock import RESERVED_SUFFIXES, locked, reported, require_own_journals
+from pymoo_psi.study._lock import locked, reported
 from pymoo_psi.study._runs import ROOM, Head, StudyRun, points_of, require_same_model
 
 SUFFIX = ".db"  # of the studies in a folder
@@ -79,13 +79,6 @@ class Study:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
             raise wrong_type("study path", "the name of a file", path)
         self.path = os.path.realpath(path)
-        for suffix in RESERVED_SUFFIXES:
-            if self.path.endswith(suffix):
-                raise invalid(
-                    "study path",
-                    "another name than those of journals and locks of studies",
-                    self.path,
-                )
         self.wait = wait
         self._id: str | None = None  # of the study that was used; another file may take its place
 
@@ -308,7 +301,6 @@ class Study:
         with reported(self.path):
             if not os.path.isfile(self.path):
                 raise StudyAccessError(f"study {self.path} does not exist; check the name")
-            require_own_journals(self.path)
             with closing(self._connected(begin)) as db:
                 db.execute(begin)
                 database = opened(db, self.path)
