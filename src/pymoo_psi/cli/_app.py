@@ -371,6 +371,7 @@ def live(options: Options) -> int:
     _FILE,
     _TITLE,
     _option("design", "NAME", "Name of the chosen design [that of the decision]."),
+    _file("prototype", "FILE", "Existing designs for comparison."),
     _file("out", "FILE.html", "Write the report here.", default="report.html"),
     _flag("check", text="Check the report FILE, also against a SOURCE."),
     click.Argument(["source"], required=False, type=path_in),

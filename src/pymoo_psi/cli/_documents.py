@@ -255,7 +255,7 @@ def run_report(options: Options) -> int:
         raise invalid("SOURCE", "given with --check only", str(options.source))
     path = options.file
     out = options.out
-    require_output(out, _HTML, path, options.decision)
+    require_output(out, _HTML, path, options.prototype, options.decision)
     formulation = formulation_of(options)
     table = opened(path, options, formulation)
     formulation = with_choice(formulation, table)
@@ -272,6 +272,7 @@ def run_report(options: Options) -> int:
         reason=reason,
         title=_title(options, formulation),
         about=[origin, *table.remarks, *remarks],
+        prototype=_prototype(options, formulation, table.layout),
     )
     report.save(out)
     say_source(path, table, formulation)

@@ -174,6 +174,35 @@ def _columns(tables: Sequence[TestTable], optimal: Mask) -> list[Content]:
     return columns
 
 
+def notations(table: TestTable) -> dict[str, Notation]:
+    """Return by name how the numbers of a column are written on the page and in the report.
+
+    Args:
+        table: Designs, one or more, without limits.
+    """
+    columns = _columns([table], nondominated(table.F))
+    return {column["name"]: column["notation"] for column in columns if "notation" in column}
+
+
+def written(notation: Notation, value: float) -> str:
+    """Return a number as the page writes it.
+
+    Example:
+        >>> written(("fixed", 2), 1.5), written(("exponent", 3), 1.5)
+        ('1.50', '1.500e+00')
+    """
+    kind, decimals = notation
+    if not np.isfinite(value):
+        return "—"
+    if kind == "exponent":
+        return f"{value:.{decimals}e}"
+    if abs(value) >= 1e7:  # beyond the range of the column, a penalty perhaps
+        return f"{value:.3e}"
+    if abs(value) < 1e4:
+        return f"{value:.{decimals}f}"
+    return f"{value:,.{decimals}f}".replace(",", "\N{NO-BREAK SPACE}")
+
+
 def _geometric(field: str, name: str) -> Content:
     """Return a column whose values depend on the limits; the script computes them."""
     return {

@@ -528,7 +528,7 @@ function staying(data, now, found) {
   const until = found.filter(({value}) => value !== null).map(({name, end, value, row}) => {
     const {unit} = data.by.get(name)
     return sentence(data, "until", {column: name, other: row < 0 ? "none" : data.names[row],
-      value: `${end ? "at most" : "at least"} ${short(value)}${unit ? ` ${unit}` : ""}`})
+      value: `${end ? "at most" : "at least"} ${short(outward(value, end), 6)}${unit ? ` ${unit}` : ""}`})
   })
   return until.length && now.best.length ? sentence(data, "stays", {design: capital(data.names[now.best[0]]), changes: listed(until, "or")}) : ""
 }

@@ -11,8 +11,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import pandas as pd
 
-from pymoo_psi._validation import Values, counted
+from pymoo_psi._validation import Array, Values, counted
 from pymoo_psi.errors import PsiError
+from pymoo_psi.page import notations, written
 from pymoo_psi.pareto import (
     EfficiencyRanking,
     alternative,
@@ -32,6 +33,7 @@ from pymoo_psi.selection import (
     Knee,
     SalukvadzeOptimum,
     compare_selectors,
+    latest_positions,
     switching_sentences,
     switching_values,
 )
@@ -49,6 +51,7 @@ _REASONS = 12  # of failures in the table, the most frequent ones
 _LIMITS = 6  # in the table, those that cost most
 _IDLE = 3  # limits that cost nothing, by name
 _SWITCHING = 500  # designs; of more ranking again takes minutes
+_EXACT = 15  # digits of limits, which are as they were given
 _REPRESENTATIVES = 5  # side by side on paper
 
 Columns: TypeAlias = dict[str, list[str]]
@@ -63,16 +66,17 @@ def cell(value: Any) -> str:
     return number(value, 5)
 
 
-def _written(table: TestTable, name: str, limit: Allowed) -> str:
+def _limit(table: TestTable, name: str, limit: Allowed) -> str:
     """Return a limit with its unit: ``20 ≤ mass ≤ 55 kg``."""
     if isinstance(limit, list):
         return limit_text(name, limit)
     lower, upper = limit
+    unit = table.layout.units.get(name, "")
     if np.isinf(upper):
-        return f"{name} ≥ {_with_unit(table, name, lower)}"
-    text = f"{name} ≤ {_with_unit(table, name, upper)}"
+        return f"{name} ≥ {number(lower, _EXACT)} {unit}".strip()
+    text = f"{name} ≤ {number(upper, _EXACT)} {unit}".strip()
     if np.isfinite(lower):
-        text = f"{cell(lower)} ≤ {text}"
+        text = f"{number(lower, _EXACT)} ≤ {text}"
     return text
 
 
@@ -89,6 +93,7 @@ class Choice:
         ranking: The ranking of the feasible ones.
         row: Row of the chosen test; None if none is chosen, and the optimum is proposed.
         reason: Why it was chosen.
+        prototype: Existing designs; None if there are none.
 
     Attributes:
         word: "chosen" or "proposed".
@@ -107,8 +112,11 @@ class Choice:
         ranking: EfficiencyRanking,
         row: int | None,
         reason: str,
+        prototype: TestTable | None,
     ) -> None:
         self.table = table
+        self.prototype = prototype
+        self.notations = notations(table.under(limits={}).rows(ranking.rows))
         self.layout = table.layout
         self.ranking = ranking
         self.reason = reason
@@ -169,17 +177,27 @@ class Choice:
         frame = switching_values(self.table, kinds=("limit", "value"))
         return switching_sentences(self.table, frame)
 
+    def _texts(self, values: Array) -> list[str]:
+        """Return ``(m,)`` objectives as the page writes them."""
+        pairs = zip(self.layout.objectives, values, strict=True)
+        return [written(self.notations[name], value) for name, value in pairs]
+
     def objectives(self) -> Columns:
-        """Return the objectives of the design, and of the optimum, between best and worst."""
+        """Return the objectives of the design, and of others, between best and worst."""
         values = self.ranking.objectives.values
         columns = {
             "objective": [self.layout.label_of(name) for name in self.layout.objectives],
-            self.word: list(map(cell, values[self.row])),
+            self.word: self._texts(values[self.row]),
         }
         if not self.is_optimum:
-            columns["proposed"] = list(map(cell, values[self.optimum]))
-        columns["best"] = list(map(cell, self.ranking.ideal))
-        columns["worst"] = list(map(cell, self.ranking.nadir))
+            columns["proposed"] = self._texts(values[self.optimum])
+        if self.prototype is not None:
+            for row, name in enumerate(self.prototype.names):
+                present = [self.prototype.column(name)[row] for name in self.layout.objectives]
+                columns[name] = self._texts(present)
+                columns[f"against {name}"] = self._gains(present)
+        columns["best"] = self._texts(self.ranking.ideal)
+        columns["worst"] = self._texts(self.ranking.nadir)
         behind = []
         for share in self.explanation.shares:
             if np.isnan(share):
@@ -189,12 +207,23 @@ class Choice:
         columns["behind best"] = behind
         return columns
 
+    def _gains(self, present: Array) -> list[str]:
+        """Return by how much the design is better or worse than ``(m,)`` other values."""
+        objectives = self.ranking.objectives
+        gains = (present - objectives.values[self.row]) * objectives.sign
+        words = {1.0: "better", -1.0: "worse", 0.0: ""}
+        return [f"{number(abs(gain))} {words.get(np.sign(gain), '')}".strip() for gain in gains]
+
     def values(self) -> list[tuple[str, str]]:
         """Return name and value of the variables, outputs and texts that the design has."""
         row = self.ranking.rows[self.row]
         pairs = []
         for name in (*self.layout.variables, *self.layout.outputs):
-            pairs.append((self.layout.label_of(name), cell(self.table.column(name)[row])))
+            value = self.table.column(name)[row]
+            text = str(value)
+            if name in self.notations:
+                text = written(self.notations[name], float(value))
+            pairs.append((self.layout.label_of(name), text))
         for name, texts in self.table.extra.items():
             if name != self.layout.label:
                 pairs.append((name, cell(texts[row])))
@@ -204,9 +233,9 @@ class Choice:
         """Return a few designs that represent the Pareto set, and a caption."""
         few = representatives(self.ranking, _REPRESENTATIVES)
         labels = [self.layout.label_of(name) for name in self.layout.objectives]
-        columns = {"": ["place", "rank of efficiency", "stands for", *labels]}
+        columns = {"design": ["place", "rank of efficiency", "stands for", *labels]}
         for row, share in zip(few.rows.tolist(), few.shares, strict=True):
-            values = map(cell, self.ranking.objectives.values[row])
+            values = self._texts(self.ranking.objectives.values[row])
             ranks = (str(self.ranking.place[row]), str(self.ranking.rank[row]))
             columns[self.ranking.name_of(row)] = [*ranks, percent(share), *values]
         n = counted(self.ranking.pareto.sum(), "Pareto-optimal design")
@@ -217,6 +246,24 @@ class Choice:
         if few.radius:
             caption += f", none farther than {few.radius:.3g}"
         return columns, f"{caption}."
+
+
+def positions(table: TestTable) -> Columns:
+    """Return who holds which design since when, under which limits and weights, and why."""
+    columns: Columns = {"name": [], "since": [], "choice": [], "before": [], "under": [], "why": []}
+    for held in latest_positions(table.formulation.positions):
+        history = [one for one in table.formulation.positions if one["name"] == held["name"]]
+        before = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
+        under = written_limits(table.under(limits=held["limits"]))
+        for key, word in (("weights", "weight of"), ("aspiration", "aspiration of")):
+            under += [f"{word} {name} {number(value)}" for name, value in held[key].items()]
+        columns["name"].append(held["name"])
+        columns["since"].append(held["date"][:10])
+        columns["choice"].append(held["chosen"] or "none")
+        columns["before"].append(", ".join(before))
+        columns["under"].append("; ".join(under))
+        columns["why"].append(held["reason"])
+    return {name: texts for name, texts in columns.items() if any(texts)}
 
 
 # The tests: how many there are, what limits cost, and why tests failed or designs are incomplete
@@ -293,7 +340,7 @@ def verdict(table: TestTable) -> str:
 
 def written_limits(table: TestTable) -> list[str]:
     """Return the limits as they are written."""
-    return [_written(table, name, limit) for name, limit in table.limits.items()]
+    return [_limit(table, name, limit) for name, limit in table.limits.items()]
 
 
 def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
@@ -328,7 +375,7 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
     for name, cost in top.iterrows():
         text = str(name)
         if text in table.limits:
-            text = _written(table, text, table.limits[text])
+            text = _limit(table, text, table.limits[text])
         columns["constraint or limit"].append(text)
         columns["rejects"].append(number(cost["rejects"]))
         columns["rejects alone"].append(number(cost["alone"]))

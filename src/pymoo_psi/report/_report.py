@@ -16,6 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import pandas as pd
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import plots
@@ -28,14 +29,13 @@ from pymoo_psi.report._contents import Choice, Columns
 from pymoo_psi.selection import (
     decision_sentences,
     latest_positions,
-    position_sentences,
     separation_sentences,
 )
-from pymoo_psi.table import TestTable, read_table
+from pymoo_psi.table import Formulation, TestTable, read_table
 
 _DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
-# A number, or a share in per cent, or nothing. Columns of such cells are aligned to the right.
-_NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|")
+# A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
+_NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|\d{4}-\d\d-\d\d|")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -94,7 +94,7 @@ class DecisionReport(Framed):
         names = [one["name"] for one in latest_positions(positions)]
         text = environment.get_template("report.html").render(
             fingerprint=_fingerprint(record),
-            group=position_sentences(positions) + separation_sentences(self._table),
+            separation=separation_sentences(self._table),
             decided=decision_sentences(self._table.formulation.decided),
             names=names or ["", ""],  # of those who sign
             title=self.title,
@@ -134,9 +134,22 @@ class DecisionReport(Framed):
             "limits": formulation.limits,
             "positions": formulation.positions,
             "decided": formulation.decided,
+            "prototype": self._prototype(),
             "data": data,
             "head": head,
         }
+
+    def _prototype(self) -> dict[str, dict[str, float]] | None:
+        """Return the objectives of the existing designs by name; None if there are none."""
+        choice = self._choice
+        if choice is None or choice.prototype is None:
+            return None
+        names = choice.prototype.names
+        columns = {}
+        for objective in choice.layout.objectives:
+            values = choice.prototype.column(objective).tolist()
+            columns[objective] = dict(zip(names, values, strict=True))
+        return columns
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the report, whole or not at all.
@@ -193,6 +206,7 @@ def decision_report(
     reason: str = "",
     title: str = "Report on a choice",
     about: Names = (),
+    prototype: Any = None,
 ) -> DecisionReport:
     """Report on tests and on the design that is chosen or proposed among them.
 
@@ -206,6 +220,7 @@ def decision_report(
         reason: Reason for the choice.
         title: Heading of the report.
         about: Lines below the heading, such as the origin of the tests.
+        prototype: Existing designs, of any source, beside which the sheet puts the design.
 
     Raises:
         ArgumentValueError: The table has no test or no objective, or the design is not feasible.
@@ -232,7 +247,14 @@ def decision_report(
     if not eligible.any():
         return DecisionReport(title, tuple(about), None, (), table, None)
     ranking = table.feasible_ranking()
-    choice = Choice(table, ranking, row, reason)
+    if prototype is not None:
+        layout = table.layout
+        maximize = [name for name in layout.objectives if name in layout.maximize]
+        formulation = Formulation(
+            layout.objectives, maximize=maximize, computed=table.formulation.computed
+        )
+        prototype = read_table(prototype, formulation)
+    choice = Choice(table, ranking, row, reason, prototype)
     return DecisionReport(title, tuple(about), ranking, choice.cautions, table, choice)
 
 
@@ -264,6 +286,8 @@ def check_report(
         record = json.loads(written.record)
         table = _table_of(record)
         arguments = {key: record[key] for key in ("design", "reason", "title", "about")}
+        if record["prototype"]:
+            arguments["prototype"] = pd.DataFrame(record["prototype"])
         made_by = record["version"]
         pictures = record["pictures"]
     except (ValueError, TypeError, KeyError) as error:

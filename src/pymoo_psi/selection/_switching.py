@@ -339,14 +339,22 @@ def switching_sentences(table: TestTable, frame: pd.DataFrame) -> list[str]:
         for row in frame[frame["value"].notna()].to_dict("records"):
             if row["kind"] != kind:
                 continue
-            words = {"": "", "lower": "at least ", "upper": "at most "}
             unit = table.layout.units.get(row["column"], "")
-            value = f"{words[row['end']]}{number(row['value'])} {unit}".strip()
+            value = f"{_limit_words(row['end'], row['value'])} {unit}".strip()
             other = row["design"] or "none"
             changes.append(sentence("until", column=row["column"], value=value, other=other))
         if changes:
             sentences.append(sentence(template, design=design, changes=listed(changes, "or")))
     return sentences
+
+
+def _limit_words(end: str, value: float) -> str:
+    """Return a limit, or without an end a value, rounded so that the limit lets the value pass."""
+    if end == "upper":
+        return f"at most {number(_rounded(value, ROUND_CEILING), 6)}"
+    if end == "lower":
+        return f"at least {number(_rounded(value, ROUND_FLOOR), 6)}"
+    return number(value)
 
 
 # Positions of several people
