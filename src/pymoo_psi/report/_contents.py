@@ -193,7 +193,8 @@ class Choice:
             columns["proposed"] = self._texts(values[self.optimum])
         if self.prototype is not None:
             for row, name in enumerate(self.prototype.names):
-                present = [self.prototype.column(name)[row] for name in self.layout.objectives]
+                sign = self.ranking.objectives.sign
+                present = self.prototype.F[row] * sign
                 columns[name] = self._texts(present)
                 columns[f"against {name}"] = self._gains(present)
         columns["best"] = self._texts(self.ranking.ideal)
