@@ -37,7 +37,9 @@ html_theme_options = {
     "navbar_end": ["theme-switcher"],
     "show_nav_level": 2,
 }
+html_context = {"default_mode": "auto"}
 html_show_copyright = False
+html_show_search_summary = False  # it would fetch pages, which browsers refuse for files
 html_show_sourcelink = False
 html_math_renderer = "mathml"
 
