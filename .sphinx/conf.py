@@ -5,6 +5,7 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from pygments.lexers.special import TextLexer
 
 import pymoo_psi
+from pymoo_psi.cli import _app
 
 project = "pymoo-psi"
 author = "The pymoo-psi developers"
@@ -21,6 +22,7 @@ nb_execution_timeout = 300
 
 # Docstrings are in Google's style.
 default_role = "code"
+smartquotes = False  # two hyphens are those of an option
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autodoc_default_options = {"exclude-members": "set"}  # a figure's repeats all of matplotlib
@@ -29,7 +31,8 @@ napoleon_use_ivar = True
 napoleon_use_rtype = False
 
 html_theme = "pydata_sphinx_theme"
-html_title = f"pymoo-psi {version}"
+html_sidebars = {"index": [], "method": []}
+html_title = "pymoo-psi"
 html_theme_options = {
     "footer_end": [],
     "footer_start": ["copyright"],
@@ -63,8 +66,23 @@ def find_by_last_part(app, env, node, text):
     )
 
 
+def fill_in_suffixes(app, context, lines):
+    """Name the suffixes of files, as a command does when it prints its help."""
+    lines[:] = [_app._with_suffixes(line) for line in lines]
+
+
+def set_as_code(app, context, lines):
+    """Set the examples of a command as code."""
+    heading, *examples = [line.removeprefix("| ") for line in lines if line.startswith("| ")]
+    rest = [line for line in lines if not line.startswith("| ")]
+    lines[:] = [f"{heading}:", "", *(f"    {line.strip()}" for line in examples), "", *rest]
+
+
 def setup(app):
     """Add what the extensions do not have."""
     app.add_html_math_renderer("mathml", (add_formula, None), (add_formula, None))
     app.add_lexer("csv", TextLexer)
     app.connect("missing-reference", find_by_last_part)
+    for part in ("description", "options"):
+        app.connect(f"sphinx-click-process-{part}", fill_in_suffixes)
+    app.connect("sphinx-click-process-epilog", set_as_code)

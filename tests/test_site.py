@@ -100,7 +100,7 @@ def test_every_command_and_option_is_in_the_reference(site):
     for name, command in app.commands.items():
         assert f"pymoo-psi-{name}" in anchors
         for option in command.params:
-            if option.param_type_name == "option":
+            if option.param_type_name == "option" and not option.hidden:
                 assert f"cmdoption-pymoo-psi-{name}-{option.opts[0].lstrip('-')}" in anchors
 
 
