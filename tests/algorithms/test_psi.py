@@ -262,3 +262,41 @@ def test_mistakes(n, options, message):
 def test_other_mistakes(run, message):
     with pytest.raises(PsiError, match=message):
         run()
+
+
+@pytest.mark.parametrize(("termination", "most"), [(None, 4), (("n_gen", 64), 64)])
+def test_a_vectorised_model_is_evaluated_ahead_where_nothing_ends_the_run(termination, most):
+    """Iterations are as before: a callback sees one block after the other."""
+    calls = []
+
+    class Counted(VectorizedSphereChute):
+        def _evaluate(self, X, out, *args, **kwargs):
+            calls.append(len(X))
+            super()._evaluate(X, out, *args, **kwargs)
+
+    sizes = []
+    result = minimize(
+        Counted(0.4),
+        PSI(4096, block_size=64),
+        termination,
+        callback=lambda algorithm: sizes.append(len(algorithm.table)),
+    )
+    assert sizes == list(range(64, 4097, 64))
+    assert len(calls) <= most
+    assert sum(calls) == 4096
+    assert result.algorithm.table.equals(investigate(VectorizedSphereChute(0.4), 4096))
+
+
+def test_a_pareto_set_is_filtered_once_and_known_as_one(monkeypatch):
+    """Most points of the chute are optimal: blocks are not filtered each for itself."""
+    problem = VectorizedSphereChute(0.4)
+    whole = investigate(problem, 4000)
+    expected = whole.rows(whole.pareto())
+    table = investigate(problem, 4000, keep="pareto", block_size=500)
+    assert table.equals(expected)
+    ranking = expected.ranking()
+    monkeypatch.setattr("pymoo_psi.table._table.nondominated", None)
+    np.testing.assert_array_equal(table.ranking().rank, ranking.rank)
+    narrower = table.under(limits={"f1": 3.0})
+    with pytest.raises(TypeError):
+        narrower.pareto()

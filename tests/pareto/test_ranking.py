@@ -1,5 +1,6 @@
 """Ranks of efficiency: their invariances, obvious cases, and what is refused."""
 
+import moocore
 import numpy as np
 import pandas as pd
 import pytest
@@ -136,3 +137,23 @@ def test_mistakes(F, options, kind, message):
     with pytest.raises(kind, match=message) as caught:
         rank_of_efficiency(F, **options)
     assert isinstance(caught.value, PsiError)
+
+
+def test_large_sets_of_four_objectives_are_those_of_comparing_all_pairs(monkeypatch):
+    """They are filtered in slabs; here small ones are, with ties and equal rows across the cuts."""
+    monkeypatch.setattr("pymoo_psi.pareto._dominance._WORTH_SLABS", 2)
+    monkeypatch.setattr("pymoo_psi.pareto._dominance._LARGE", 3)
+    rng = np.random.default_rng(4)
+    for n in range(2, 160):
+        F = rng.integers(-3, 4, (n, 4)) * rng.choice([1.0, 1e300, 1e-300], 4)
+        if n % 3 == 0:
+            F += rng.random((n, 4))
+        worse = (F[:, None] >= F[None]).all(axis=2) & (F[:, None] > F[None]).any(axis=2)
+        assert rank_of_efficiency(F).pareto.tolist() == (~worse.any(axis=1)).tolist()
+
+
+def test_a_large_front_of_four_objectives_is_moocores():
+    u = -np.log(np.random.default_rng(1).random((120_000, 4)))
+    F = np.vstack([u / u.sum(axis=1, keepdims=True), u[:20_000]])
+    pareto = rank_of_efficiency(F).pareto
+    np.testing.assert_array_equal(pareto, moocore.is_nondominated(F, keep_weakly=True))

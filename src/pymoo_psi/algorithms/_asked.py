@@ -55,14 +55,32 @@ def under_known(tests: TestTable, asked: Asked) -> TestTable:
     return tests.under(limits=asked)
 
 
-def kept_tests(keep: str, asked: Asked, tests: TestTable) -> TestTable:
-    """Return ``"all"`` tests, those ``"feasible"`` as asked or their ``"pareto"`` set."""
-    if keep == "all":
-        return tests
-    table = under(tests, asked)
-    if keep == "pareto":
-        return tests.rows(table.pareto())
-    return tests.rows(table.feasible())
+class Kept:
+    """Returns the tests of a block that are needed; of a Pareto set, perhaps more than these.
+
+    Where a first block keeps more than half, nothing is gained by filtering the others, each for
+    itself: all of them are filtered together in the end.
+
+    Args:
+        keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
+        asked: The limits or the formulation.
+    """
+
+    def __init__(self, keep: str, asked: Asked) -> None:
+        self._keep = keep
+        self._asked = asked
+
+    def __call__(self, tests: TestTable) -> TestTable:
+        """Return the needed ones of a block."""
+        if self._keep == "all":
+            return tests
+        table = under(tests, self._asked)
+        if self._keep == "feasible":
+            return tests.rows(table.feasible())
+        kept = tests.rows(table.pareto())
+        if 2 * len(kept) > len(tests):
+            self._keep = "all"
+        return kept
 
 
 def pareto_tests(tests: TestTable, asked: Asked, runner: Runner | None) -> TestTable:
@@ -70,7 +88,7 @@ def pareto_tests(tests: TestTable, asked: Asked, runner: Runner | None) -> TestT
     table = under(tests, asked)
     rows = np.flatnonzero(table.eligible())
     if runner is None or len(rows) < _WORTH_SENDING:
-        return kept_tests("pareto", asked, tests)
+        return tests.rows(table.pareto())
     F = table.F[rows]
     # as a part of the function: Dask keeps it, and passes it on, better than a task
     waiting: Waiting = deque([(0, None)])

@@ -90,11 +90,6 @@ class Block(NamedTuple):
     n_called: int = 0
     seconds: ArrayLike = 0.0
 
-    @property
-    def is_filtered(self) -> bool:
-        """Whether the executor left tests out."""
-        return len(self.tests) < len(self.numbers)
-
     def rows(self, rows: Mask) -> Block:
         """Return some of a block that has all tests of its points."""
         n_called = 0
@@ -117,9 +112,13 @@ class _Executor:
 
     Attributes:
         elastic: Whether workers may join and leave.
+        ahead: How many points to submit beyond those that are awaited.
+        filters: Whether tests are left out that are not needed.
     """
 
     elastic = False
+    ahead = 0
+    filters = False
 
     def __init__(self) -> None:
         self._clear()
@@ -127,11 +126,6 @@ class _Executor:
     @property
     def n_workers(self) -> int:
         """How many workers evaluate designs now without waiting for one another, or 0."""
-        return 0
-
-    @property
-    def ahead(self) -> int:
-        """How many points to submit beyond those that are awaited, so that no worker waits."""
         return 0
 
     def _clear(self) -> None:
@@ -157,7 +151,7 @@ class _Executor:
 
     @property
     def n_evaluated(self) -> int:
-        """How many points, or pieces of points, are evaluated and not taken yet."""
+        """How many points are evaluated and not taken yet."""
         return len(self._evaluated)
 
     def close(self) -> None:
@@ -354,7 +348,7 @@ class OneByOne(_Executor):
         return int(self._runner.n_workers)
 
     @property
-    def ahead(self) -> int:
+    def ahead(self) -> int:  # type: ignore[override]
         """How many points to submit beyond those that are awaited, so that no worker waits."""
         if not self._has_workers:
             return 0
@@ -441,7 +435,7 @@ class InPieces(_Executor):
     @property
     def room(self) -> int:
         """How many more points to submit now."""
-        if len(self._points) > 0 or len(self._waiting) >= self._n_waiting:
+        if len(self._points) > 0:
             return 0
         return self._largest
 
@@ -458,6 +452,11 @@ class InPieces(_Executor):
             first = int(piece.numbers[0])
             self._pending[first] = piece
             self._waiting.append((first, piece))
+
+    @property
+    def n_evaluated(self) -> int:
+        """How many points are evaluated and not taken yet."""
+        return sum(len(piece) for piece, *_ in self._evaluated)
 
     def wait(self) -> float:
         """Wait for another piece."""
@@ -500,7 +499,7 @@ def executor_of(
     *,
     n_points: int | None = None,
     runner: Runner | None = None,
-    may_end_early: bool = False,
+    may_end_early: bool = True,
     kept: Filter | None = None,
 ) -> Executor:
     """Return the executor for a model.
@@ -510,7 +509,8 @@ def executor_of(
         options: The options of the run.
         n_points: How many points there are; ``None`` evaluates together what is submitted together.
         runner: What evaluates pieces of a vectorised model; ``None`` is this process.
-        may_end_early: Whether a termination may end the run before all points are tested.
+        may_end_early: Whether a termination may end the run before all points are tested; if not,
+            points are evaluated ahead of the blocks that are asked for.
         kept: Returns the tests of a piece that are needed; ``None`` for all.
     """
     if streams(model.inner):
@@ -529,13 +529,17 @@ def executor_of(
     largest = options.block_size or largest
     smallest = min(smallest, largest)
     first = smallest
-    if options.study is None:
+    if options.study is None and may_end_early:
         first = largest
         seconds = None
     if runner is not None and runner.n_workers != 1:
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
         first = min(first, max(_SMALLEST, points_of_a_worker))
-    return InPieces(task, largest, smallest, first, seconds, runner)
+    pieces = InPieces(task, largest, smallest, first, seconds, runner)
+    if not may_end_early:
+        pieces.ahead = LAST
+    pieces.filters = kept is not None
+    return pieces
 
 
 # Values that pymoo computes itself, or its users return beside the outputs of a model; our reasons.
@@ -559,16 +563,15 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, An
         out: Their values, as :func:`evaluate_designs` returns them.
     """
     numbers = points.numbers
+    has_failed = out["failure"].astype(bool)
     reasons = {}
-    for number, reason in zip(numbers.tolist(), out["failure"], strict=True):
-        if reason:
-            reasons[number] = reason
+    for row in np.flatnonzero(has_failed):
+        reasons[int(numbers[row])] = out["failure"][row]
     candidates = dict(out)
     if points.rounds is not None:
         # first, and those of the points: a repeated design has the values of another point
         candidates.pop(PROPOSAL_ROUND, None)
         candidates = {PROPOSAL_ROUND: points.rounds} | candidates
-    is_evaluated = out["failure"] == ""
     other_columns = {*layout.columns, *RESERVED}
     outputs = {}
     for name, values in candidates.items():
@@ -582,7 +585,7 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, An
             _warn_of(name, f"where it is no single number, such as {odd[0]!r:.40}")
             if np.isnan(column).all():
                 continue
-        outputs[name] = np.where(is_evaluated, column, np.nan)
+        outputs[name] = np.where(has_failed, np.nan, column)
     return TestTable.of(
         numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, layout=layout
     )

@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.algorithms._asked import (
-    kept_tests,
+    Kept,
     pareto_tests,
     total_violation,
     under,
@@ -58,9 +58,10 @@ from pymoo_psi.table import TestTable, limits_on
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Rows above which tests are filtered for dominance during a run. It happens again when there are
-# twice as many as were left: all filtering together takes at most twice as long as the last one.
-_WORTH_FILTERING = 2**18
+# Rows above which tests are filtered for dominance during a run: a hundred bytes each. It happens
+# again when there are twice as many as were left: all filtering together takes at most twice as
+# long as the last one.
+_WORTH_FILTERING = 2**20
 
 
 class PointAlgorithm(Algorithm):
@@ -480,6 +481,9 @@ def investigate(
     run = run_of_sequence(problem, n_points, settings, keep=keep, runner=runner)
     on_workers = runner if runner is not None and runner.elastic else None
     asked = run.model.asked
+    kept = Kept(keep, asked)
+    if run.executor.filters:
+        kept = Kept("all", asked)
     n_points = run.n_left  # of this share
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -488,10 +492,7 @@ def investigate(
         closing(run.tests()) as blocks,
     ):
         for block in blocks:
-            tests = block.tests
-            if not block.is_filtered:
-                tests = kept_tests(keep, asked, tests)
-            tables.append(tests)
+            tables.append(kept(block.tests))
             show_progress(1 - run.n_left / n_points)
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
@@ -502,7 +503,10 @@ def investigate(
     # of tests that are left out it is unknown whether they failed
     if run.model.limits and keep != "all":
         limits_on(run.model.limits, table.layout)
-    return under_known(table, asked)
+    table = under_known(table, asked)
+    if keep == "pareto":
+        table.know_pareto(np.ones(len(table), dtype=bool))
+    return table
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:

@@ -14,13 +14,12 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from pymoo_psi._validation import Designs, Numbers, Received, identity_text, integer, invalid
-from pymoo_psi.algorithms._asked import kept_tests, under
+from pymoo_psi.algorithms._asked import Kept, under
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
@@ -42,6 +41,7 @@ SECONDS = 1.0
 # Seconds of computing, by all workers together, after which there is a commit in any case: results
 # of slow designs that arrive together must not wait for the next one, perhaps for hours.
 COMPUTED = 20.0
+_MANY = 2**16  # tests after which there is one, too, so that they are joined once
 
 
 class Run:
@@ -218,7 +218,8 @@ class Run:
         much = max(COMPUTED, SECONDS * executor.n_workers)
         is_late = computed >= much or time.monotonic() - began >= SECONDS
         is_complete = executor.n_pending == 0 or executor.first_pending > self._last_awaited
-        return is_late or is_complete or self.source.eager
+        are_many = executor.n_evaluated >= _MANY
+        return is_late or are_many or is_complete or self.source.eager
 
     def _start(self, recall: Recall, count: int) -> Generator[list[Block]]:
         """Start the first ``count`` points: recall stored tests, and submit the other points."""
@@ -347,7 +348,7 @@ def run_of_sequence(
     *,
     keep: str = "all",
     runner: Runner | None = None,
-    may_end_early: bool = False,
+    may_end_early: bool = True,
     method: str = "",
     n_first: int | None = None,
 ) -> Run:
@@ -385,7 +386,7 @@ def run_of_sequence(
         repeats = Repeats(model, store.known())
     kept = None
     if keep != "all" and options.study is None and repeats is None:
-        kept = partial(kept_tests, keep, model.asked)
+        kept = Kept(keep, model.asked)
     executor = executor_of(
         model,
         options,

@@ -7,11 +7,23 @@ neither make a design Pareto optimal nor decide a rank.
 
 from __future__ import annotations
 
+import operator
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
 import numpy as np
 
-from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
+from pymoo_psi._validation import AnyArray, Array, Mask, Received, Rows, invalid
 
 Levels = Rows
+
+# Rows of four objectives that are filtered in slabs, and these: on two cores it takes six tenths of
+# the time, on one core nine, if there are many rows.
+_WORTH_SLABS = 100_000
+_SLABS = 16
+_LARGE = 5_000  # rows of an array that is worth a thread
 
 _WORST = np.iinfo(np.intp).max
 
@@ -88,8 +100,50 @@ def nondominated(F: Array) -> Mask:
         column = F[:, 0]
     order = np.argsort(column)
     mask = np.empty(n, dtype=bool)
-    mask[order] = moocore.is_nondominated(F[order], keep_weakly=True)
+    if m == 4 and n >= _WORTH_SLABS:
+        mask[order] = _nondominated_in_slabs(F[order])
+    else:
+        mask[order] = moocore.is_nondominated(F[order], keep_weakly=True)
     return mask
+
+
+def _nondominated_in_slabs(F: Array) -> Mask:
+    """Return :func:`nondominated` of rows that increase in the first of four objectives.
+
+    They are cut into slabs, with equal values together. What dominates a row is in its slab or in
+    one before, where all rows are better in the first objective. Of these the front of the other
+    three is enough. Slabs are filtered in threads, as moocore lets go of the interpreter's lock.
+    """
+    # Whole numbers in the place of the first objective: there is always one below.
+    first = np.append(0.0, np.cumsum(F[1:, 0] > F[:-1, 0]))
+    starts = np.searchsorted(first, first[:: -(-len(F) // _SLABS)])
+    slabs = np.split(np.column_stack([first, F[:, 1:]]), np.unique(starts)[1:])
+    before = [np.zeros((0, 3))]
+    for front in in_threads(_front, [slab[:, 1:] for slab in slabs]):
+        before.append(_front(np.vstack([before[-1], front])))
+    return np.concatenate(in_threads(_nondominated_in_slab, slabs, before))
+
+
+def _front(F: Array) -> Array:
+    """Return the different rows of ``(n, 3)`` objectives that no other dominates."""
+    import moocore
+
+    rows = F[np.argsort(F[:, -1])]
+    return np.asarray(rows[moocore.is_nondominated(rows)])
+
+
+def _nondominated_in_slab(slab: Array, before: Array) -> Mask:
+    """Mark the rows of a slab that neither its rows dominate nor those of slabs before.
+
+    Args:
+        slab: ``(n, 4)`` rows.
+        before: ``(k, 3)`` the front of the slabs before, without the first objective.
+    """
+    import moocore
+
+    better = np.insert(before, 0, slab[0, 0] - 1, axis=1)
+    mask = moocore.is_nondominated(np.vstack([better, slab]), keep_weakly=True)
+    return np.asarray(mask[len(better) :])
 
 
 def nondominated_pair(a: Levels, b: Levels, other: Levels) -> Mask:
@@ -163,18 +217,36 @@ def without_rounding(F: Array) -> Array:
     Returns:
         ``(n, m)`` values in the same order in every column; ``F`` itself if nothing changes.
     """
-    result = F
-    for j, column in enumerate(F.T):
-        ordered = np.sort(column)
-        starts = _starts(ordered, NOISE * np.abs(ordered))
-        differs = ordered[1:] > ordered[:-1]
-        if not np.any(differs & ~starts[1:]):
-            continue
-        if result is F:
-            result = F.copy()
-        least = ordered[starts]
-        result[:, j] = least[np.searchsorted(least, column, side="right") - 1]
-    return result
+    columns = [*F.T]
+    rounded = in_threads(_column_without_rounding, columns)
+    if all(map(operator.is_, rounded, columns)):
+        return F
+    return np.column_stack(rounded)
+
+
+def _column_without_rounding(column: Array) -> Array:
+    ordered = np.sort(column)
+    starts = _starts(ordered, NOISE * np.abs(ordered))
+    differs = ordered[1:] > ordered[:-1]
+    if not np.any(differs & ~starts[1:]):
+        return column
+    least = ordered[starts]
+    return np.asarray(least[np.searchsorted(least, column, side="right") - 1])
+
+
+def in_threads(function: Callable[..., AnyArray], *arguments: Sequence[Any]) -> list[Any]:
+    """Return a function's arrays for each of some arguments, of large ones in threads.
+
+    NumPy and moocore let go of the interpreter's lock meanwhile.
+
+    Args:
+        function: The function.
+        *arguments: As for ``map``; the first ones are arrays.
+    """
+    if len(arguments[0][0]) < _LARGE:
+        return [*map(function, *arguments)]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return [*pool.map(function, *arguments)]
 
 
 def levels(values: Array, tolerance: float) -> Levels:

@@ -54,6 +54,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.pareto._dominance import (
     LAST_PLACES,
     Levels,
+    in_threads,
     levels,
     nondominated,
     nondominated_pair,
@@ -490,9 +491,10 @@ def ranking_of(
     U, N = _ends(objectives, optimal, ideal, nadir)
     frame = UtopianFrame(U, N, normalize)
     measured, units = frame.measured(F)
-    mu1, mu2, mu3 = map(levels, measured[front].T, frame.noise(optimal, units))
+    mu1, mu2, mu3 = in_threads(levels, [*measured[front].T], [*frame.noise(optimal, units)])
     place = np.zeros(len(F), dtype=np.int64)
-    place[front] = 1 + np.searchsorted(np.sort(mu1), mu1)
+    counts = np.bincount(mu1)
+    place[front] = 1 + (np.cumsum(counts) - counts)[mu1]
     rank = np.zeros(len(F), dtype=np.int64)
     rank[front] = _ranks(mu1, mu2, mu3)
     with np.errstate(over="ignore"):  # a dominated design may be infinitely far

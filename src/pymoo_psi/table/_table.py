@@ -239,11 +239,24 @@ class TestTable(Tests, Shown):
             >>> table.under(limits={"f1": 1.5}).pareto()
             array([ True, False, False])
         """
-        mask = self.eligible()
-        if self.F.shape[1] > 0:  # without objectives no design is better than another
-            mask[mask] = nondominated(self.F[mask])
-        mask[mask] = ~self._repeated(np.flatnonzero(mask))
-        return mask
+        if self._pareto is None:
+            mask = self.eligible()
+            if self.F.shape[1] > 0:  # without objectives no design is better than another
+                mask[mask] = nondominated(self.F[mask])
+            mask[mask] = ~self._repeated(np.flatnonzero(mask))
+            self.know_pareto(mask)
+        return np.array(self._pareto)
+
+    def know_pareto(self, mask: Mask) -> None:
+        """Take the answer of :meth:`pareto`, which then need not be searched.
+
+        Example:
+            >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
+            >>> table.know_pareto(np.array([True, False]))
+            >>> table.pareto()
+            array([ True, False])
+        """
+        self._set({"_pareto": mask})
 
     # Rankings
 

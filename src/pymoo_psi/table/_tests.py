@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -107,6 +107,8 @@ class Tests:
     decimal: str = "."
     # The tests as they were before `under`; None if they are that themselves.
     _tested: Tests | None = field(default=None, init=False)
+    # The Pareto-optimal designs, once they are known. It is no field: no other table takes it over.
+    _pareto: ClassVar[Mask | None] = None
 
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
