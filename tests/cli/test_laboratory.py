@@ -93,7 +93,9 @@ def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, capsys):
     assert "Pending tests: 4." in capsys.readouterr().out
     assert asked("again.csv", "--points", 0)["test"].tolist() == [4]
     table = read_table("lab.db")
-    assert table.status.tolist() == ["ok"] * 5
+    assert table.status.tolist() == ["ok"] * 4
+    assert table["tests"].tolist() == [1, 1, 2, 1]
+    assert table["strength"][2] == 230.75
     cost = table.X[:, :3].astype(float) @ [3, 2, 1]
     assert table.column("cost") == pytest.approx(cost, rel=1e-15)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 import warnings
+import zlib
 from collections import deque
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import replace
@@ -30,6 +31,7 @@ from pymoo_psi.parallel import (
     worker_count,
 )
 from pymoo_psi.problems import (
+    Seeded,
     columns_of_values,
     design_space,
     evaluate_designs,
@@ -169,6 +171,7 @@ class Model:
     Args:
         problem: A pymoo problem.
         options: The options of the run.
+        repeat: Which of the tests of each design these are, from 1.
 
     Attributes:
         problem: The problem with its requirements, not tolerant of failures.
@@ -177,9 +180,13 @@ class Model:
         layout: The columns that the problem promises.
         limits: The limits of the problem, and those of the options in place of these, by column.
         asked: The formulation of the run, with these limits; or these limits.
+        repeat: Which of the tests of each design these are.
+        noisy: Whether tests of the same design differ.
     """
 
-    def __init__(self, problem: Any, options: RunOptions) -> None:
+    def __init__(self, problem: Any, options: RunOptions, repeat: int = 1) -> None:
+        self.repeat = repeat
+        self.noisy: bool = getattr(problem, "noisy", False)
         self.problem = with_requirements(untolerant(problem), options.requirements)
         self.inner = without_requirements(self.problem)
         self._limits = known_limits(self.problem)  # the first constraints, but not of a table
@@ -371,7 +378,11 @@ class OneByOne(_Executor):
         points = replace(points, designs=matrix)
         self._points = self._points.joined(points)  # from the first pending one on
         self._pending |= dict.fromkeys(numbers)
-        designs = self._model.space.designs(matrix)
+        designs: Any = self._model.space.designs(matrix)
+        if self._model.noisy:
+            repeat = self._model.repeat
+            seeds = [_seed_of(number, repeat) for number in numbers]
+            designs = list(map(Seeded, designs, seeds))
         self._waiting.extend(zip(numbers, designs, strict=True))
 
     def wait(self) -> float:
@@ -394,6 +405,11 @@ class OneByOne(_Executor):
         self._points = self._points.at(self._points.numbers >= self.first_pending)
         tests = self._model.tests(points, values)
         return Block(points.numbers, tests, len(points), seconds)
+
+
+def _seed_of(test_point: int, repeat: int) -> int:
+    """Return the seed of a test, from 0 to 2³¹ - 1."""
+    return zlib.crc32(f"{test_point} {repeat}".encode()) >> 1
 
 
 class InPieces(_Executor):

@@ -60,10 +60,16 @@ class PointKeywords(StudyKeywords, total=False):
 
 
 class RunKeywords(PointKeywords, total=False):
-    """Options of runs that test nothing but points of a sequence, as :func:`investigate`."""
+    """Options of runs that test nothing but points of a sequence."""
 
     share: tuple[int, int] | None
     block_size: int | None
+
+
+class InvestigateKeywords(RunKeywords, total=False):
+    """Options of :func:`investigate`."""
+
+    repeat: int
 
 
 class AlgorithmKeywords(TypedDict, total=False):
@@ -141,6 +147,8 @@ class RunOptions:
             c = 1"}``, or functions; see :class:`Required`. The model never runs for a design that
             violates one: it counts as infeasible. By default those of the problem's attribute
             ``requirements``.
+        repeat: How many tests each design has, if the problem is ``noisy``; the designs are their
+            means. A larger number continues a study, too.
         block_size: Points per iteration of ``PSI``, after each of which display, callback and
             termination are called; by default the run has 32 iterations of at least 64 points. For
             ``investigate``, how many points are evaluated together at most.
@@ -166,12 +174,14 @@ class RunOptions:
     units: Mapping[str, str] | None = None
     log: Collection[str] | None = None
     requirements: Any = None
+    repeat: int = 1
     block_size: int | None = None
 
     def __post_init__(self) -> None:
         """Check what can be checked without a problem."""
         integer("first", self.first, minimum=1)
         object.__setattr__(self, "sampling", uniform_sampling(self.sampling))
+        integer("repeat", self.repeat, minimum=1)
         if self.block_size is not None:
             integer("block_size", self.block_size, minimum=1)
         positive_number("study_wait", self.study_wait)

@@ -37,13 +37,13 @@ from pymoo_psi.algorithms._asked import (
 )
 from pymoo_psi.algorithms._executor import NO_OUTPUTS
 from pymoo_psi.algorithms._options import (
+    InvestigateKeywords,
     PSIKeywords,
-    RunKeywords,
     RunOptions,
     run_options,
     takes,
 )
-from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
+from pymoo_psi.algorithms._run import Run, by_number, joined_repeats, repeated_runs, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
 from pymoo_psi.problems import (
@@ -53,7 +53,7 @@ from pymoo_psi.problems import (
     untolerant,
     with_requirements,
 )
-from pymoo_psi.table import TestTable, limits_on
+from pymoo_psi.table import TestTable, averaged_repeats, limits_on
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -425,7 +425,7 @@ class PSI(PointAlgorithm):
         return run_of_sequence(self.problem, self.n_points, options, may_end_early=may_end_early)
 
 
-@takes(RunKeywords)
+@takes(InvestigateKeywords)
 def investigate(
     problem: Any,
     n_points: int,
@@ -434,7 +434,7 @@ def investigate(
     n_jobs: int = 1,
     runner: Runner | None = None,
     progress: bool = False,
-    **options: Unpack[RunKeywords],
+    **options: Unpack[InvestigateKeywords],
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
@@ -474,12 +474,36 @@ def investigate(
         >>> bool(table.pareto().all())
         True
     """
-    settings, _ = run_options("investigate", options, RunKeywords)
+    settings, _ = run_options("investigate", options, InvestigateKeywords)
     require_problem(problem)
     runner = _runner_of_pieces(problem, n_jobs, runner)
     known_name("keep", keep, ("all", "feasible", "pareto"))
-    run = run_of_sequence(problem, n_points, settings, keep=keep, runner=runner)
     on_workers = runner if runner is not None and runner.elastic else None
+    is_noisy = getattr(problem, "noisy", False)
+    kept = "all" if is_noisy else keep  # until tests are averaged
+    tables = []
+    runs = []
+    for run in repeated_runs(problem, n_points, settings, keep=kept, runner=runner):
+        tables.append(_tests_of(run, kept, on_workers, progress))
+        runs.append(run)
+    asked = run.model.asked
+    table = joined_repeats(tables)
+    if is_noisy:
+        table = Kept(keep, asked)(averaged_repeats(table))
+    table = runs[0].store.numbered(table)
+    if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
+        table = pareto_tests(table, asked, on_workers)
+    # of tests that are left out it is unknown whether they failed
+    if run.model.limits and keep != "all":
+        limits_on(run.model.limits, table.layout)
+    table = under_known(table, asked)
+    if keep == "pareto":
+        table.know_pareto(np.ones(len(table), dtype=bool))
+    return table
+
+
+def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) -> TestTable:
+    """Return the tests of a run that are kept, by number."""
     asked = run.model.asked
     kept = Kept(keep, asked)
     if run.executor.filters:
@@ -497,16 +521,7 @@ def investigate(
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
                 tables = [pareto_tests(by_number(tables), asked, on_workers)]
-    table = run.store.numbered(by_number(tables))
-    if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = pareto_tests(table, asked, on_workers)
-    # of tests that are left out it is unknown whether they failed
-    if run.model.limits and keep != "all":
-        limits_on(run.model.limits, table.layout)
-    table = under_known(table, asked)
-    if keep == "pareto":
-        table.know_pareto(np.ones(len(table), dtype=bool))
-    return table
+    return by_number(tables)
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from typing import Any
@@ -28,7 +28,7 @@ from pymoo_psi.algorithms._sources import (
     Source,
     unit_points,
 )
-from pymoo_psi.algorithms._store import Recall, Store, StudyStore, stored_at_termination
+from pymoo_psi.algorithms._store import Recall, Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import Runner, Values
 from pymoo_psi.problems import problem_identity
@@ -351,6 +351,7 @@ def run_of_sequence(
     may_end_early: bool = True,
     method: str = "",
     n_first: int | None = None,
+    repeat: int = 1,
 ) -> Run:
     """Return a run that tests the points of a sequence, or a share of them.
 
@@ -365,8 +366,9 @@ def run_of_sequence(
         method: By what designs are proposed after these points, for the study; the caller changes
             the source of the run.
         n_first: How many of the points, at most, are of the sequence.
+        repeat: Which of the tests of each design the run makes.
     """
-    model = Model(problem, options)
+    model = Model(problem, options, repeat)
     under(TestTable.empty(model.layout), model.asked)  # wrong ones are refused here
     integer("n_points", n_points, minimum=1)
     n_dim = len(model.space.searched)
@@ -382,7 +384,7 @@ def run_of_sequence(
     points = unit_points(options, min(n_points, n_first or n_points), n_dim)
     store.plan(options.first + n_points - 1)
     repeats = None
-    if model.space.finite and (model.problem.elementwise or runner is None):
+    if model.space.finite and not model.noisy and (model.problem.elementwise or runner is None):
         repeats = Repeats(model, store.known())
     kept = None
     if keep != "all" and options.study is None and repeats is None:
@@ -396,6 +398,65 @@ def run_of_sequence(
         kept=kept,
     )
     return Run(model, PlannedPoints(points), executor, store, repeats, n_points)
+
+
+def repeated_runs(
+    problem: Any,
+    n_points: int,
+    options: RunOptions,
+    *,
+    keep: str = "all",
+    runner: Runner | None = None,
+) -> Iterator[Run]:
+    """Yield the run of the first tests of all designs, then those of their repeats.
+
+    Args:
+        problem: A pymoo problem.
+        n_points: How many points the run has.
+        options: The options of the run.
+        keep: As for :func:`run_of_sequence`.
+        runner: As for :func:`run_of_sequence`.
+
+    Raises:
+        ArgumentValueError: There are repeats, and the problem is not noisy.
+    """
+    if options.repeat > 1 and not getattr(problem, "noisy", False):
+        remedy = "a stochastic model says so by noisy = True, or the command by --noisy"
+        raise invalid("repeat", "1 for a model that is not noisy", options.repeat, remedy)
+    for repeat in range(1, options.repeat + 1):
+        run = run_of_sequence(problem, n_points, options, keep=keep, runner=runner, repeat=repeat)
+        n_points = run.n_points
+        options = replace(options, more=False)
+        yield run
+
+
+def joined_repeats(tables: Sequence[TestTable]) -> TestTable:
+    """Return the tests of runs of the same points as one table, numbered on from the first."""
+    first, *others = tables
+    n_points = first.numbers.max(initial=0)
+    shifted = []
+    for k, table in enumerate(others, start=1):
+        shifted.append(renumbered(table, table.numbers + k * n_points))
+    return first.extended(*shifted)
+
+
+def total_points(model: Model, options: RunOptions, n_more: int, method: str = "") -> int:
+    """Return how many points a run of a study has with so many more; see :class:`RunOptions`.
+
+    Args:
+        model: The model.
+        options: The options of the run.
+        n_more: How many more.
+        method: By what designs are proposed after the points of the sequence.
+
+    Raises:
+        ArgumentValueError: The sequence cannot be continued.
+    """
+    sampling = options.sampling_in(len(model.space.searched))
+    if not sampling.extendable:
+        raise invalid("more", "used with a sequence that can be continued", Received(sampling))
+    table = table_of_run(model, options, lambda: sampling.identity(n_more, options.seed) + method)
+    return StudyStore(table, options, model).total(n_more)
 
 
 def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]) -> TestTable:

@@ -370,7 +370,7 @@ def _head_of_run(table: TestTable, model: Model) -> Head:
 
 def _points_of_run(head: Head, sampling: str, model: Model) -> Head:
     """Return what determines the points of a run."""
-    points = points_of(head, sampling, requirement_texts(model.problem))
+    points = points_of(head, sampling, requirement_texts(model.problem), model.repeat)
     kept = _kept_values(model, head["problem"]["choices"])
     if kept:
         points["only"] = kept

@@ -205,6 +205,8 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     ),
     _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),
+    _flag("noisy", text="The model is stochastic: tests of the same design differ."),
+    _count("repeat", "K", "Tests of each design of a noisy model (psi).", default=1),
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
     _file("study", "FILE.db", "Keep every test here; a later run continues it."),
     _flag("live", text="Watch and steer the run in the browser; see 'pymoo-psi live'."),

@@ -57,6 +57,7 @@ def load_problem(
     *,
     box: Names = (),
     log: Names = (),
+    noisy: bool = False,
 ) -> Problem:
     """Return the problem of a name.
 
@@ -69,6 +70,7 @@ def load_problem(
         timeout: Seconds allowed for a design, if limited; a program keeps this limit itself.
         box: Entries of ``--box``, which narrow the bounds.
         log: Variables on a logarithmic scale; by default those that the problem names.
+        noisy: Whether the problem is noisy, whatever it says.
 
     Raises:
         PsiError: There is no such problem, or it cannot be constructed.
@@ -82,6 +84,8 @@ def load_problem(
     problem = _construct(name, source)
     if log:
         problem.log = entries_of(log)
+    if noisy:
+        problem.noisy = True
     _require_columns(name, problem)
     if not box:
         return problem

@@ -23,9 +23,10 @@ from pymoo_psi.algorithms import (
     ask_tests,
     by_number,
     import_tests,
+    joined_repeats,
     limits_of_problem,
     nsga3,
-    run_of_sequence,
+    repeated_runs,
     stored_at_termination,
     tell_tests,
 )
@@ -51,6 +52,8 @@ from pymoo_psi.table import (
     TestTable,
     alike,
     allowed_by,
+    averaged_repeats,
+    confidence_sentence,
     is_of_texts,
     limit_text,
     limits_by_name,
@@ -69,9 +72,10 @@ _ALGORITHMS = {
     "decision": ["psi", "surrogate"],
     "limits": ["psi", "surrogate"],
     "share": ["psi"],
+    "repeat": ["psi"],
     "sampling": ["psi", "surrogate"],
 }
-_OF_POINTS = ("share", "sampling")  # the others are of the formulation
+_OF_POINTS = ("share", "repeat", "sampling")  # the others are of the formulation
 
 Show = Callable[..., None]
 """Shows a share of 1, and a note, on a progress bar."""
@@ -85,11 +89,13 @@ class Search:
         table: The tests under the formulation; of NSGA-III the designs that it returned.
         counts: How many designs were tested, stored before and failed, in words.
         reasons: Why designs failed.
+        n_tests: How many tests were asked for.
     """
 
     table: TestTable
     counts: str
     reasons: Collection[str]
+    n_tests: int
 
 
 def run_solve(options: Options) -> int:
@@ -108,6 +114,7 @@ def run_solve(options: Options) -> int:
         options.timeout,
         box=options.box,
         log=options.log,
+        noisy=options.noisy,
     )
     require_model(problem)
     if getattr(options, "try"):  # a keyword of Python
@@ -141,7 +148,7 @@ def run_solve(options: Options) -> int:
         with Study(run.study).reading() as database:
             runs = database.n_tests()
         n_stored = sum(runs.values())
-        n_tests = len(search.table)
+        n_tests = search.n_tests
         if n_stored > n_tests:
             of_runs = f"{n_stored} tests of {counted(len(runs), 'run')}"
             say(f"The study has {of_runs}; this run asked for {n_tests} of them.")
@@ -169,6 +176,9 @@ def _say_best(problem: Problem, options: Options, search: Search, out: Path | No
     title = f"{name} by {options.algorithm}: {size}, {search.counts}, by place"
     labelled = frame.rename(columns=designs.layout.label_of)
     say_best(labelled, title, ranking, options.out)
+    sure = confidence_sentence(search.table, int(ranking.salukvadze[0]))
+    if sure:
+        say(sure)
     say(*search.table.remarks, *_failures(search.reasons))
 
 
@@ -259,6 +269,7 @@ def _run_options(options: Options) -> RunOptions:
         sampling=sampling,
         seed=options.seed,
         share=share or None,
+        repeat=options.repeat,
         study=options.study,
         study_key=options.study_key,
         retry=options.retry,
@@ -269,7 +280,7 @@ def _run_options(options: Options) -> RunOptions:
 def _require_effect(options: Options) -> None:
     """Refuse options that would have no effect."""
     for name, algorithms in _ALGORITHMS.items():
-        left_out = getattr(options, name) in (None, (), False, "lptau")
+        left_out = getattr(options, name) in (None, (), False, 1, "lptau")
         if left_out or options.algorithm in algorithms:
             continue
         remedy = ""
@@ -319,16 +330,18 @@ def _by_psi(
     # enough for the bar to move.
     block_size = min(65_536, max(64, -(-points // 32)))
     options = replace(run, block_size=block_size)
-    investigation = run_of_sequence(problem, points, options, runner=runner)
-    count = _counting(show, investigation.n_left, formulation)
-    tables = [investigation.store.empty]
     n_evaluated = 0
-    with closing(investigation.tests()) as blocks:
-        for block in blocks:
-            count(block.tests)
-            tables.append(block.tests)
-            n_evaluated += block.n_called
-    return _search(problem, by_number(tables), formulation, n_evaluated)
+    tables = []
+    for run_of_tests in repeated_runs(problem, points, options, runner=runner):
+        count = _counting(show, run_of_tests.n_left, formulation)
+        tests = [run_of_tests.store.empty]
+        with closing(run_of_tests.tests()) as blocks:
+            for block in blocks:
+                count(block.tests)
+                tests.append(block.tests)
+                n_evaluated += block.n_called
+        tables.append(by_number(tests))
+    return _search(problem, joined_repeats(tables), formulation, n_evaluated)
 
 
 def _by_surrogate(
@@ -376,15 +389,19 @@ def _search(
     table = _under(tests, formulation)
     n_run = has_run.sum()
     n_failed = (table.status == "failed").sum()
-    n_stored = n_run - table.repeats[has_run].sum() - n_evaluated
+    n_stored = n_run - n_evaluated
+    if getattr(problem, "noisy", False):
+        table = _under(averaged_repeats(tests), formulation)
+    else:
+        n_stored -= table.repeats[has_run].sum()
     counts = [f"{n_run} tested"]
     if n_stored:
         counts.append(f"{n_stored} of them from the study")
     if n_failed:
         counts.append(f"{n_failed} failed")
     if violations:
-        counts.append(f"{len(table) - n_run} not run by requirements: {', '.join(violations)}")
-    return Search(table, ", ".join(counts), table.reasons.values())
+        counts.append(f"{len(tests) - n_run} not run by requirements: {', '.join(violations)}")
+    return Search(table, ", ".join(counts), table.reasons.values(), len(tests))
 
 
 def _by_nsga3(
@@ -424,7 +441,7 @@ def _by_nsga3(
     # pymoo has no F if no design is feasible.
     designs = result.pop if result.F is None else result.opt
     returned = np.isin(table.numbers, designs.get("test_point"))
-    return Search(table.rows(returned), ", ".join(counts), reasons)
+    return Search(table.rows(returned), ", ".join(counts), reasons, returned.sum())
 
 
 def _failures(reasons: Iterable[str]) -> list[str]:

@@ -20,6 +20,7 @@ from ._design_space import Variable as Variable
 from ._design_space import design_space as design_space
 from ._design_space import problem_identity as problem_identity
 from ._design_space import problem_layout as problem_layout
+from ._evaluation import Seeded as Seeded
 from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import stream_designs as stream_designs

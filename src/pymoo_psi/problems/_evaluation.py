@@ -15,7 +15,7 @@ import zlib
 from collections.abc import Generator, Sequence
 from contextlib import suppress
 from itertools import chain
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
@@ -160,6 +160,13 @@ def _sizes(problem: Any) -> dict[str, int]:
     return {"F": problem.n_obj, "G": problem.n_ieq_constr, "H": problem.n_eq_constr}
 
 
+class Seeded(NamedTuple):
+    """A design of a noisy problem, whose model gets ``seed=``."""
+
+    design: Any
+    seed: int
+
+
 class _Model:
     """The function that a runner calls: pymoo's, with checked values or the reason for none."""
 
@@ -178,11 +185,15 @@ class _Model:
 
     def __call__(self, x: Any) -> Values:
         """Return the values of one design, as arrays of their own."""
+        function = self.function
+        if isinstance(x, Seeded):
+            x, seed = x
+            function = self.problem.elementwise_func(self.problem, (), {"seed": seed})
         try:
             design = x
             for wrapper in self.wrappers:
                 design = wrapper.designs_within(design)
-            raw = self.function(copy.copy(design))
+            raw = function(copy.copy(design))
             row = {}
             for name, size in self.sizes.items():
                 row[name] = _floats(x, name, raw.get(name), (size,))

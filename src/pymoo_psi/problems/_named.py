@@ -198,6 +198,8 @@ class NamedProblem(ElementwiseProblem):
                     f"it violates the requirement {requirement.name}; "
                     "give the algorithm Required(problem)",
                 )
+        if "seed" in kwargs:
+            design["seed"] = kwargs["seed"]
         outputs = self.values(design)
         out["F"], out["G"] = self.objectives_and_constraints(outputs)
         for name, value in outputs.items():

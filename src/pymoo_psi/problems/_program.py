@@ -28,6 +28,7 @@ from pymoo_psi._validation import (
     Names,
     Received,
     Values,
+    boolean,
     distinct,
     invalid,
     known_name,
@@ -320,11 +321,14 @@ class ProgramProblem(NamedProblem):
             algorithms take a :class:`Required` problem.
         name: Name of the problem.
         key: Version of the model, part of the study's key.
+        noisy: Whether two runs for a design differ. ``{seed}`` in the command or in files says so,
+            too: it is replaced by an integer, another one for each test.
         base: Folder from which relative paths start.
         **kwargs: pymoo's own, such as ``elementwise_runner``.
 
     Attributes:
         names: The names of all columns by pymoo's names.
+        noisy: Whether two runs for a design differ.
         by_people: Whether people make the tests, as there is no program.
         units: Units by name.
         maximize: Objectives whose sign is changed in ``F``.
@@ -356,11 +360,13 @@ class ProgramProblem(NamedProblem):
         *,
         name: str = "program",
         key: str = "",
+        noisy: bool = False,
         base: str | PathLike[str] = ".",
         **kwargs: Any,
     ) -> None:
         self.base = Path(base).absolute()
         self.key = str(key)
+        self.noisy = boolean("noisy", noisy)
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
         self.program: Program
         self.by_people = program is None
@@ -418,7 +424,7 @@ class ProgramProblem(NamedProblem):
         try:
             sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))
             for word in sections:
-                known_name("a section", word, (*words, "name", "key"))
+                known_name("a section", word, (*words, "name", "key", "noisy"))
             sections.setdefault("program", {})  # as one may be missing
             for word in words[:4]:
                 remedy = "pymoo-psi solve --new example.toml writes a whole file"
@@ -480,12 +486,15 @@ class ProgramProblem(NamedProblem):
         """Run the program for one design.
 
         Args:
-            values: The value of each variable by name.
+            values: The value of each variable by name; of a noisy problem also the ``seed``, 1
+                unless given.
             keep: Keep the folder, whatever the program's ``keep`` says.
 
         Raises:
             OSError: The folder cannot be made.
         """
+        if self.noisy:
+            values = {"seed": 1, **values}
         folder = self.base / self.program.folder
         folder.mkdir(parents=True, exist_ok=True)
         prefix = re.sub(r"\W+", "-", f"{self._name}-")
@@ -569,7 +578,7 @@ class ProgramProblem(NamedProblem):
             texts[f"the file {file}"] = text_of(self._template / file)
         space = design_space(self)
         lowest = space.matrix(np.zeros((1, len(space.searched))))[0].tolist()
-        values = dict(zip(self.variables, lowest, strict=True))
+        values = {"seed": 1, **dict(zip(self.variables, lowest, strict=True))}
         for where, text in texts.items():
             try:
                 fill_placeholders(text, values)
@@ -578,7 +587,9 @@ class ProgramProblem(NamedProblem):
                 raise invalid(f"a placeholder in {where}", rule, Received(error)) from None
             for name, _ in _PLACEHOLDER.findall(text):
                 near = difflib.get_close_matches(name, self.variables, n=1, cutoff=0.8)
-                if name not in self.variables and near:  # other braces are no placeholders
+                if name not in self.variables and name == "seed":
+                    self.noisy = True
+                elif name not in self.variables and near:  # other braces are no placeholders
                     rule = f"{{{near[0]}}}, or unlike a variable"
                     raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
                 used.add(name)

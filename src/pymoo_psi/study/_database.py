@@ -449,8 +449,11 @@ class Database:
         return numbers
 
     def adopt(self, run: int, columns: Columns) -> None:
-        """Note for test points of a run without a test those of other runs with their designs."""
-        if len(self.facts.runs) == 1:
+        """Note for test points of a run without a test those of other runs with their designs.
+
+        A first test is that of another run, too, a repeat never is.
+        """
+        if len(self.facts.runs) == 1 or "repeat" in self.facts.run(run).points:
             return
         self.db.execute("CREATE INDEX IF NOT EXISTS designs ON tests (design_checksum)")
         designs = self._design_checksums(columns, len(columns["test_point"]))

@@ -120,13 +120,16 @@ def _model(head: Head) -> dict[str, str]:
     return flat({"problem": problem, "variables": head["variables"], "kinds": kinds})
 
 
-def points_of(head: Head, sampling: str | None, requirements: Sequence[str] = ()) -> dict[str, Any]:
+def points_of(
+    head: Head, sampling: str | None, requirements: Sequence[str] = (), repeat: int = 1
+) -> dict[str, Any]:
     """Return what determines the points of a run.
 
     Args:
         head: The head of its tests, with the bounds.
         sampling: The sequence or algorithm that the points come from.
         requirements: The rules that designs have to meet before they are evaluated.
+        repeat: Which of the tests of each point the run makes.
     """
     log = []
     for name, kind in zip(head["variables"], head["kinds"], strict=True):
@@ -139,5 +142,7 @@ def points_of(head: Head, sampling: str | None, requirements: Sequence[str] = ()
         "log": log,
         "requirements": [*requirements],
     }
+    if repeat > 1:
+        points["repeat"] = repeat
     plain: dict[str, Any] = json.loads(json.dumps(points))
     return plain

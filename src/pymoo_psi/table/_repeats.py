@@ -1,7 +1,7 @@
 """Repeated tests of a design: their mean, and how sure a decision on means is.
 
-The noise of an objective is taken to be normal, independent, and of one size for all designs. Its
-variance is pooled from the differences between tests of the same design.
+The noise of an objective is taken to be normal and independent. Its variance is pooled from the
+differences between tests of the same design, as far as designs do not differ in it.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pymoo_psi.pareto import (
 )
 from pymoo_psi.table._designs import design_keys, first_of, first_rows
 from pymoo_psi.table._joining import blank, unequal
+from pymoo_psi.table._layout import POINT, RUN
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,6 +35,8 @@ N_TESTS = "tests"
 NEAR_BEST = 0.05
 """Designs at most 5 % farther from the ideal point than the best one are as good as it."""
 
+_FEWEST = 5  # designs with noise that show how much it differs
+_STEPS = 8  # of Newton's method
 _N_LISTED = 3  # designs that a remark names
 _SAMPLES = 1000
 _OF_MANY = 200  # samples of more designs than _MANY
@@ -75,13 +78,18 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
     # The status follows from the means, and no run continues a study of means.
     means: dict[str, Any] = {"status": None, "problem": None}
     for name in ("F", "G", "H", "outputs"):
-        means[name] = _means(getattr(tested, name), group, usable, counts)
-    squares = (tested.F - means["F"][group])[usable] ** 2
-    variance = squares.sum(axis=0) / (usable.sum() - np.count_nonzero(counts))
+        values = getattr(tested, name)
+        means[name] = _means(values, group, usable, counts)
+        means[name][counts == 0] = values[first][counts == 0]
+    squares = np.zeros(means["F"].shape)
+    deviations = tested.F[usable] - means["F"][group[usable]]
+    np.add.at(squares, group[usable], deviations**2)
+    variance = np.column_stack([_variances(column, counts - 1) for column in squares.T])
     with np.errstate(divide="ignore"):
         errors = np.sqrt(variance / counts[:, None])
     reasons = {}
-    for number in tested.numbers[first[counts == 0]].tolist():
+    is_lost = (counts == 0) & (tested.status[first] == "failed")  # others were not run
+    for number in tested.numbers[first[is_lost]].tolist():
         reasons[number] = tested.reasons.get(number, "failed in all tests")
     extra, varying = _common_cells(tested, first[group])
 
@@ -100,7 +108,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
     size = f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}"
     remarks = [*tested.remarks, f"{size}: rows with the same {column} are tests of one design."]
     if not usable.all():
-        remarks.append(f"{counted((~usable).sum(), 'test')} failed and do not count.")
+        remarks.append(f"{counted((~usable).sum(), 'test')} have no values and do not count.")
     if varying:
         remarks.append(f"Left out, as tests of one design differ in it: {', '.join(varying)}.")
     means["outputs"] = np.column_stack([means["outputs"], counts, errors])
@@ -138,6 +146,36 @@ def _means(values: Array, group: Integers, usable: Mask, counts: Integers) -> Ar
         return np.asarray(sums / counts[:, None])
 
 
+def _variances(squares: Array, degrees: Integers) -> Array:
+    """Return ``(n,)`` variances of the tests of each design: the mean of its own and of all.
+
+    How much all count follows from how much the variances of designs differ beyond chance
+    (Smyth, Statistical Applications in Genetics and Molecular Biology 3, 2004, section 6).
+
+    Args:
+        squares: ``(n,)`` sums of the squared deviations from the mean of the design.
+        degrees: ``(n,)`` their degrees of freedom.
+    """
+    from scipy.special import digamma, polygamma
+
+    degrees = np.maximum(degrees, 0)
+    variance = np.full(len(squares), squares.sum() / degrees.sum())
+    has_noise = (degrees > 0) & (squares > 0)
+    if np.count_nonzero(has_noise) < _FEWEST:
+        return variance
+    half = degrees[has_noise] / 2
+    logs = np.log(squares[has_noise] / 2) - digamma(half)
+    excess = logs.var(ddof=1) - polygamma(1, half).mean()
+    if excess <= 0:
+        return variance
+    y = 0.5 + 1 / excess  # of which excess is the trigamma function, by Newton's method
+    for _ in range(_STEPS):
+        trigamma = polygamma(1, y)
+        y += trigamma * (1 - trigamma / excess) / polygamma(2, y)
+    typical = np.exp(logs.mean() + digamma(y))
+    return np.asarray((2 * typical + squares) / (2 * y + degrees))
+
+
 def _common_cells(table: TestTable, first: Integers) -> tuple[dict[str, Any], list[str]]:
     """Return the extra columns in which all tests of each design agree, and the names of others.
 
@@ -152,8 +190,16 @@ def _common_cells(table: TestTable, first: Integers) -> tuple[dict[str, Any], li
             varying.append(name)
         else:
             cells[name] = column[np.unique(first)]
-    # Rows of a file that has no names differ by nature.
-    return cells, [name for name in varying if name != "row"]
+    # Rows of a file that has no names differ by nature, and the runs of repeats.
+    return cells, [name for name in varying if name not in ("row", RUN, POINT)]
+
+
+def averaged_repeats(table: TestTable) -> TestTable:
+    """Return the tests of a noisy model, those of the same design averaged if there are any."""
+    keys = design_keys(table.X[table.status != "failed"])
+    if len(set(keys)) == len(keys):
+        return table
+    return table.averaged()
 
 
 def undeclared(table: TestTable) -> list[str]:
@@ -187,10 +233,10 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
     objectives = ranking.objectives
     designs = table.rows(ranking.rows)
     errors = _errors(designs, noise)
-    degrees = np.inf  # of freedom
-    if noise is None and N_TESTS in table.layout.outputs:
-        tests = table.column(N_TESTS)
-        degrees = float(tests.sum() - np.count_nonzero(tests))
+    is_estimated = noise is None and N_TESTS in designs.layout.outputs
+    degrees = errors
+    if is_estimated:
+        degrees = _degrees(designs.column(N_TESTS), errors)
     values = objectives.minimized
     means, factors = _posterior(values, errors)
     n_samples = _SAMPLES
@@ -200,7 +246,7 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
     chances = np.zeros((3, len(values)))
     for _ in range(n_samples):
         steps = generator.standard_normal(values.shape)
-        if np.isfinite(degrees):  # the noise is not known either
+        if is_estimated:  # the size of the noise is not known either
             steps *= np.sqrt(degrees / generator.chisquare(degrees))
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         pareto = nondominated(sample)
@@ -216,6 +262,13 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
     columns = dict(zip(objectives.names, objectives.original(means).T, strict=True))
     columns |= dict(zip(("pareto", "best", "near_best"), chances, strict=True))
     return pd.DataFrame(columns, index=list(objectives.labels))
+
+
+def _degrees(tests: Array, errors: Array) -> Array:
+    """Return the ``(n, m)`` degrees of freedom of standard errors by ``(n,)`` tests."""
+    variances = errors**2 * tests[:, None]
+    is_pooled = np.ptp(variances, axis=0) <= _ROUNDING * variances.max(axis=0)
+    return np.where(is_pooled, max((tests - 1).sum(), 1), tests[:, None])
 
 
 def _errors(designs: TestTable, noise: Mapping[str, float] | None) -> Array:

@@ -139,6 +139,9 @@ def read_table(
                 content.remarks,
                 is_derived=content.is_derived,
             )
+            # A study tests a design once, unless its model is noisy or people repeat a test.
+            if content.is_derived and repeats is None and undeclared(table):
+                table = table.averaged()
             if content.limits:
                 table = table.under(limits=content.limits)
         else:

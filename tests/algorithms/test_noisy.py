@@ -1,0 +1,139 @@
+"""Tests of a noisy model: seeds, repeats in a study that a kill cannot spoil, and their means."""
+
+import sqlite3
+
+import numpy as np
+import pytest
+from pymoo.core.problem import ElementwiseProblem
+
+from pymoo_psi import JoblibRunner, ProgramProblem, Restricted, investigate, read_table
+from pymoo_psi.cli import main
+from pymoo_psi.errors import ArgumentValueError
+
+
+def model(x, seed):
+    noise = np.random.default_rng(seed).standard_normal(2)
+    return np.array([x[0], (1 - x[0]) ** 2 + x[1]]) + 0.05 * noise
+
+
+class Queue(ElementwiseProblem):
+    """A noisy model, which notes its calls and may be interrupted."""
+
+    noisy = True
+
+    def __init__(self, n_calls=10_000, **kwargs):
+        super().__init__(n_var=2, n_obj=2, xl=0.0, xu=1.0, **kwargs)
+        self.n_calls = n_calls
+        self.calls = []
+
+    def fingerprint(self):
+        return {}
+
+    def _evaluate(self, x, out, *args, seed, **kwargs):
+        if len(self.calls) == self.n_calls:
+            raise KeyboardInterrupt
+        self.calls.append((*x, seed))
+        out["F"] = model(x, seed)
+
+
+def test_every_test_has_a_seed_and_a_design_the_mean_of_its_tests():
+    problem = Queue()
+    table = investigate(problem, 16, repeat=3)
+    calls = np.array(problem.calls)
+    assert len(calls) == 48
+    assert len(np.unique(calls[:, 2])) == 48
+    for x, F in zip(table.X, table.F, strict=True):
+        tests = [model(x, int(seed)) for *design, seed in calls if np.array_equal(design, x)]
+        assert len(tests) == 3
+        assert np.allclose(F, np.mean(tests, axis=0))
+    assert (table["tests"] == 3).all()
+    assert table.remarks[0].startswith("16 designs, 48 tests")
+    others = Queue(elementwise_runner=JoblibRunner(2))
+    assert investigate(others, 16, repeat=3).equals(table)
+    inside = investigate(Restricted(Queue(), {"x1": (0.2, 0.6)}), 16, repeat=2)
+    assert (inside["tests"] == 2).all()
+
+
+def test_a_study_keeps_every_test_and_makes_only_what_is_missing(tmp_path):
+    study = tmp_path / "queue.db"
+    with pytest.raises(KeyboardInterrupt):
+        investigate(Queue(12), 8, repeat=2, study=study)
+    problem = Queue()
+    investigate(problem, 8, repeat=2, study=study)
+    assert 4 <= len(problem.calls) <= 16
+    problem = Queue()
+    table = investigate(problem, 12, repeat=3, study=study)
+    assert len(problem.calls) == 36 - 16
+    assert np.array_equal(table.F, investigate(Queue(), 12, repeat=3).F)
+    with sqlite3.connect(study) as database:
+        rows = database.execute("SELECT run, count(*) FROM tests GROUP BY run").fetchall()
+    assert rows == [(1, 12), (2, 12), (3, 12)]
+    assert np.array_equal(read_table(study).F, table.F)
+    assert read_table(study).remarks == table.remarks
+
+
+def test_repeats_are_of_noisy_models_only():
+    problem = Queue()
+    problem.noisy = False
+    with pytest.raises(ArgumentValueError, match="^repeat must be 1 .* got 2; .*noisy"):
+        investigate(problem, 4, repeat=2)
+
+
+def test_designs_that_are_not_run_stay_infeasible():
+    rule = {"low": "x1 <= 0.5"}
+    table = investigate(Queue(), 16, repeat=2, requirements=rule)
+    once = investigate(Queue(), 16, requirements=rule)
+    assert np.array_equal(table.status, once.status)
+    assert "infeasible" in table.status
+    assert not table.reasons
+
+
+def test_standard_errors_follow_the_noise_of_each_design():
+    """Noise from 0.01 to 1; pooled, every error would be about 0.5."""
+    deviations = np.geomspace(0.01, 1, 40)
+
+    class Uneven(Queue):
+        def _evaluate(self, x, out, *args, seed, **kwargs):
+            noise = np.random.default_rng(seed).standard_normal(2)
+            out["F"] = x * deviations[int(39 * x[0])] ** [1, 0] * noise
+
+    table = investigate(Uneven(), 40, repeat=5)
+    expected = deviations[(39 * table.X[:, 0]).astype(int)] * table.X[:, 0] / np.sqrt(5)
+    ratios = table["f1 standard error"][1:] / expected[1:]
+    assert np.abs(np.log(ratios)).mean() < 0.5
+
+
+@pytest.fixture
+def program(tmp_path):
+    (tmp_path / "model").mkdir()
+    (tmp_path / "model/queue.py").write_text(
+        "import random, sys\n"
+        "random.seed(int(sys.argv[2]))\n"
+        "print('wait =', float(sys.argv[1]) + random.random())\n"
+    )
+    path = tmp_path / "queue.toml"
+    path.write_text(
+        'variables.x = {bounds = [1, 9], kind = "integer"}\n'
+        'program = {command = "python queue.py {x} {seed}", template = "model", keep = "none"}\n'
+        'outputs.wait = {file = "stdout.txt", pattern = "wait = (.*)"}\n'
+        'outputs.cost = {expression = "10 - x"}\n'
+        'objectives.minimize = ["wait", "cost"]\n'
+    )
+    return path
+
+
+def test_a_seed_in_a_command_makes_a_program_noisy(program, capsys):
+    problem = ProgramProblem.from_toml(program)
+    assert problem.noisy
+    assert problem.run({"x": 2}).outputs == problem.run({"x": 2, "seed": 1}).outputs
+    assert problem.run({"x": 2, "seed": 2}).outputs != problem.run({"x": 2}).outputs
+    study = str(program.with_suffix(".db"))
+    options = ["--points", "4", "--study", study]
+    assert main(["solve", str(program), *options, "--repeat", "2"]) == 0
+    printed = capsys.readouterr().out
+    assert "4 designs, 8 tests" in printed
+    assert "By the repeated tests" in printed
+    assert main(["rank", study]) == 0
+    assert "4 designs, 8 tests" in capsys.readouterr().out
+    assert main(["solve", "zdt1", "--repeat", "2"]) == 2
+    assert "--noisy" in capsys.readouterr().err
