@@ -478,9 +478,11 @@ class Database:
 
     def remember(self, run: int, name: str, value: Any) -> Any:
         """Return an entry of the record of a run; it becomes this value if there is none yet."""
-        record = {name: value, **self.facts.run(run).record}
-        self.change_run(run, record=record)
-        return record[name]
+        record = self.facts.run(run).record
+        if name in record:  # nothing is written
+            return record[name]
+        self.change_run(run, record={**record, name: value})
+        return value
 
     def n_tests(self) -> dict[int, int]:
         """Return how many tests each run has, without those of other runs."""
