@@ -1,6 +1,9 @@
 """A vectorised model at many points on one core and on two.
 
-    python -m benchmarks.cores [LOG2 OF POINTS]
+    python -m benchmarks.cores [LOG2 OF POINTS] [PYTHON WITH ANOTHER VERSION]
+
+All times are those of the clock, of the second call in a process. With the Python of another
+version, that one and this one are measured in turns, and the numbers of tests kept compared.
 
 First both give the same table of 2^18 points. Then points of ``VectorizedSphereChute`` are tested
 on one core and on two, twice in turn. The run keeps
@@ -9,7 +12,9 @@ on one core and on two, twice in turn. The run keeps
 - their Pareto set, which the workers filter for dominance;
 - all tests, for a quarter of the points, as these fill the memory;
 - the Pareto set without limits, for a quarter of the points: most of them are Pareto optimal, and
-  merging the sets of the blocks, by threads of this process, takes as long as the tests.
+  filtering them, by threads of this process, takes as long as the tests;
+- the ranking of this set;
+- the result of pymoo's ``minimize`` with 4096 points, in this process.
 
 Memory is the largest of the process, which is a new one for each case.
 
@@ -27,9 +32,13 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
-from benchmarks.machine import describe_machine, peak_megabytes
-from pymoo_psi import VectorizedSphereChute, investigate
+from pymoo.optimize import minimize
 
+from benchmarks.machine import describe_machine, peak_megabytes
+from pymoo_psi import PSI, VectorizedSphereChute, investigate
+
+RANKED = "Pareto set without limits, ranked"
+MINIMIZED = "minimize"
 LIMITS = {"f1": 2.5, "f4": 0.6}
 # What is kept: the divisor of the number of points, and the options of the run.
 CASES: dict[str, tuple[int, dict[str, Any]]] = {
@@ -37,6 +46,8 @@ CASES: dict[str, tuple[int, dict[str, Any]]] = {
     "Pareto set under limits": (1, {"keep": "pareto", "limits": LIMITS}),
     "all tests": (4, {}),
     "Pareto set without limits": (4, {"keep": "pareto"}),
+    RANKED: (4, {"keep": "pareto"}),
+    MINIMIZED: (1024, {}),
 }
 
 
@@ -52,16 +63,25 @@ def measure(case: str, exponent: int, n_jobs: int) -> None:
     """Print the figures of a run, after another one that starts the workers."""
     problem = VectorizedSphereChute(0.4)
     divisor, options = CASES[case]
-    investigate(problem, 2**12, n_jobs=n_jobs)
+
+    def run(n_points: int) -> int:
+        if case == MINIMIZED:
+            return len(minimize(problem, PSI(n_points)).algorithm.table)
+        table = investigate(problem, n_points, n_jobs=n_jobs, **options)
+        if case == RANKED:
+            table.ranking()
+        return len(table)
+
+    run(2**12)
     began = time.perf_counter()
-    kept = len(investigate(problem, 2**exponent // divisor, n_jobs=n_jobs, **options))
+    kept = run(2**exponent // divisor)
     seconds = time.perf_counter() - began
     print(json.dumps(Figures(seconds, kept, peak_megabytes())))
 
 
-def in_new_process(case: str, exponent: int, n_jobs: int) -> Figures:
+def in_new_process(case: str, exponent: int, n_jobs: int, python: str = sys.executable) -> Figures:
     """Return what :func:`measure` prints in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.cores", case, str(exponent), str(n_jobs)]
+    command = [python, "-m", "benchmarks.cores", case, str(exponent), str(n_jobs)]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     return Figures(*json.loads(done.stdout))
 
@@ -70,6 +90,8 @@ def compare_cores(exponent: int) -> Iterator[tuple[str, int, Figures, Figures]]:
     """Yield what is kept, the number of points, and the figures of one core and of two."""
     problem = VectorizedSphereChute(0.4)
     for case, (divisor, options) in CASES.items():
+        if case == MINIMIZED:
+            continue
         table = investigate(problem, 2**18, n_jobs=1, **options)
         other = investigate(problem, 2**18, n_jobs=2, **options)
         assert table.equals(other), "two cores do not give the table of one"
@@ -96,6 +118,25 @@ def possible_speedup(exponent: int) -> None:
     )
 
 
+def compare_versions(exponent: int, python: str) -> None:
+    """Print the shortest times of another version and of this one, in turns."""
+    for case in CASES:
+        for n_jobs in (1, 2):
+            others = []
+            times = []
+            for _ in range(3):
+                other = in_new_process(case, exponent, n_jobs, python)
+                figures = in_new_process(case, exponent, n_jobs)
+                assert other.kept == figures.kept, "another table"
+                others.append(other.seconds)
+                times.append(figures.seconds)
+            ratio = min(times) / min(others)
+            print(
+                f"{case}, on {n_jobs}: {min(others):.2f} s, now {min(times):.2f} s ({ratio:.2f})",
+                flush=True,
+            )
+
+
 def main(exponent: int) -> None:
     """Print all figures."""
     print(describe_machine())
@@ -110,8 +151,10 @@ def main(exponent: int) -> None:
 
 if __name__ == "__main__":
     arguments = sys.argv[1:]
-    if len(arguments) > 1:
+    if len(arguments) > 2:
         measure(arguments[0], int(arguments[1]), int(arguments[2]))
+    elif len(arguments) == 2:
+        compare_versions(int(arguments[0]), arguments[1])
     elif arguments:
         main(int(arguments[0]))
     else:

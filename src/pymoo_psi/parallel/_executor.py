@@ -11,7 +11,6 @@ engine's own worker goes on.
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import importlib
 import itertools
 import os
@@ -26,6 +25,7 @@ from contextlib import suppress
 from functools import partial
 from pickle import PickleError
 from queue import Empty, SimpleQueue
+from threading import Thread
 from typing import Any, NamedTuple
 
 import cloudpickle
@@ -56,7 +56,7 @@ _VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_vers
 _TASK_SECONDS = 0.002
 # Tasks for each worker that are under way: one is evaluated while the next one waits beside it.
 _TASKS_AHEAD = 2
-_ASKING = 0.2  # seconds between two looks at the number of workers, and at futures without calls
+_ASKING = 0.2  # seconds between two looks at the number of workers
 _SMALL = 10_000  # bytes of a function that travels with each task: it costs less than to ask for it
 _LARGE = 100_000  # bytes of one that Dask takes from worker to worker
 _KEPT = 4  # functions that a worker keeps: of the runs that share it
@@ -82,7 +82,7 @@ class ExecutorRunner(Runner):
     run ends with a :class:`~pymoo_psi.errors.WorkerError`; a study keeps what was evaluated, and
     the same call continues it. On Windows the designs are evaluated in the engine's own workers.
 
-    A copy has the same executor; a pickle has none, as executors cannot be sent.
+    A copy is the same runner; a pickle has no executor, as executors cannot be sent.
 
     Args:
         executor: The executor. It stays open.
@@ -157,14 +157,12 @@ class ExecutorRunner(Runner):
         yield from Tasks(self, self.executor, f, waiting).results()
 
     def __copy__(self) -> ExecutorRunner:
-        """Return a runner on the same executor, which has measured nothing yet."""
-        runner = type(self)(self.executor, workers=1, timeout=self.timeout)
-        runner._count = self._count
-        return runner
+        """Return the runner itself: executors are not copied."""
+        return self
 
     def __deepcopy__(self, memo: dict[int, Any]) -> ExecutorRunner:
-        """As :func:`copy.copy`: algorithms are copied, executors are not."""
-        return self.__copy__()
+        """Return the runner itself; pymoo copies its algorithms."""
+        return self
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles have the settings; the executor stays here."""
@@ -204,8 +202,12 @@ class Tasks:
         self._function = function
         self._waiting = waiting
         self._pickled = pickled_function(function)
-        self._key = hashlib.sha256(self._pickled).hexdigest()
-        self._payload: Any = None  # what a worker gets that lacks the function
+        self._payload: Any = self._pickled  # what a worker gets that lacks the function
+        if isinstance(executor, DaskExecutor) and len(self._pickled) > _LARGE:
+            try:
+                self._payload = executor.client.scatter(self._pickled)
+            except OSError as error:  # its scheduler is gone
+                raise _gone(error) from error
         self._name = secrets.token_hex(8)  # engines that know a task by its content repeat none
         self._identity = _identity(runner, function, self._pickled)
         self._processes: Processes | None = None
@@ -215,8 +217,6 @@ class Tasks:
             self._processes = Processes(count, Setting.now(self._identity, threads))
         self._tickets = itertools.count()
         self._sent: dict[int, _Task] = {}
-        self._polled: set[int] = set()  # whose futures call nobody when they are done
-        self._last_poll = 0.0
         self._done: SimpleQueue[int] = SimpleQueue()
         self._sent_again: set[int] = set()  # designs of tasks that the engine gave up
 
@@ -257,13 +257,13 @@ class Tasks:
     def _send(self, designs: Waiting, lasting: float, with_function: bool = False) -> None:
         ticket = next(self._tickets)
         timeout = self._runner.timeout
-        work = Work(self._name, self._identity, self._key, designs, timeout, lasting)
+        work = Work(self._name, self._identity, designs, timeout, lasting)
         if self._processes is not None:
             future: Any = self._processes.submit(work, self._pickled)
         else:
             function = None
             if with_function or len(self._pickled) <= _SMALL:
-                function = self._function_to_send()
+                function = self._payload
             name = f"{self._name}-{ticket}"
             packed = cloudpickle.dumps(work)
             try:
@@ -275,25 +275,16 @@ class Tasks:
         self._sent[ticket] = _Task(future, designs)
         if hasattr(future, "add_done_callback"):
             future.add_done_callback(lambda _: self._done.put(ticket))
-        else:
-            self._polled.add(ticket)
+        else:  # it calls nobody when it is done
+            Thread(target=self._await, args=(future, ticket), daemon=True).start()
 
-    def _function_to_send(self) -> Any:
-        """Return the pickled function, where Dask can keep it, as a future of its own."""
-        if self._payload is None:
-            self._payload = self._pickled
-            if isinstance(self._executor, DaskExecutor) and len(self._pickled) > _LARGE:
-                self._payload = self._executor.client.scatter(self._pickled)
-        return self._payload
+    def _await(self, future: Any, ticket: int) -> None:
+        with suppress(BaseException):  # which is raised again where the result is read
+            future.result()
+        self._done.put(ticket)
 
     def _next_done(self) -> int | None:
         """Return a task that is done; ``None`` after a moment, as workers may have joined."""
-        if self._polled and time.monotonic() - self._last_poll > _ASKING:
-            self._last_poll = time.monotonic()
-            for ticket in list(self._polled):
-                if self._sent[ticket].future.done():
-                    self._polled.remove(ticket)
-                    self._done.put(ticket)
         try:
             return self._done.get(timeout=MOMENTS)
         except Empty:
@@ -348,7 +339,7 @@ class Tasks:
             raise _gone(error) from error
         if isinstance(error, (ImportError, AttributeError, PickleError)):
             raise _unusable(error) from error
-        self._payload = None  # what Dask kept may be lost with its worker
+        self._payload = self._pickled  # what Dask kept may be lost with its worker
         for index, design in task.designs:
             if index not in self._sent_again:
                 self._sent_again.add(index)
@@ -399,7 +390,7 @@ def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes
 
 # In the workers of an executor
 
-_FUNCTIONS: OrderedDict[str, bytes] = OrderedDict()  # pickled, by their hash; the last ones
+_FUNCTIONS: OrderedDict[str, bytes] = OrderedDict()  # pickled, by their run; the last ones
 
 
 def evaluate(
@@ -421,11 +412,11 @@ def evaluate(
         return _VERSIONS, None
     work: Work = cloudpickle.loads(packed)
     if function is not None:
-        _FUNCTIONS[work.function] = function
+        _FUNCTIONS[work.run] = function
         while len(_FUNCTIONS) > _KEPT:
             with suppress(KeyError):  # other threads of the worker do the same
                 _FUNCTIONS.popitem(last=False)
-    pickled = _FUNCTIONS.get(work.function)
+    pickled = _FUNCTIONS.get(work.run)
     if pickled is None:
         return _VERSIONS, None
     if sys.platform != "win32":

@@ -86,10 +86,9 @@ class Work(NamedTuple):
     """Some designs to evaluate.
 
     Attributes:
-        run: The name of the run; a worker gets the function once in a run.
+        run: The name of the run, which has one function.
         identity: Runs may share workers if this is equal: the name of the runner if code is sent by
             value, or else none; and what the problem says that its values depend on, pickled.
-        function: The hash of the pickled function.
         designs: The designs, with their indices.
         timeout: Seconds that a design may take, or ``None``.
         lasting: Seconds after twice of which the designs that are not begun are left to others.
@@ -97,7 +96,6 @@ class Work(NamedTuple):
 
     run: str
     identity: tuple[str, bytes]
-    function: str
     designs: Waiting
     timeout: float | None
     lasting: float

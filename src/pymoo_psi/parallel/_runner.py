@@ -9,7 +9,6 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from functools import partial
-from itertools import islice
 from typing import Any
 
 from pymoo_psi._validation import boolean, invalid, job_count, positive_number
@@ -26,14 +25,11 @@ from pymoo_psi.parallel._pool import end_workers
 
 # joblib is imported in the functions that need it: a worker imports this module, but not joblib.
 
-# Workers take about a second to start, but only once in a run: for a first batch it is spread over
-# ten batches, as an algorithm has at least so many. A stream may be the whole run.
-_START_SECONDS = 1.0
+# Workers take some tenths of a second to start, but once in a process: it is spread over the
+# batches of an algorithm.
+_START_SECONDS = 0.1
 # What a batch takes beyond the evaluations: some messages, and the wait for the slowest chunk.
 _BATCH_SECONDS = 0.005
-# Tasks for each worker that are done now, wait for it, or wait to be read: two are sent ahead, and
-# as many may be finished while this process is busy with earlier ones.
-_TASKS_AHEAD = 4
 
 
 def active_workers(n_jobs: int) -> int:
@@ -91,13 +87,9 @@ class Runner:
         """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
         waiting = deque(enumerate(X))
         results: list[Any] = [None] * len(waiting)
-        for index, values, _ in self.batch(f, waiting):
+        for index, values, _ in self.stream(f, waiting):
             results[index] = values
         return results
-
-    def batch(self, f: Function, waiting: Waiting) -> Generator[Result]:
-        """Yield the result of every design, for designs to which none is added."""
-        return self.stream(f, waiting)
 
     def stream(self, f: Function, waiting: Waiting) -> Generator[Result]:
         """Evaluate the designs of a queue; yield each result as soon as it is there.
@@ -239,18 +231,10 @@ class JoblibRunner(Runner):
         """Whether workers may join and leave during a run."""
         return self._cluster() is not None
 
-    def batch(self, f: Function, waiting: Waiting) -> Generator[Result]:
-        """Yield the result of every design, for designs to which none is added."""
-        return _results_of(self._moments(f, waiting, _START_SECONDS / 10))
-
     def moments(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
         """Yield results, and ``None`` after moments without one."""
-        return self._moments(f, waiting, _START_SECONDS)
-
-    def _moments(self, f: Function, waiting: Waiting, starting: float) -> Generator[Result | None]:
-        """Yield results, and ``None`` between; workers take ``starting`` seconds to start."""
         count = self.n_workers
-        overhead = starting
+        overhead = _START_SECONDS
         if self._started:
             overhead = _BATCH_SECONDS
 
@@ -316,17 +300,11 @@ class JoblibRunner(Runner):
 def in_parallel(
     function: Callable[[Any], Any], tasks: Iterable[Any], n_jobs: int
 ) -> Generator[tuple[int, Any]]:
-    """Do tasks, of which there may be any number; they are taken as results are read.
+    """Do tasks; see :meth:`Runner.tasks`, also for what it yields and raises.
 
     Args:
-        function: See :meth:`Runner.tasks`, also for what it yields and raises.
+        function: What to do with a task.
         tasks: The tasks; their numbers from 0 are the indices.
         n_jobs: Number of workers; 1 is this process.
     """
-    rest = enumerate(tasks)
-    n_ahead = 1 if n_jobs == 1 else _TASKS_AHEAD * active_workers(n_jobs)
-    waiting = deque(islice(rest, n_ahead))
-    with closing(JoblibRunner(n_jobs).tasks(function, waiting)) as results:
-        for index, result in results:
-            yield index, result
-            waiting.extend(islice(rest, 1))
+    return JoblibRunner(n_jobs).tasks(function, deque(enumerate(tasks)))

@@ -30,7 +30,7 @@ import select
 import signal
 import sys
 import threading
-from functools import partial
+from functools import cache, partial
 from time import perf_counter, sleep, time_ns
 from typing import Any
 
@@ -204,31 +204,29 @@ _LINGERING = 300.0  # seconds in which a worker waits for work before it ends
 _Stamp = tuple[int, ...]
 
 
-class _Modules:
-    """The files of the modules that were imported from the folders of users."""
+def _note_modules(stamps: dict[str, _Stamp], began: int) -> None:
+    """Note the files of modules that were imported from the folders of users.
 
-    def __init__(self) -> None:
-        import sysconfig
+    Args:
+        stamps: The stamps of the files; it takes new ones.
+        began: A time before the first import.
+    """
+    for module in list(sys.modules.values()):
+        file = getattr(module, "__file__", None)
+        if not file or file in stamps or file.startswith(_installed()):
+            continue
+        stamps[file] = _stamp(file)
+        if max(stamps[file][:2]) > began:
+            stamps[file] = ()  # it may have changed after its import
 
-        self._began = time_ns()
-        self._stamps: dict[str, _Stamp] = {}
-        names = ("stdlib", "platstdlib", "purelib", "platlib")
-        self._installed = tuple(sysconfig.get_path(name) + os.sep for name in names)
 
-    def note(self) -> None:
-        """Note the files of modules that were imported since."""
-        for module in list(sys.modules.values()):
-            file = getattr(module, "__file__", None)
-            if not file or file in self._stamps or file.startswith(self._installed):
-                continue
-            stamp = _stamp(file)
-            if max(stamp[:2]) > self._began:
-                stamp = ()  # it may have changed after its import
-            self._stamps[file] = stamp
+@cache
+def _installed() -> tuple[str, ...]:
+    """Return the folders of modules that are no user's."""
+    import sysconfig
 
-    def have_changed(self) -> bool:
-        """Whether a file has changed."""
-        return any(_stamp(file) != stamp for file, stamp in self._stamps.items())
+    names = ("stdlib", "platstdlib", "purelib", "platlib")
+    return tuple(sysconfig.get_path(name) + os.sep for name in names)
 
 
 def _stamp(file: str) -> _Stamp:
@@ -255,7 +253,8 @@ def _serve(channel: Any) -> None:
             data = cloudpickle.dumps((kind, content))
         channel.send_bytes(data)
 
-    modules = _Modules()
+    stamps: dict[str, _Stamp] = {}
+    began = time_ns()
     function: Any = None
     while channel.poll(_LINGERING):
         message = channel.recv()
@@ -263,7 +262,7 @@ def _serve(channel: Any) -> None:
             return
         pickled, designs, lasting = message
         if pickled is not None:
-            if modules.have_changed():
+            if any(_stamp(file) != stamp for file, stamp in stamps.items()):
                 return
             try:
                 function = cloudpickle.loads(pickled)
@@ -271,7 +270,7 @@ def _serve(channel: Any) -> None:
                 send("unusable", one_line(error))
                 return
         send("ready")
-        modules.note()
+        _note_modules(stamps, began)
         try:
             is_late = partial(_is_past, perf_counter() + 2 * lasting)  # the rest is for others
             for result in evaluate_here(function, designs, enough=is_late, moment=0.0):
@@ -281,7 +280,7 @@ def _serve(channel: Any) -> None:
                     send("lost", f"its values cannot be sent between processes: {one_line(error)}")
         except EvaluationError as error:
             send("raised", sendable(error))
-        modules.note()
+        _note_modules(stamps, began)
         if designs:
             send("left")
 
