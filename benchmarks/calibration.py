@@ -118,7 +118,10 @@ def main() -> None:
                 runs=(stated, "size"), stated=(stated, "mean"), observed=(observed, "mean")
             )
             print(f"{what}, {tests} test(s) of each design\n{curve.round(2)}", end="\n\n")
-            curves.append((f"{what}, {tests} tests", curve))
+            label = f"{what}, {tests} tests"
+            if tests == 1:
+                label = f"{what}, known noise"
+            curves.append((label, curve))
     rows = []
     for kind in sorted(set().union(*runs["cautions"])):
         has_it = runs["cautions"].map(lambda kinds, kind=kind: kind in kinds)

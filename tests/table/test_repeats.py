@@ -131,6 +131,23 @@ def test_rank_and_report_count_designs(file, tmp_path, capsys):
         assert "of the weights within a factor of two of equal ones" in text
 
 
+@pytest.mark.parametrize(("gap", "is_open"), [(0.02, True), (0.4, False)])
+def test_it_is_said_which_further_tests_would_settle_the_choice(gap, is_open, tmp_path, capsys):
+    """The middle designs are a compromise each, one of them better by a gap in both objectives."""
+    means = {"A": (0, 1), "B": (0.3, 0.3), "C": (0.3 + gap, 0.3 + gap), "D": (1, 0)}
+    generator = np.random.default_rng(5)
+    rows = []
+    for name, mean in means.items():
+        for noise in 0.05 * generator.standard_normal((4, 2)):
+            rows.append((name, *(mean + noise)))
+    file = tmp_path / "tests.csv"
+    pd.DataFrame(rows, columns=["id", "f1", "f2"]).to_csv(file, index=False)
+    assert main(["rank", str(file), "--objectives", "f1,f2", "--repeats", "id"]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert ("more tests of each would settle" in printed) == is_open
+    assert not is_open or "Which of B and C is better" in printed or "of C and B" in printed
+
+
 def line(n):
     """Designs on a line, far apart, and one behind them."""
     t = np.linspace(0, 1, n)

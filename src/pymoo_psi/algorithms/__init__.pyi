@@ -27,8 +27,7 @@ from ._nsga3 import run_within_budget as run_within_budget
 from ._psi import PointAlgorithm as PointAlgorithm
 from ._run import Run as Run
 from ._run import by_number as by_number
-from ._run import joined_repeats as joined_repeats
-from ._run import repeated_runs as repeated_runs
+from ._run import repeated_tests as repeated_tests
 from ._run import run_of_sequence as run_of_sequence
 from ._sources import PlannedPoints as PlannedPoints
 from ._sources import Points as Points

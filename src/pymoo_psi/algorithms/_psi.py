@@ -43,7 +43,7 @@ from pymoo_psi.algorithms._options import (
     run_options,
     takes,
 )
-from pymoo_psi.algorithms._run import Run, by_number, joined_repeats, repeated_runs, run_of_sequence
+from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
 from pymoo_psi.problems import (
@@ -481,16 +481,15 @@ def investigate(
     on_workers = runner if runner is not None and runner.elastic else None
     is_noisy = getattr(problem, "noisy", False)
     kept = "all" if is_noisy else keep  # until tests are averaged
-    tables = []
-    runs = []
-    for run in repeated_runs(problem, n_points, settings, keep=kept, runner=runner):
-        tables.append(_tests_of(run, kept, on_workers, progress))
-        runs.append(run)
+
+    def tested(run: Run) -> TestTable:
+        return _tests_of(run, kept, on_workers, progress)
+
+    run, table = repeated_tests(tested, problem, n_points, settings, kept, runner)
     asked = run.model.asked
-    table = joined_repeats(tables)
     if is_noisy:
         table = Kept(keep, asked)(averaged_repeats(table))
-    table = runs[0].store.numbered(table)
+    table = run.store.numbered(table)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = pareto_tests(table, asked, on_workers)
     # of tests that are left out it is unknown whether they failed

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from typing import Any
@@ -400,17 +400,18 @@ def run_of_sequence(
     return Run(model, PlannedPoints(points), executor, store, repeats, n_points)
 
 
-def repeated_runs(
+def repeated_tests(
+    tested: Callable[[Run], TestTable],
     problem: Any,
     n_points: int,
     options: RunOptions,
-    *,
     keep: str = "all",
     runner: Runner | None = None,
-) -> Iterator[Run]:
-    """Yield the run of the first tests of all designs, then those of their repeats.
+) -> tuple[Run, TestTable]:
+    """Return the run of the first tests of all designs, and these tests followed by repeats.
 
     Args:
+        tested: Returns the tests of a run.
         problem: A pymoo problem.
         n_points: How many points the run has.
         options: The options of the run.
@@ -423,21 +424,14 @@ def repeated_runs(
     if options.repeat > 1 and not getattr(problem, "noisy", False):
         remedy = "a stochastic model says so by noisy = True, or the command by --noisy"
         raise invalid("repeat", "1 for a model that is not noisy", options.repeat, remedy)
-    for repeat in range(1, options.repeat + 1):
-        run = run_of_sequence(problem, n_points, options, keep=keep, runner=runner, repeat=repeat)
-        n_points = run.n_points
-        options = replace(options, more=False)
-        yield run
-
-
-def joined_repeats(tables: Sequence[TestTable]) -> TestTable:
-    """Return the tests of runs of the same points as one table, numbered on from the first."""
-    first, *others = tables
-    n_points = first.numbers.max(initial=0)
-    shifted = []
-    for k, table in enumerate(others, start=1):
-        shifted.append(renumbered(table, table.numbers + k * n_points))
-    return first.extended(*shifted)
+    first = run_of_sequence(problem, n_points, options, keep=keep, runner=runner)
+    table = tested(first)
+    options = replace(options, more=False)
+    for repeat in range(2, options.repeat + 1):
+        run = run_of_sequence(problem, first.n_points, options, runner=runner, repeat=repeat)
+        tests = tested(run)
+        table = table.extended(renumbered(tests, tests.numbers + table.numbers.max()))
+    return first, table
 
 
 def total_points(model: Model, options: RunOptions, n_more: int, method: str = "") -> int:

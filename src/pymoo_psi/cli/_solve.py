@@ -19,14 +19,14 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Entries, Received, Values, counted, invalid
 from pymoo_psi.algorithms import (
     Recorded,
+    Run,
     RunOptions,
     ask_tests,
     by_number,
     import_tests,
-    joined_repeats,
     limits_of_problem,
     nsga3,
-    repeated_runs,
+    repeated_tests,
     stored_at_termination,
     tell_tests,
 )
@@ -331,17 +331,20 @@ def _by_psi(
     block_size = min(65_536, max(64, -(-points // 32)))
     options = replace(run, block_size=block_size)
     n_evaluated = 0
-    tables = []
-    for run_of_tests in repeated_runs(problem, points, options, runner=runner):
-        count = _counting(show, run_of_tests.n_left, formulation)
-        tests = [run_of_tests.store.empty]
-        with closing(run_of_tests.tests()) as blocks:
+
+    def tested(investigation: Run) -> TestTable:
+        nonlocal n_evaluated
+        count = _counting(show, investigation.n_left, formulation)
+        tables = [investigation.store.empty]
+        with closing(investigation.tests()) as blocks:
             for block in blocks:
                 count(block.tests)
-                tests.append(block.tests)
+                tables.append(block.tests)
                 n_evaluated += block.n_called
-        tables.append(by_number(tests))
-    return _search(problem, joined_repeats(tables), formulation, n_evaluated)
+        return by_number(tables)
+
+    _, tests = repeated_tests(tested, problem, points, options, runner=runner)
+    return _search(problem, tests, formulation, n_evaluated)
 
 
 def _by_surrogate(

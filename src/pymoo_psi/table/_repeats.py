@@ -15,6 +15,7 @@ import numpy as np
 from pymoo_psi._validation import Array, Integers, Mask, Received, counted, invalid, known_name
 from pymoo_psi.pareto import (
     UtopianFrame,
+    listed,
     nondominated,
     percent,
     sentence,
@@ -35,8 +36,8 @@ N_TESTS = "tests"
 NEAR_BEST = 0.05
 """Designs at most 5 % farther from the ideal point than the best one are as good as it."""
 
+_SURE = 0.9  # a probability that is enough
 _FEWEST = 5  # designs with noise that show how much it differs
-_STEPS = 8  # of Newton's method
 _N_LISTED = 3  # designs that a remark names
 _SAMPLES = 1000
 _OF_MANY = 200  # samples of more designs than _MANY
@@ -168,10 +169,7 @@ def _variances(squares: Array, degrees: Integers) -> Array:
     excess = logs.var(ddof=1) - polygamma(1, half).mean()
     if excess <= 0:
         return variance
-    y = 0.5 + 1 / excess  # of which excess is the trigamma function, by Newton's method
-    for _ in range(_STEPS):
-        trigamma = polygamma(1, y)
-        y += trigamma * (1 - trigamma / excess) / polygamma(2, y)
+    y = (1 + np.sqrt(1 + 2 * excess)) / (2 * excess)  # of which excess is the trigamma function
     typical = np.exp(logs.mean() + digamma(y))
     return np.asarray((2 * typical + squares) / (2 * y + degrees))
 
@@ -301,16 +299,46 @@ def confidence_sentence(table: TestTable, row: int) -> str:
         row: Row of the design in the ranking of the feasible designs.
     """
     names = map(error_column, table.layout.objectives)
-    if not {*names} <= {*table.layout.outputs}:
+    if not {*names, N_TESTS} <= {*table.layout.outputs}:
         return ""
-    chances = confidence(table, None).iloc[row]
-    return sentence(
+    frame = confidence(table, None)
+    chances = frame.iloc[row]
+    text = sentence(
         "confidence",
         design=str(chances.name),
         best=percent(chances["best"]),
         near=percent(chances["near_best"]),
         pareto=percent(chances["pareto"]),
     )
+    likeliest = frame["best"].nlargest(2)
+    share = likeliest.iloc[0] / likeliest.sum()
+    n_more = tests_to_settle(share, table.column(N_TESTS).mean())
+    if n_more == 0 or chances["near_best"] >= _SURE:
+        return text
+    designs = listed(likeliest.index.tolist())
+    return f"{text} {sentence('settle', n=n_more, designs=designs)}"
+
+
+def tests_to_settle(share: float, n_tests: float) -> int:
+    """Return how many more tests of two designs say which is better with a probability of 90 %.
+
+    Args:
+        share: The probability that the first one is better, from 0.5.
+        n_tests: How many tests each of them has.
+
+    Returns:
+        A power of 2 up to 64; 0 if none are needed, or these are not enough.
+    """
+    from scipy.special import ndtr, ndtri
+
+    quantiles = ndtri((np.arange(_SAMPLES) + 0.5) / _SAMPLES)
+    for n_more in (0, 1, 2, 4, 8, 16, 32, 64):
+        # Of the difference, in standard errors that it has now.
+        left = n_tests / (n_tests + n_more)
+        expected = ndtri(share) + np.sqrt(1 - left) * quantiles
+        if ndtr(np.abs(expected) / np.sqrt(left)).mean() >= _SURE:
+            return n_more
+    return 0
 
 
 def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:
