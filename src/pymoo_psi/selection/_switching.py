@@ -457,7 +457,7 @@ def _least_regret(
     for one, choice in zip(held, choices, strict=True):
         weights = np.array([one["weights"].get(name, 1.0) for name in table.layout.objectives])
         losses = (minimized - choice) / lengths * (weights / (weights.max() or 1.0))
-        columns.append(losses.max(axis=1, initial=0.0))
+        columns.append(losses.max(axis=1, initial=0.0) + 0.0)  # no -0
     regrets = np.column_stack(columns)
     keys = (regrets.sum(axis=1), regrets.max(axis=1))
     best = np.lexsort(tuple(np.round(key / _TIE) for key in keys))[0]
