@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import shutil
 import time
 
@@ -11,6 +12,7 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import rank_of_efficiency
+from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
 from pymoo_psi.selection import group_sentences, separation_sentences
 from pymoo_psi.table import Formulation, read_table
@@ -107,6 +109,14 @@ class Reader:
 
     def field(self, name):
         return self.page.get_by_label(name, exact=True)
+
+    def tab_to(self, name):
+        """Press Tab until an element has the focus."""
+        for _ in range(200):
+            self.page.keyboard.press("Tab")
+            if self.page.evaluate("document.activeElement.id") == name:
+                return
+        raise AssertionError(f"Tab does not reach {name}")
 
     def type_limit(self, name, value):
         self.field(name).fill(value)
@@ -441,12 +451,13 @@ def member(browser, page_file, tmp_path):
     def saved(name, choose, limits, keys=False):
         reader = Reader(browser)
         reader.open(page_file.as_uri())
-        reader.set(limits=limits)
         page = reader.page
+        for label, value in limits.items():
+            reader.type_limit(label, value)
         for k in choose:  # a change of mind is another choice under the same name
             label = reader.shown[k]
             if keys:
-                page.locator("#table").focus()
+                reader.tab_to("table")
                 page.keyboard.press("Home")
                 for _ in range(k):
                     page.keyboard.press("ArrowDown")
@@ -459,8 +470,12 @@ def member(browser, page_file, tmp_path):
             reader.settle()
             assert reader.state["chosen"] == label
             page.keyboard.type(f"{name} wants it.")
-            page.locator("#position-name").focus()
-            page.locator("#position-name").fill(name)
+            if keys:
+                reader.tab_to("position-name")
+            else:
+                page.locator("#position-name").click()
+            page.keyboard.press("Control+a")
+            page.keyboard.type(name)
             page.keyboard.press("Tab")
             page.keyboard.press("Enter")
             reader.settle()
@@ -476,9 +491,9 @@ def member(browser, page_file, tmp_path):
 def test_a_group_decides(fresh, member, tmp_path):
     """Three people, one by keys alone, one with a change of mind; a dissent; one report of all."""
     files = [
-        member("Ann", [4], {"mass": [None, 0.9]}),
+        member("Ann", [4], {"mass [kg], at most": "0.9"}),
         member("Ben", [6, 3], {}, keys=True),
-        member("Cy", [8], {"cost, total": [None, 120.0]}),
+        member("Cy", [8], {"cost, total, at most": "120"}),
     ]
     fresh.page.set_input_files("#file", files)
     fresh.until("D.state().positions.length === 4")
@@ -520,6 +535,19 @@ def test_a_group_decides(fresh, member, tmp_path):
     assert [fresh.page.locator("#separation li").nth(k).inner_text() for k in range(3)] == [
         *separation_sentences(table)[:3]
     ]
+    # A report has it all, and holds until a number, a limit or a word is changed.
+    (tmp_path / "beams.csv").write_text(beams().to_csv(index=False), "utf-8")
+    report = tmp_path / "r.html"
+    made = ["report", str(tmp_path / "beams.csv"), "--decision", str(path), "--units", "mass=kg"]
+    assert main([*made, "--out", str(report)]) == 0
+    checked = ["report", "--check", str(report)]
+    assert main([*checked, *made[1:]]) == 0
+    html = report.read_text("utf-8")
+    sheet = html[html.index("<main>") : html.index("<nav")]
+    number = re.search(r'<td class="n">([\d.]+)</td>', sheet)[1]
+    for word, other in (("Dissent: Ann", "Dissent: Al"), ("≤ 0.9 kg", "≤ 0.8 kg"), (number, "7")):
+        report.write_text(html.replace(sheet, sheet.replace(word, other, 1)), "utf-8")
+        assert main(checked) == 1, word
     # Another choice undoes the decision.
     fresh.page.locator("#table").focus()
     fresh.page.keyboard.press("Home")
