@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from pymoo.core.problem import Problem
 
 from pymoo_psi.comparison import INDICATORS, compare
-from pymoo_psi.plots import plot_indicator, plot_indicators
+from pymoo_psi.plots import plot_fronts, plot_indicator, plot_indicators
 from tests.plots.drawn import assert_whole, texts
 
 ODD = {"a$b$\nc \\alpha": "psi-scrambled", "x" * 80: "nsga3"}
@@ -59,3 +59,11 @@ def test_where_nothing_was_found_the_page_says_so():
     assert_whole(figure)
     assert texts(figure)[:2] == [r"a\$b\$ c \alpha", f"{'x' * 15}…{'x' * 14}"]
     assert figure.axes[1].get_title(loc="right") == "infinite values are not drawn"
+
+
+def test_the_fronts_are_those_of_the_first_runs_with_most_evaluations(bnh):
+    (ax,) = plot_fronts(bnh).axes
+    most = max(bnh.evaluations)
+    for line, name in zip(ax.lines, bnh.algorithms, strict=True):
+        runs = [run for run in bnh.runs if (run.task.algorithm, run.task.n_evaluations) == (name, most)]  # fmt: skip
+        np.testing.assert_array_equal(line.get_xydata(), runs[0].F)

@@ -22,7 +22,7 @@ def in_groups(table, limits):
     """The group of every test, one by one."""
     feasible, front = table.under(limits=limits).feasible(), table.under(limits=limits).pareto()
     for status, ok, best in zip(table.status, feasible, front, strict=True):
-        name = "Pareto optimal" if best else "feasible, dominated" if ok else "beyond the limits"
+        name = "Pareto optimal" if best else "feasible, dominated" if ok else "infeasible"
         yield {"ok": name, "infeasible": "infeasible", "failed": ""}[str(status)]
 
 

@@ -17,7 +17,7 @@ from pymoo_psi.cli._source import counts_in
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel, progress_bar
-from pymoo_psi.plots import paper_figures, plot_indicators, save_figures
+from pymoo_psi.plots import paper_figures, plot_fronts, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
 from pymoo_psi.table import NUMBER
 
@@ -63,7 +63,7 @@ def run_compare(options: Options) -> int:
     print_frame(medians.rename(columns=headings), f"{name}: medians over the runs")
     tests = result.tests().drop(columns="p").round(3)
     print_frame(tests, "Hypervolume by pairs; a difference is significant where p_holm < 0.05")
-    say(f"Tables, the figure and the runs written to {out}")
+    say(f"Tables, figures and the runs written to {out}")
     return 0
 
 
@@ -72,7 +72,8 @@ def _write_comparison(result: Comparison, folder: Path) -> None:
     write_frame(result.to_frame(), folder / "runs.csv")
     write_frame(result.summary(), folder / "summary.csv")
     write_frame(pd.concat(tests, ignore_index=True), folder / "tests.csv")
-    save_figures([("indicators", plot_indicators(result))], folder, 200, ".png")
+    figures = [("indicators", plot_indicators(result)), ("fronts", plot_fronts(result))]
+    save_figures(figures, folder, 200, ".png")
 
 
 def run_reproduce(options: Options) -> int:

@@ -1,5 +1,6 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
+from ._figures import plot_fronts as plot_fronts
 from ._figures import plot_identification as plot_identification
 from ._figures import plot_indicators as plot_indicators
 from ._figures import plot_objectives as plot_objectives

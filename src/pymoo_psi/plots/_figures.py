@@ -6,7 +6,7 @@ objective.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
@@ -62,7 +63,8 @@ if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciP
 
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
 _MANY = 60  # lines from here on those of a group are thin
-_MOST = 2000  # lines of a group; more would be one grey area, and take long to draw
+_MOST = 500  # lines of a group; more would be one grey area, and are drawn as a density
+_CELLS = (60, 220)  # of a density, between two axes and from bottom to top
 _LETTERS = 100  # of text over the width of a figure, in the size of ticks
 
 _PANELS = 3  # side by side
@@ -268,15 +270,20 @@ def plot_objectives(
     points = points_of_table(table, names, chosen)
     n = len(names) - 1
     with new_figure(28.0 + n * row_height(n)) as figure:
-        grid = figure.add_gridspec(n, n)
-        for row, second in enumerate(names[1:]):
-            for column, first in enumerate(names[: row + 1]):
-                ax = figure.add_subplot(grid[row, column])
-                points.draw(ax, first, second)
-                ax.label_outer()
+        for ax, first, second in _planes(figure, n):
+            points.draw(ax, names[first], names[second])
+            ax.label_outer()
         legend_of(figure, figure.axes)
         figure.describe(title, "Objectives in pairs.", points.counts(table))
     return figure
+
+
+def _planes(figure: Drawing, n: int) -> Iterator[tuple[Axes, int, int]]:
+    """Yield axes for each pair of ``n + 1`` columns, and the places of the two."""
+    grid = figure.add_gridspec(n, n)
+    for second in range(1, n + 1):
+        for first in range(second):
+            yield figure.add_subplot(grid[second - 1, first]), first, second
 
 
 # Parallel coordinates
@@ -330,7 +337,11 @@ def plot_ranking(
     with panels(1, 1, height=height) as (figure, (ax,)):
         legend = []
         for name, group in ranked_groups(ranking).items():
-            ax.add_collection(_lines(shares, group))
+            own = shares[group.mask]
+            if len(own) > _MOST:
+                _draw_density(ax, own)
+            else:
+                ax.add_collection(_lines(own, group))
             label = name.replace("(rank 6)", "(place 1)").replace("unranked", "rank 0")
             legend.append(Line2D([], [], **group.style(label)))
         if row is not None and row not in ranking.salukvadze:
@@ -344,16 +355,31 @@ def plot_ranking(
         figure.describe(
             title,
             f"{optimal} of {len(ranking.rank)}, coloured by rank of efficiency.",
-            "Each is a line from the best values in the Pareto set, at the bottom, to the worst.",
+            "Each is a line from the best values in the Pareto set, at the bottom, to the worst; "
+            f"more than {_MOST} of a rank are a density, the darker the more.",
         )
     return figure
 
 
+def _draw_density(ax: Axes, shares: Array) -> None:
+    """Draw how many lines of ``(n, m)`` shares cross each cell, in greys."""
+    per_gap, n_cells = _CELLS
+    m = shares.shape[1]
+    ends = (-0.05, 1.05)
+    counts = []
+    for place in np.linspace(0, m - 1, (m - 1) * per_gap):
+        left = min(int(place), m - 2)
+        heights = shares[:, left] + (place - left) * (shares[:, left + 1] - shares[:, left])
+        counts.append(np.histogram(heights, n_cells, ends)[0])
+    cells = np.ma.masked_equal(np.transpose(counts), 0)
+    greys = LinearSegmentedColormap.from_list("greys", ["0.92", "0.35"])
+    extent = (0, m - 1, *ends)
+    ax.imshow(cells, greys, aspect="auto", origin="lower", extent=extent, zorder=2.0)
+
+
 def _lines(shares: Array, group: Group) -> LineCollection:
-    """Return a line for each design of a group, or for a part of very many."""
-    rows = np.flatnonzero(group.mask)
-    n = len(rows)
-    step = -(-n // _MOST)  # rounded up
+    """Return a line for each of ``(n, m)`` designs of a group."""
+    n = len(shares)
     width = 1.0
     alpha = 1.0
     if n > _MANY:
@@ -362,7 +388,7 @@ def _lines(shares: Array, group: Group) -> LineCollection:
     if group.marker is OPTIMUM:
         width = 2.0
     places = np.arange(shares.shape[1])
-    lines = [np.column_stack([places, line]) for line in shares[rows[::step]]]
+    lines = [np.column_stack([places, line]) for line in shares]
     return LineCollection(
         lines,
         colors=group.marker.colour,
@@ -588,6 +614,50 @@ def plot_indicators(comparison: Comparison) -> Drawing:
         figure.describe(
             f"{comparison.problem}: quality against evaluations, medians and quartiles",
             f"{budgets} evaluations, {seeds}.",
+        )
+    return figure
+
+
+def plot_fronts(comparison: Comparison) -> Drawing:
+    """Return the fronts that the algorithms found with the most evaluations, objectives in pairs.
+
+    Of several seeds the first is drawn, of many objectives the first seven.
+
+    Args:
+        comparison: From :func:`pymoo_psi.compare`.
+
+    Raises:
+        ArgumentTypeError: ``comparison`` is not a comparison.
+
+    Example:
+        >>> from pymoo.problems import get_problem
+        >>> from pymoo_psi import compare
+        >>> comparison = compare(get_problem("bnh"), n_evaluations=32, algorithms=["psi", "nsga3"])
+        >>> len(plot_fronts(comparison).axes)
+        1
+    """
+    from pymoo_psi.comparison import Comparison
+
+    instance("comparison", comparison, Comparison, "compare(...) returns one")
+    most = comparison.evaluations[-1]
+    fronts: dict[str, Array] = {}
+    for run in comparison.runs:
+        if run.task.n_evaluations == most:
+            fronts.setdefault(run.task.algorithm, run.F)
+    n = min(MATRIX, comparison.runs[0].F.shape[1] - 1)
+    with new_figure(28.0 + n * row_height(n)) as figure:
+        for ax, first, second in _planes(figure, n):
+            for (name, F), style in zip(fronts.items(), curves(), strict=False):
+                style |= {"linestyle": "none", "markersize": 3.0, "markerfacecolor": "none"}
+                label = f"{literal(name, 30)} ({len(F)})"
+                ax.plot(F[:, first], F[:, second], label=label, **style)
+            name_axis(ax, "x", f"f{first + 1}")
+            name_axis(ax, "y", f"f{second + 1}")
+            ax.label_outer()
+        legend_of(figure, figure.axes)
+        figure.describe(
+            f"{comparison.problem}: fronts of the algorithms, objectives in pairs, minimised",
+            f"{most} evaluations, the first seed.",
         )
     return figure
 

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from matplotlib.colors import PowerNorm
 from matplotlib.ticker import MaxNLocator
 
 from pymoo_psi._validation import Array, Mask, Received, counted, instance, invalid
@@ -26,6 +25,7 @@ from pymoo_psi.plots._style import Drawing, Style, curves, legend_of, new_figure
 
 _MU = 0.4  # of the paper's Figures 7 and 8; it gives none for Figures 3 to 6
 _SURFACES_MU = (0.2, 0.6)
+_N_LEVELS = 12  # at most; as many as colours tell apart
 _UNITS = (
     "All quantities dimensionless: lengths over $L$, times over $(L/g)^{1/2}$, speeds over "
     "$(Lg)^{1/2}$, forces over $mg$."
@@ -155,8 +155,9 @@ def _surfaces_figure(model: str) -> Drawing:
                 place = 2 * len(parts) + 1
                 space = figure.add_subplot(n_rows, 2, place, projection="3d")
                 plane = figure.add_subplot(n_rows, 2, place + 1)
-                _draw_criterion(space, plane, u1, u2, values, _LABELS[name])
-                parts.append(rf"({next(letters)}) {_LABELS[name]}, $\mu$ = {mu:g}")
+                step = _draw_criterion(space, plane, u1, u2, values, _LABELS[name])
+                part = rf"({next(letters)}) {_LABELS[name]}, $\mu$ = {mu:g}"
+                parts.append(f"{part}, contours in steps of {step:g}")
         title = f"Criteria over the variables, as surfaces and as contours; {_MODEL_NAMES[model]}"
         figure.describe(title, f"{'; '.join(parts)}.", _UNITS)
     return figure
@@ -169,13 +170,16 @@ def _draw_criterion(
     u2: Array,
     values: Array,
     label: str,
-) -> None:
-    """Draw ``(n, n)`` values over the variables: a surface in space, contours in the plane."""
+) -> float:
+    """Draw ``(n, n)`` values over the variables: a surface in space, contours in the plane.
+
+    Returns:
+        The step from contour to contour.
+    """
     values = np.ma.masked_invalid(values)
-    # Rounded, so that the colours begin at 0.00 and not at 1e-7.
-    least = np.floor(100 * values.min()) / 100
-    norm = PowerNorm(0.6, least, values.max())
-    colours: Style = {"cmap": "viridis", "norm": norm}
+    # Equal steps of round numbers, which the caption names.
+    levels = MaxNLocator(_N_LEVELS).tick_values(values.min(), values.max())
+    colours: Style = {"cmap": "viridis", "vmin": levels[0], "vmax": levels[-1]}
 
     n = len(u1)
     space.plot_surface(
@@ -196,13 +200,12 @@ def _draw_criterion(
     space.set_box_aspect((1.5, 1.2, 0.9), zoom=1.15)
     space.set(xlabel="$u_1$", ylabel="$u_2$")
 
-    # As many levels as colours tell apart, dense where the criterion is flat.
-    levels = norm.inverse(np.linspace(0, 1, 11))
     filled = plane.contourf(u1, u2, values, levels, **colours)
     plane.contour(u1, u2, values, levels, colors="white", linewidths=0.5)
     plane.set(xlabel=_LABELS["u1"], ylabel=_LABELS["u2"])
-    bar = space.figure.colorbar(filled, ax=plane, aspect=16, format="%.2g")
+    bar = space.figure.colorbar(filled, ax=plane, aspect=16)
     bar.set_label(label)
+    return float(levels[1] - levels[0])
 
 
 # Figures 3 to 6
@@ -277,7 +280,7 @@ def _motion_figure(case: Case) -> Drawing:
         for ax, panel, values in zip(axes, _PANELS, quantities, strict=True):
             title, symbol, names = panel
             _draw_motion(ax, motion, values, names)
-            ax.set_ylabel(f"{symbol} (dimensionless)")
+            ax.set_ylabel(symbol)
             ax.set_title(title, loc="left")
         title = (
             rf"Transportation of the sphere, $\mu$ = {case.mu:g}: motion under the full model for "
@@ -315,7 +318,7 @@ def _draw_motion(ax: Axes, motion: Trajectory, values: Array, names: tuple[str, 
     if _rolls(motion):
         ax.axvline(motion.slip_end, **_TRANSITION)
     ax.margins(y=0.12)
-    ax.set(xlim=(0, 1), xlabel=r"$\eta$, share of the way (dimensionless)")
+    ax.set(xlim=(0, 1), xlabel=r"$\eta$, share of the way")
     ax.legend(fontsize=7)
 
 
@@ -372,8 +375,8 @@ def _draw_functions(ax: Axes, functions: pd.DataFrame, labels: dict[str, str]) -
         # One test point is the optimum for several speeds, which gives steps.
         ax.step(functions["c"], functions[name], label=label, where="mid", **style)
     symbols = [_symbol(label) for label in labels.values()]
-    ax.set_ylabel(f"{', '.join(symbols)} (dimensionless)")
-    ax.set(xlim=(0, None), xlabel="$c$, initial speed of the centre (dimensionless)")
+    ax.set_ylabel(", ".join(symbols))
+    ax.set(xlim=(0, None), xlabel="$c$, initial speed of the centre")
 
 
 def _symbol(label: str) -> str:

@@ -56,7 +56,7 @@ class Marker(NamedTuple):
 _DOMINATED = Marker("s", BLUE, 2.6, 3.0)
 OPTIMUM = Marker("*", "#D55E00", 11.0, 6.0)
 _REST = Marker(".", GREY, 4.5, 2.0)
-_BEYOND = Marker("x", "0.5", 2.4, 2.1)
+_INFEASIBLE = Marker("x", "0.5", 2.4, 2.1)
 _PARETO = Marker("D", ORANGE, 3.8, 3.5)
 # By rank, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
 _RANKS = {
@@ -275,14 +275,10 @@ def _groups(table: TestTable) -> dict[str, Group]:
     """Return the tests that are not failed in groups by name."""
     feasible = table.feasible()
     pareto = table.pareto()
-    meets_constraints = table.under(limits={}).feasible()
-    infeasible = ~meets_constraints & (table.status != "failed")
-    beyond_limits = meets_constraints & ~feasible
+    infeasible = ~feasible & (table.status != "failed")
     groups = {}
     if infeasible.any():
-        groups["infeasible"] = Group(infeasible, _REST)
-    if beyond_limits.any():
-        groups["beyond the limits"] = Group(beyond_limits, _BEYOND)
+        groups["infeasible"] = Group(infeasible, _INFEASIBLE)
     groups["feasible, dominated"] = Group(feasible & ~pareto, _DOMINATED)
     groups[PARETO] = Group(pareto, _PARETO)
     return groups

@@ -22,6 +22,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from numpy.typing import ArrayLike
 
 from pymoo_psi._output import whole_file
@@ -35,6 +36,8 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
+_LONG_ENTRY = 26  # letters, three of which have no room in the width of a column
+_LEAST_TEXT = 0.75  # of the size of texts; those of ticks then have 5 points, as journals demand
 _WIDTH = 180.0  # of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch of browsers
 _REACH = 4.0  # outliers are farther from the middle half of the values, in units of its length
@@ -168,7 +171,10 @@ def legend_of(figure: Figure, axes: Iterable[Axes], *handles: Any, **layout: Any
         entries.update(zip(labels, drawn, strict=True))
     for handle in handles:
         entries[handle.get_label()] = handle
-    layout = {"ncols": 3, "fontsize": 7} | layout
+    n_columns = 3
+    if max(map(len, entries), default=0) > _LONG_ENTRY:
+        n_columns = 2
+    layout = {"ncols": n_columns, "fontsize": 7} | layout
     legend = figure.legend(
         list(entries.values()),
         list(entries),
@@ -255,6 +261,25 @@ def svg_of(figure: Figure, dpi: int) -> str:
     return re.sub(r"<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
 
 
+@contextmanager
+def _resized(figure: Figure, width: float | None) -> Iterator[None]:
+    """Give a figure another width in mm for the while, if one is given."""
+    if width is None:
+        yield
+        return
+    inches = figure.get_size_inches().tolist()
+    scale = width / 25.4 / inches[0]
+    size = min(1.0, max(_LEAST_TEXT, scale**0.5))
+    texts = {text: text.get_fontsize() for text in figure.findobj(Text)}
+    figure.set_size_inches(inches[0] * scale, inches[1] * max(scale, size * scale**0.5))
+    for text, points in texts.items():
+        text.set_fontsize(points * size)
+    yield
+    figure.set_size_inches(*inches)
+    for text, points in texts.items():
+        text.set_fontsize(points)
+
+
 def save_figures(
     figures: Iterable[tuple[str, Figure]],
     directory: str | os.PathLike[str],
@@ -273,7 +298,8 @@ def save_figures(
         dpi: Resolution in dots per inch.
         suffix: Suffix of a format of matplotlib, such as ``.png`` or ``.pdf``. Fonts in PDF are
             TrueType, as journals demand.
-        width: Width in mm, such as 90 and 180 for one and two columns; texts keep their size.
+        width: Width in mm, such as 90 and 180 for one and two columns. Narrow figures are
+            relatively higher, and their texts up to a quarter smaller.
 
     Returns:
         The files of the figures.
@@ -297,13 +323,8 @@ def save_figures(
     contents = {}
     for name, figure in figures:
         picture = BytesIO()
-        inches = figure.get_size_inches().tolist()
-        if width is not None:
-            height = inches[1] * width / inches[0]
-            figure.set_size_inches(width / 25.4, height / 25.4)
-        with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}):
+        with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}), _resized(figure, width):
             figure.savefig(picture, format=suffix[1:], dpi=dpi)
-        figure.set_size_inches(*inches)
         path = Path(directory, f"{name}{suffix}")
         paths.append(path)
         contents[path] = picture.getvalue()
