@@ -94,8 +94,10 @@ def test_figures_for_journals(tmp_path):
     assert b"/Type0" in content
     assert b"/Type3" not in content
     box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", content)
-    points = np.array([float(box[1]), float(box[2])])
-    np.testing.assert_allclose(points / 72 * 25.4, [90, 45], atol=0.1)
+    wide, high = float(box[1]) / 72 * 25.4, float(box[2]) / 72 * 25.4
+    assert wide == pytest.approx(90, abs=0.1)
+    assert 45 <= high < 60
     assert figure.get_size_inches().tolist() == [7.0, 3.5]
+    assert figure.axes[0].title.get_fontsize() == Figure().add_subplot().title.get_fontsize()
     with pytest.raises(ArgumentValueError):
         save_figures([("one", figure)], tmp_path, width=2)

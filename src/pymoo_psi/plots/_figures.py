@@ -336,10 +336,12 @@ def plot_ranking(
         height = 90.0
     with panels(1, 1, height=height) as (figure, (ax,)):
         legend = []
+        density = ""
         for name, group in ranked_groups(ranking).items():
             own = shares[group.mask]
             if len(own) > _MOST:
                 _draw_density(ax, own)
+                density = f"{counted(len(own), 'line')} are a density, the darker the more."
             else:
                 ax.add_collection(_lines(own, group))
             label = name.replace("(rank 6)", "(place 1)").replace("unranked", "rank 0")
@@ -355,8 +357,8 @@ def plot_ranking(
         figure.describe(
             title,
             f"{optimal} of {len(ranking.rank)}, coloured by rank of efficiency.",
-            "Each is a line from the best values in the Pareto set, at the bottom, to the worst; "
-            f"more than {_MOST} of a rank are a density, the darker the more.",
+            "Each is a line from the best values in the Pareto set, at the bottom, to the worst.",
+            density,
         )
     return figure
 
