@@ -16,7 +16,6 @@ Rankings:
 
 Comparisons of algorithms:
     :func:`plot_indicators`: quality against evaluations.
-    :func:`plot_fronts`: the fronts that the algorithms found, objectives in pairs.
 
 The paper:
     :func:`paper_figures`: Figures 2 to 8.

@@ -1,6 +1,5 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._figures import plot_fronts as plot_fronts
 from ._figures import plot_identification as plot_identification
 from ._figures import plot_indicators as plot_indicators
 from ._figures import plot_objectives as plot_objectives
@@ -15,6 +14,7 @@ from ._style import save_figures as save_figures
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._figures import plot_fronts as plot_fronts
 from ._figures import plot_indicator as plot_indicator
 from ._paper import shown_case as shown_case
 from ._style import literal as literal

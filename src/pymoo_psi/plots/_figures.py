@@ -634,6 +634,7 @@ def plot_fronts(comparison: Comparison) -> Drawing:
     Example:
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import compare
+        >>> from pymoo_psi.plots import plot_fronts
         >>> comparison = compare(get_problem("bnh"), n_evaluations=32, algorithms=["psi", "nsga3"])
         >>> len(plot_fronts(comparison).axes)
         1
