@@ -156,9 +156,8 @@ def say_best(
         say(f"({len(frame) - _N_PRINTED} more; --out FILE.csv writes all)")
     say(
         "place: by mu1, the distance to the ideal point; equal distances share a place, dominated "
-        "designs have none. eff_rank: the rank of efficiency; 6 is the optimum, designs of ranks 5 "
-        "to 3 are best in two of the three distances, and are often extreme designs, not "
-        "compromises."
+        "designs have none. eff_rank: a number of the literature, no order; see 'pymoo-psi guide "
+        "method'."
     )
     option = "(--no-normalize)"
     if ranking.frame.normalize:
