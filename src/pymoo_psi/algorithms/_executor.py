@@ -48,6 +48,7 @@ from pymoo_psi.study import LAST
 from pymoo_psi.table import (
     PROPOSAL_ROUND,
     RESERVED,
+    Formulation,
     Layout,
     TestTable,
     choice_values,
@@ -133,6 +134,8 @@ class _Executor:
     def _clear(self) -> None:
         self._points = Points.none()
         self._waiting: Waiting = deque()
+        self._held: Waiting = deque()
+        self._is_holding = False
         self._pending: dict[int, Any] = {}  # what waits or is evaluated, by the first number
         self._evaluated: list[Any] = []
         self._results: Generator[Any] | None = None
@@ -143,8 +146,17 @@ class _Executor:
 
     @property
     def n_pending(self) -> int:
-        """How many points, or pieces of points, are submitted and not evaluated yet."""
-        return len(self._pending)
+        """How many points, or pieces of points, are to be evaluated and are not held back."""
+        return len(self._pending) - len(self._held)
+
+    def hold(self, on: bool) -> None:
+        """Hold back what no worker has begun, or let it go on."""
+        self._is_holding = on
+        source, target = self._held, self._waiting
+        if on:
+            source, target = self._waiting, self._held
+        target.extend(source)
+        source.clear()
 
     @property
     def first_pending(self) -> int:
@@ -200,15 +212,19 @@ class Model:
         layout = problem_layout(self.problem, self.space, *columns)
         self.layout = replace(layout, inequalities=layout.inequalities[len(self._limits) :])
         self.default_limits = limits_of_problem(self._limits)
-        formulation = options.formulation
-        if formulation is None:
+        if options.formulation is None:
             limits = limits_by_name(options.limits, self.layout.objectives)
             self.limits = self.default_limits | limits
             self.asked: Asked = self.limits
         else:
-            objectives = formulation.objectives or self.layout.objectives
-            self.limits = self.default_limits | limits_by_name(formulation.limits, objectives)
-            self.asked = replace(formulation, limits=self.limits)
+            self.asked = self.asked_by(options.formulation)
+            self.limits = limits_by_name(self.asked.limits, self.layout.objectives)
+
+    def asked_by(self, formulation: Formulation) -> Formulation:
+        """Return a formulation with the limits of the problem where it says no others."""
+        objectives = formulation.objectives or self.layout.objectives
+        limits = self.default_limits | limits_by_name(formulation.limits, objectives)
+        return replace(formulation, limits=limits)
 
     @property
     def has_requirements(self) -> bool:
@@ -462,7 +478,7 @@ class InPieces(_Executor):
 
     def _cut(self) -> None:
         """Cut as many pieces as workers need."""
-        while len(self._points) and len(self._waiting) < self._n_waiting:
+        while len(self._points) and len(self._waiting) < self._n_waiting and not self._is_holding:
             piece = self._points.at(slice(0, self._size))
             self._points = self._points.at(slice(self._size, None))
             first = int(piece.numbers[0])

@@ -33,7 +33,7 @@ from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import Runner, Values
 from pymoo_psi.problems import problem_identity
 from pymoo_psi.study import LAST
-from pymoo_psi.table import TestTable, design_keys
+from pymoo_psi.table import Formulation, TestTable, design_keys, limit_text
 
 # Seconds between two commits of a study: a commit of some milliseconds does not count beside them,
 # and not much more is lost when the process is killed.
@@ -42,6 +42,7 @@ SECONDS = 1.0
 # of slow designs that arrive together must not wait for the next one, perhaps for hours.
 COMPUTED = 20.0
 _MANY = 2**16  # tests after which there is one, too, so that they are joined once
+_MOMENT = 0.2  # seconds between two looks whether a pause is over
 
 
 class Run:
@@ -77,6 +78,9 @@ class Run:
         self._last_awaited = 0  # their largest number
         self._ready: list[Block] = []  # tests of these points
         self._work: Generator[list[Block]] | None = None
+        self._has_looked = False  # at what people ask
+        self._is_paused = False
+        self._is_stopped = False
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies begin at the next block; what is being evaluated stays here."""
@@ -85,6 +89,8 @@ class Run:
     @property
     def n_left(self) -> int:
         """How many points are left whose tests no block has returned."""
+        if self._is_stopped:
+            return len(self._points)
         return len(self._points) + self.source.n_left
 
     def tests(self) -> Generator[Block]:
@@ -111,6 +117,12 @@ class Run:
         """
         least = count or 1
         while len(self._points) < least:
+            self._follow_requests()
+            if self._is_stopped:
+                break
+            if self._is_paused:
+                self._rest()
+                continue
             points = self.source.ask(least - len(self._points), self._n_free)
             if len(points) == 0 and not self.source.wait():
                 break
@@ -127,15 +139,15 @@ class Run:
             All their tests, by number.
         """
         points = self.next_points(count)
+        if len(points) == 0:  # stopped
+            return Block(points.numbers, self.store.empty)
         last = int(points.numbers[-1])
         self._n_awaited = len(points)
         self._last_awaited = last
         with stored_at_termination(self.store):
             try:
-                while self._n_ready(last) < len(points):
-                    if self._work is None:
-                        self._work = self._test_points()
-                    self._ready += next(self._work)
+                while self._n_ready(last) < np.count_nonzero(self._points.numbers <= last):
+                    self._advance()
                 if self.executor.n_pending == 0:
                     self._end_work()  # which releases the lock; workers are kept
             except BaseException:
@@ -143,6 +155,64 @@ class Run:
                 raise
         self._forget(points.numbers)
         return self._take(last)
+
+    def _advance(self) -> None:
+        """Test points until some are ready, or to the end."""
+        if self._work is None:
+            self._work = self._test_points()
+        blocks = next(self._work, None)
+        if blocks is None:
+            self._work = None
+        else:
+            self._ready += blocks
+
+    def _rest(self) -> None:
+        """Finish designs that are being evaluated, or wait for a moment."""
+        if self.executor.n_pending:
+            self._advance()
+        else:
+            time.sleep(_MOMENT)
+
+    def _follow_requests(self) -> None:
+        """Do what people ask of the run, and say so in the study."""
+        for request in self.store.requests():
+            is_late = request.run == 0 and not self._has_looked
+            if is_late and request.content["action"] not in ("search", "more"):
+                self.store.answer(request._replace(answer="no run was at work"))
+                continue
+            content = dict(request.content)
+            try:
+                answer = self._follow(content, request.number)
+            except (PsiError, LookupError, TypeError) as error:
+                answer = f"refused: {error}"
+            if request.run == 0:
+                self.store.answer(request._replace(content=content, answer=answer))
+        self._has_looked = True
+
+    def _follow(self, content: dict[str, Any], number: int) -> str:
+        """Do what one request asks, which may come again when the run goes on; return an answer."""
+        action = content["action"]
+        if action == "search":
+            text = json.dumps(content["formulation"]).encode()
+            asked = self.model.asked_by(Formulation.from_json(text, "the request"))
+            table = under(TestTable.empty(self.model.layout), asked)  # a wrong one is refused here
+            self.source.direct(asked, number)
+            limits = [limit_text(name, limit) for name, limit in table.limits.items()]
+            objectives = ", ".join(table.layout.objectives)
+            return f"{objectives} within {', '.join(limits) or 'no limits'}, from the next proposal"
+        if action == "more":
+            total = content.get("points")
+            if total is None:
+                total = self.n_points + integer("count", content.get("count"), minimum=1)
+            if total > self.n_points:
+                self.source.extend(total - self.n_points)
+                self.n_points = content["points"] = total
+            return f"{total} tests in all"
+        if self._has_looked:  # what was asked of an interrupted run is over
+            self._is_paused = action == "pause"
+            self._is_stopped = action == "stop"
+            self.executor.hold(action != "continue")
+        return "done"
 
     def _forget(self, numbers: Numbers) -> None:
         """Forget points whose tests are returned."""
@@ -199,13 +269,21 @@ class Run:
                     yield from self._start(recall, self._n_awaited + executor.ahead)
                 began = time.monotonic()
                 computed = 0.0
-                while executor.n_pending:
-                    computed += executor.wait()
+                while executor.n_pending or self._is_paused:
+                    if executor.n_pending:
+                        computed += executor.wait()
+                    else:
+                        time.sleep(_MOMENT)
+                    self._follow_requests()
                     if executor.n_evaluated and self._is_commit_due(began, computed):
                         yield self._keep(executor.take())
                         began = time.monotonic()
                         computed = 0.0
                     yield from self._start(recall, self._n_awaited + executor.ahead)
+                if self._is_stopped:  # points without a test are left
+                    ready = [block.numbers for block in self._ready]
+                    is_ready = np.isin(self._points.numbers, np.concatenate([[], *ready]))
+                    self._points = self._points.at(is_ready)
             finally:
                 if executor.n_evaluated:
                     self._keep(executor.take())  # nobody waits for the blocks
@@ -239,7 +317,7 @@ class Run:
     def _next_to_start(self, count: int) -> Points:
         """Return points to start, ``count`` being started; ask the source for more if needed."""
         n_new = min(count - self._n_started, self.executor.room)
-        if n_new <= 0:
+        if n_new <= 0 or self._is_paused or self._is_stopped:
             return Points.none()
         # a source that is eager to learn from tests knows all that are there before it is asked
         is_informed = not (self.source.eager and self.executor.n_evaluated)
@@ -397,7 +475,10 @@ def run_of_sequence(
         may_end_early=may_end_early,
         kept=kept,
     )
-    return Run(model, PlannedPoints(points), executor, store, repeats, n_points)
+    continued = None
+    if sampling.extendable and options.share is None:
+        continued = partial(unit_points, options, n_dim=n_dim)
+    return Run(model, PlannedPoints(points, continued), executor, store, repeats, n_points)
 
 
 def repeated_tests(

@@ -6,6 +6,7 @@ source, in a file of its own.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +17,7 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sampling import LPTauSampling
 from pymoo_psi.problems import DesignSpace
 from pymoo_psi.sequences import lp_tau, lp_tau_at
-from pymoo_psi.table import TestTable
+from pymoo_psi.table import Formulation, TestTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +111,8 @@ class Source:
     the source alone. Between two calls of ``ask`` it may be changed, for example to other limits,
     to more points, to a pause, or to a repetition of a design; the next call follows the change.
 
-    A subclass writes ``n_left`` and ``ask``, and ``tell`` if its points depend on tests.
+    A subclass writes ``n_left`` and ``ask``, and ``tell`` if its points depend on tests; ``direct``
+    and ``extend`` if it can.
 
     Attributes:
         eager: Whether the next points are due before all earlier ones are tested, and depend on
@@ -140,13 +142,45 @@ class Source:
     def tell(self, tests: TestTable) -> None:
         """Learn from tests of the points returned by :meth:`ask`, in any order."""
 
+    def direct(self, formulation: Formulation, request: int) -> None:
+        """Propose the next points for another formulation, that of a request.
+
+        Raises:
+            ArgumentValueError: The points follow from no formulation.
+        """
+        received = Received(type(self).__name__)
+        raise invalid(
+            "the search", "one by surrogates, whose points follow a formulation", received
+        )
+
+    def extend(self, count: int) -> None:
+        """Add so many points.
+
+        Raises:
+            ArgumentValueError: There are no more.
+        """
+        raise invalid("the points", "those of a sequence that can be continued", Received("others"))
+
 
 class PlannedPoints(Source):
-    """A source of points that do not depend on tests: those of a sequence, or designs."""
+    """A source of points that do not depend on tests: those of a sequence, or designs.
 
-    def __init__(self, points: Points) -> None:
+    Args:
+        points: The points.
+        continued: Returns the first ``n`` points; ``None`` if they cannot be continued.
+    """
+
+    def __init__(self, points: Points, continued: Callable[[int], Points] | None = None) -> None:
         self._points = points
+        self._continued = continued
         self._n_returned = 0
+
+    def extend(self, count: int) -> None:
+        """Add so many points."""
+        if self._continued is None:
+            super().extend(count)
+        else:
+            self._points = self._continued(len(self._points) + count)
 
     @property
     def n_left(self) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -19,7 +20,7 @@ from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.problems import requirement_texts
-from pymoo_psi.study import LAST, Columns, Proposal, Study, points_of
+from pymoo_psi.study import LAST, Columns, Proposal, Steering, Study, points_of
 from pymoo_psi.table import (
     POINT,
     RUN,
@@ -34,6 +35,7 @@ from pymoo_psi.table import (
 
 Recall = Callable[[Points], TestTable]
 Head: TypeAlias = dict[str, Any]
+_SECONDS = 1.0  # between two looks at what people ask, each of which takes about a millisecond
 
 
 class Store:
@@ -94,6 +96,16 @@ class Store:
     def plan(self, last: int) -> None:
         """Note the last test point that the run is asked for."""
 
+    def requests(self) -> list[Steering]:
+        """Return what people have asked of the run since the last call, in the order of time.
+
+        Those that the run has answered before it was interrupted come with the first call.
+        """
+        return []
+
+    def answer(self, request: Steering) -> None:
+        """Store a request with the answer of the run."""
+
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
         return []
@@ -130,6 +142,8 @@ class StudyStore(Store):
         self._n_others = 0
         self._stored = np.zeros(0, dtype=np.int64)  # test points, as far as they are known
         self._was_locked = False
+        self._n_requests = 0  # how many were read
+        self._next_look = 0.0  # when they are read again
         self.study = _study_of(options)
         sampling = str((table.problem or {})["sampling"])
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
@@ -330,6 +344,22 @@ class StudyStore(Store):
         if last > self._asked[1]:
             with self.study.changes() as database:
                 database.plan(self._run, last)
+
+    def requests(self) -> list[Steering]:
+        """Return what people have asked of the run since the last call, once a second."""
+        now = time.monotonic()
+        if now < self._next_look:
+            return []
+        self._next_look = now + _SECONDS
+        steering = self.study.facts().steering
+        new = steering[self._n_requests :]
+        self._n_requests = len(steering)
+        return [request for request in new if request.run in (0, self._run)]
+
+    def answer(self, request: Steering) -> None:
+        """Store a request with the answer of the run."""
+        with self.study.changes() as database:
+            database.steer(request._replace(run=self._run))
 
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""

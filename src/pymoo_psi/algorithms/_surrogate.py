@@ -16,7 +16,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, Rows, boolean, integer
-from pymoo_psi.algorithms._asked import under_known
+from pymoo_psi.algorithms._asked import Asked, under_known
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs
@@ -238,6 +238,8 @@ class SurrogateSource(Source):
         self._proposals: list[Proposal] | None = None  # of the study
         self._making: _Making | None = None
         self._n_meanwhile = 0  # tests that ended while the last round was made
+        self._request = 0  # of people, whose formulation the proposals follow
+        self._directed: tuple[Asked, int] = self._asked, 0  # for the next round
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
@@ -259,6 +261,14 @@ class SurrogateSource(Source):
         """Learn from tests; a later test of the same point is left out."""
         is_new = ~np.isin(tests.numbers, self._tests.numbers)
         self._tests = self._tests.extended(tests.rows(is_new))
+
+    def direct(self, formulation: Formulation, request: int) -> None:
+        """Propose the next points for another formulation, that of a request."""
+        self._directed = formulation, request
+
+    def extend(self, count: int) -> None:
+        """Add so many points, which are proposed."""
+        self._n_points += count
 
     def ask(self, count: int, n_free: int) -> Points:
         """Return the points of the sequence, and then a round of proposals when one is due."""
@@ -335,9 +345,11 @@ class SurrogateSource(Source):
                 return np.zeros((0, 0))
             self._making = None
             self._n_meanwhile = len(self._tests) - making.n_tests
-            content = {}
+            content: dict[str, Any] = {}
             if len(making.pending):  # all tests before them were known but these
                 content["pending"] = making.pending.numbers.tolist()
+            if self._request:
+                content["request"] = self._request
             proposals = []
             for number, point in enumerate(making.units.result().tolist(), first):
                 proposals.append((number, round_number, "surrogates", {"point": point} | content))
@@ -352,6 +364,9 @@ class SurrogateSource(Source):
     def _begin(self, n_free: int, pending: Points) -> _Making:
         """Begin to make a round: in another thread if tests are to be stored meanwhile."""
         units: Future[Array] = Future()
+        if self._directed[1] != self._request:  # not while a round is in the making
+            self._asked, self._request = self._directed
+            self._fitted = 0, None  # to other outputs
         table = self._table()
         size = self._size(n_free, int(table.eligible().sum()))
         is_first = np.isin(self._tests.numbers, self._sequence.numbers)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import shlex
+import webbrowser
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable
-from contextlib import closing
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -133,7 +134,7 @@ def run_solve(options: Options) -> int:
         import_into_study(problem, options, run)
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
     try:
-        with stored_at_termination(), progress_bar(True) as show:
+        with stored_at_termination(), _watched(options, run), progress_bar(True) as show:
             search = find(problem, points, runner, run, formulation, show)
     except KeyboardInterrupt:
         place = f"see {run.study};"
@@ -180,6 +181,22 @@ def _say_best(problem: Problem, options: Options, search: Search, out: Path | No
     if sure:
         say(sure)
     say(*search.table.remarks, *_failures(search.reasons))
+
+
+@contextmanager
+def _watched(options: Options, run: RunOptions) -> Iterator[None]:
+    """Show the run in the browser while the body does it, if that is asked for."""
+    if not options.live:
+        yield
+        return
+    from pymoo_psi.server import live  # imports the page
+
+    if run.study is None:
+        raise invalid("--live", "used with --study", Received("no --study"))
+    with live(run.study, steer=True) as view:
+        say(view.address)
+        webbrowser.open(view.address)
+        yield
 
 
 def _points(options: Options) -> int:
@@ -304,7 +321,7 @@ def _counting(show: Show, points: int, formulation: Formulation) -> Callable[[Te
     def count(tests: TestTable) -> int:
         statuses.update(_under(tests, formulation).status.tolist())
         n_tests = statuses.total()
-        show(n_tests / points, f"{statuses['ok']} feasible, {statuses['failed']} failed")
+        show(min(1.0, n_tests / points), f"{statuses['ok']} feasible, {statuses['failed']} failed")
         return n_tests
 
     return count

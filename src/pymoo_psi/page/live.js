@@ -11,7 +11,7 @@
   source.onerror = () => { $("offline").hidden = false }
   source.onmessage = (event) => {
     const {rows, lines, steered, tests} = JSON.parse(event.data)
-    if (!rows) return page.reload() // other tests, or other columns
+    if (!rows) return page.reload({name: $("steerer").value}) // other tests, or other columns
     waiting.push(...rows)
     count = tests
     list("progress", lines)
@@ -34,7 +34,8 @@
     const answer = await fetch("steer", {method: "POST", body: JSON.stringify(body)})
     say(answer.ok ? [] : [await answer.text()])
   }
-  const state = sessionStorage.getItem(location.pathname)
-  if (state) page.set(JSON.parse(state))
+  const {state, name} = JSON.parse(sessionStorage.getItem(location.pathname) ?? "{}")
+  if (state) page.set(state)
+  $("steerer").value = name ?? ""
   sessionStorage.clear()
 }

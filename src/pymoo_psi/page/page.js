@@ -994,8 +994,9 @@ const page = (() => {
     update(true)
   }
   // Load the page anew, in the present state.
-  function reload() {
-    sessionStorage.setItem(location.pathname, saved = JSON.stringify(state))
+  function reload(more) {
+    isSaved()
+    sessionStorage.setItem(location.pathname, JSON.stringify({state, ...more}))
     location.reload()
   }
 

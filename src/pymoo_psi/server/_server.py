@@ -187,6 +187,8 @@ class GrowingStudy:
         except (ValueError, TypeError, LookupError, RecursionError):
             raise PsiError("a request must be JSON with an action and a name") from None
         known_name("action", action, ACTIONS)
+        if action != "search":
+            request.pop("formulation", None)
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")

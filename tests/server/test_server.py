@@ -1,0 +1,225 @@
+"""A study that is watched and steered while it grows: by people, and by attackers."""
+
+import http.client
+import json
+import os
+import signal
+import stat
+import subprocess
+import sys
+from contextlib import closing, suppress
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from pymoo.problems import get_problem
+
+from pymoo_psi import investigate, live, read_table
+from pymoo_psi.errors import PsiError
+from pymoo_psi.study import Steering, Study
+from tests.page.test_page_browser import browser  # noqa: F401
+from tests.processes import LONG, posix, until
+
+Error = pytest.importorskip("playwright.sync_api", reason="playwright is missing").Error
+
+MODEL = """
+import time
+from pymoo.core.problem import ElementwiseProblem
+
+class Model(ElementwiseProblem):
+    def __init__(self):
+        super().__init__(n_var=2, n_obj=2, xl=[0, 0], xu=[1, 1])
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        time.sleep(0.02)
+        with open("evaluated.txt", "a") as file:
+            file.write(f"{x.tolist()}\\n")
+        out["F"] = [x[0], 1 - x[0] ** 0.5 + (x[1] - 0.3) ** 2]
+"""
+
+
+class Visitor:
+    """Somebody in front of the page."""
+
+    def __init__(self, browser, address):
+        self.page = browser.new_page()
+        self.page.set_default_timeout(1000 * LONG)
+        self.page.goto(address)
+        self.page.wait_for_selector("#live:not([hidden])")
+
+    def ask(self, expression):
+        """The value of an expression; None while the page is loaded anew."""
+        with suppress(Error):
+            return self.page.evaluate(expression)
+
+    def until(self, expression):
+        while not self.ask(expression):
+            self.page.wait_for_timeout(20)
+
+    def says(self, text, place="live"):
+        self.until(f"document.getElementById('{place}').textContent.includes({json.dumps(text)})")
+
+    @property
+    def count(self):
+        return self.ask("decisionPage.data.n")
+
+
+def begun(folder, *words):
+    """A run in a group of processes of its own."""
+    command = [sys.executable, "-m", "pymoo_psi", "solve", "model:Model", "--study", "run.db"]
+    command += ["--algorithm", "surrogate", "--points", "120", "--jobs", "2", *words]
+    nothing = subprocess.DEVNULL
+    return subprocess.Popen(
+        command, cwd=folder, stdout=nothing, stderr=nothing, start_new_session=True
+    )
+
+
+@posix
+def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_path):  # noqa: F811
+    (tmp_path / "model.py").write_text(MODEL)
+    path = tmp_path / "run.db"
+    run = begun(tmp_path)
+    with live(path, steer=True) as view:
+        one, other = Visitor(browser, view.address), Visitor(browser, view.address)
+        one.until("decisionPage.data.n >= 24")
+        limits = {"f1": [None, 0.3], "f2": [None, 0.8]}
+        one.ask(f"decisionPage.set({{...decisionPage.state(), limits: {json.dumps(limits)}}})")
+        one.page.click("[name=search]")
+        one.says("your name", "messages")
+        one.page.fill("#steerer", "Anna <i>")
+        one.page.click("[name=search]")
+        other.says("Anna <i>: search: f1, f2 within f1<=0.3, f2<=0.8")
+        assert other.ask("document.querySelectorAll('#live i').length") == 0
+        one.page.click("[name=pause]")
+        one.says("Paused.")
+        assert until(lambda: one.count == len(read_table(path)))
+        n_paused = one.count
+        one.page.fill("#more", "8")
+        one.page.click("[name=more]")
+        one.says("of 128 tests")
+        assert one.count == n_paused == len(read_table(path))
+        one.page.click("[name=continue]")
+        other.until(f"decisionPage.data.n >= {n_paused + 8}")
+        os.killpg(run.pid, signal.SIGKILL)
+        run.wait()
+        one.says("No run is at work")
+    one.until("!document.getElementById('offline').hidden")
+    run = begun(tmp_path)
+    with live(path, steer=True, port=urlsplit(view.address).port) as again:
+        assert again.address == view.address
+        one.until(
+            "document.getElementById('offline').hidden && !document.getElementById('live').hidden"
+        )
+        one.until("decisionPage.data.n == 128")
+        one.says("All tests are done.")
+        assert one.ask("decisionPage.state().limits") == limits
+        assert one.page.input_value("#steerer") == "Anna <i>"
+        page = one.ask(
+            "({ranking: {best, place}}) => [best.map((row) => data.names[row]), [...place]]".replace(
+                "({ranking", "(({data, ranking"
+            )
+            + ")(decisionPage)"
+        )
+    run.wait()
+    # What it shows is what Python says of the study; nothing is lost or tested twice.
+    table = read_table(path)
+    assert len(table) == len({*(tmp_path / "evaluated.txt").read_text().split("\n")} - {""}) == 128
+    within = table.under(limits={name: limit[1] for name, limit in limits.items()})
+    ranking = within.feasible_ranking()
+    assert page[0] == [within.names[ranking.rows[row]] for row in ranking.salukvadze]
+    assert np.count_nonzero(page[1]) == ranking.pareto.sum()
+    directed = [
+        point for point, _, _, content in Study(path).proposals(1, 200) if "request" in content
+    ]
+    assert len(directed) > 40
+    assert within.eligible()[np.isin(table.numbers, directed)].mean() >= 0.8
+    assert any("Anna <i>: search: f1, f2 within" in remark for remark in table.remarks)
+
+
+def answers(address, path, method="GET", body=None, **headers):
+    """Status of the answer to a request, its target as it stands."""
+    with closing(http.client.HTTPConnection(urlsplit(address).netloc)) as connection:
+        connection.request(method, path, body, {k.replace("_", "-"): v for k, v in headers.items()})
+        return connection.getresponse().status
+
+
+def test_requests_of_others_are_refused_and_everything_is_bounded(tmp_path):
+    path = tmp_path / "run.db"
+    investigate(get_problem("bnh"), 8, study=path)
+    before = path.read_bytes()
+    request = json.dumps({"action": "stop", "name": "Eve"})
+    with live(path, steer=True) as view:
+        home = urlsplit(view.address).path
+        own = f"http://{urlsplit(view.address).netloc}"
+        evil = "http://evil.example"
+
+        def ask(target, *args, **headers):
+            return answers(view.address, target, *args, **headers)
+
+        assert ask(home) == 200
+        assert ask(home, Host="evil.example") == 400
+        assert ask(f"{home}events?from=x-0", Origin=evil) == 403
+        assert ask(f"{home}steer") == 405
+        for headers in ({}, {"Origin": evil}, {"Origin": "null"}):
+            assert ask(f"{home}steer", "POST", request, **headers) == 403
+        for target in (
+            "/",
+            f"/{'x' * 32}/",
+            f"{home}../../etc/passwd",
+            f"{home}%2e%2e/run.db",
+            f"{home}run.db",
+        ):
+            assert ask(target) == 404
+        for body in (
+            b"x",
+            b"[]",
+            b'{"action": "rm", "name": "Eve"}',
+            b'{"action": "stop", "name": " "}',
+        ):
+            assert ask(f"{home}steer", "POST", body, Origin=own) == 400
+        assert ask(f"{home}steer", "POST", b"x" * 2**19, Origin=own) == 413
+        assert (
+            ask(f"{home}steer", "POST", iter([b"x"]), Origin=own, Transfer_Encoding="chunked")
+            == 413
+        )
+        assert path.read_bytes() == before
+        statuses = [ask(f"{home}steer", "POST", request, Origin=own) for _ in range(30)]
+        assert statuses == [200] * 20 + [400] * 10
+        # Readers that never read: they hold up neither others nor each other.
+        slow = [http.client.HTTPConnection(urlsplit(view.address).netloc) for _ in range(20)]
+        for connection in slow:
+            connection.request("GET", f"{home}events?from=x-0")
+        assert {ask("/wrong/") for _ in range(200)} == {404}
+        assert ask(home) == 200
+        for connection in slow:
+            connection.close()
+    assert stat.S_IMODE(os.stat(f"{path}-live").st_mode) == 0o600
+    with live(path) as view:
+        assert (
+            answers(
+                view.address,
+                f"{home}steer",
+                "POST",
+                request,
+                Origin=f"http://{urlsplit(view.address).netloc}",
+            )
+            == 403
+        )
+
+
+def test_a_run_answers_in_the_study(tmp_path):
+    path = tmp_path / "run.db"
+    investigate(get_problem("bnh"), 8, study=path)
+    for action in ("search", "pause", "more"):
+        with Study(path).changes() as study:
+            study.steer(Steering("Bo", {"action": action, "count": 8, "formulation": {}}))
+    table = investigate(get_problem("bnh"), 9, study=path)
+    search, pause, more = Study(path).facts().steering
+    assert "refused" in search.answer
+    assert "surrogates" in search.answer
+    assert pause.answer == "no run was at work"
+    assert more.answer == "17 tests in all"
+    # The same call goes on as before.
+    assert len(table) == len(investigate(get_problem("bnh"), 9, study=path)) == 17
+    with pytest.raises(PsiError, match="cannot start"), live(path, port=1):
+        pass
