@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -264,6 +265,7 @@ class Run:
             self._repeats.waiting.clear()
         with self.store.session() as recall:
             try:
+                self._follow_requests()
                 yield from self._start(recall, self._n_awaited)
                 if executor.n_pending:  # nothing ahead of points whose tests are all stored
                     yield from self._start(recall, self._n_awaited + executor.ahead)

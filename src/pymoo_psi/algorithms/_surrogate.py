@@ -27,7 +27,7 @@ from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import PROPOSAL_ROUND, TestTable
+from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
