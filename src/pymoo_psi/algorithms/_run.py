@@ -502,11 +502,13 @@ def repeated_tests(
         runner: As for :func:`run_of_sequence`.
 
     Raises:
-        ArgumentValueError: There are repeats, and the problem is not noisy.
+        ArgumentValueError: There are repeats, and the problem is not noisy, or of shares.
     """
     if options.repeat > 1 and not getattr(problem, "noisy", False):
         remedy = "a stochastic model says so by noisy = True, or the command by --noisy"
         raise invalid("repeat", "1 for a model that is not noisy", options.repeat, remedy)
+    if options.repeat > 1 and options.share:
+        raise invalid("repeat", "1 with a share, which has one run", options.repeat)
     first = run_of_sequence(problem, n_points, options, keep=keep, runner=runner)
     table = tested(first)
     options = replace(options, more=False)

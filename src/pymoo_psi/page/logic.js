@@ -1192,7 +1192,7 @@ function decided(data, {limits, chosen, reason, ranges, positions, decided, page
 
 return {
   decode, grow, initial, checked, parsed, values, left, ranked, order, found, preference, verdict, explain,
-  compared, compare, limitText, switches, staying, latest, limitsOf, joined, separation, sentence, listed, nearestDesign, typed, written, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
+  compared, compare, limitText, switches, staying, latest, limitsOf, joined, separation, sentence, listed, nearestDesign, typed, written, short, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
   csv, metadata, decision, opened, MOST_PINS,
 }
 })()
