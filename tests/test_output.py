@@ -7,7 +7,6 @@ import stat
 import xml.etree.ElementTree as ET
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from pymoo_psi import TestTable
@@ -36,11 +35,6 @@ def shown(thing):
     assert tags <= {"div", "p", "style", "table", "thead", "tbody", "tr", "th", "td"}
     rows = [[cell.text or "" for cell in row] for row in page.iter("tr")]
     return " ".join(p.text for p in page.iter("p")), rows
-
-
-def frame_of(table):
-    columns = table.layout.objectives
-    return pd.DataFrame({name: table.column(name) for name in columns})
 
 
 @pytest.mark.parametrize("view", [lambda t: t, lambda t: t.ranking(), lambda t: convergence(t)])
