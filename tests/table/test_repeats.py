@@ -164,6 +164,13 @@ def test_without_noise_probabilities_are_0_or_1():
     assert np.allclose(frame[["f1", "f2"]], F)
 
 
+def test_equal_values_have_no_standard_error():
+    F = np.column_stack([np.repeat([0.1, 9.18559], 3), np.arange(6.0)])
+    designs = TestTable.of(range(1, 7), np.repeat([[0.0], [1.0]], 3, axis=0), F).averaged()
+    assert designs.column("f1 standard error").tolist() == [0, 0]
+    assert (designs.column("f2 standard error") > 0).all()
+
+
 def test_two_designs_have_the_probability_of_a_normal_difference():
     """B dominates A if both differences are below 0; of two designs means are not shrunk."""
     from scipy.stats import norm

@@ -203,6 +203,8 @@ def run_live(options: Options) -> int:
 
     def show(address: str) -> None:
         say(address)
+        if not options.file.exists():
+            say(f"{options.file} does not exist yet; the page waits for its first tests.")
         if not options.no_browser:
             webbrowser.open(address)
 

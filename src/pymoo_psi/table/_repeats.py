@@ -45,6 +45,7 @@ _MANY = 2000
 _PRIOR = 5  # designs for each objective from which on means are shrunk
 _LEAST = 1e-9  # of a variance, so that no matrix is singular
 _SEED = 1
+_ROUNDED = 1e-13  # of a value: a mean of equal values may differ from them by so much
 _ROUNDING = 1e-9  # distances closer than this are equal
 
 
@@ -84,6 +85,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
         means[name][counts == 0] = values[first][counts == 0]
     squares = np.zeros(means["F"].shape)
     deviations = tested.F[usable] - means["F"][group[usable]]
+    deviations[np.abs(deviations) <= _ROUNDED * np.abs(tested.F[usable])] = 0.0
     np.add.at(squares, group[usable], deviations**2)
     variance = np.column_stack([_variances(column, counts - 1) for column in squares.T])
     with np.errstate(divide="ignore"):
