@@ -1,6 +1,7 @@
 """Tests of a noisy model: seeds, repeats in a study that a kill cannot spoil, and their means."""
 
 import sqlite3
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -65,7 +66,7 @@ def test_a_study_keeps_every_test_and_makes_only_what_is_missing(tmp_path):
     table = investigate(problem, 12, repeat=3, study=study)
     assert len(problem.calls) == 36 - 16
     assert np.array_equal(table.F, investigate(Queue(), 12, repeat=3).F)
-    with sqlite3.connect(study) as database:
+    with closing(sqlite3.connect(study)) as database:
         rows = database.execute("SELECT run, count(*) FROM tests GROUP BY run").fetchall()
     assert rows == [(1, 12), (2, 12), (3, 12)]
     assert np.array_equal(read_table(study).F, table.F)

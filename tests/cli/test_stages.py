@@ -3,6 +3,7 @@
 import shlex
 import sqlite3
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -101,9 +102,8 @@ def test_stages_share_one_study_and_no_design_runs_twice(log, said):
     )
     said(*solve, "--points", "+4")
     assert n_runs(log) == len(table) + 4 == 28
-    with sqlite3.connect("beam.db") as db:
+    with closing(sqlite3.connect("beam.db")) as db:
         assert db.execute("SELECT count(*), count(DISTINCT run) FROM tests").fetchone() == (28, 3)
-    db.close()
 
 
 def test_an_output_that_no_folder_has_is_said_and_tested_on_request(log, said):
