@@ -519,25 +519,6 @@ def repeated_tests(
     return first, table
 
 
-def total_points(model: Model, options: RunOptions, n_more: int, method: str = "") -> int:
-    """Return how many points a run of a study has with so many more; see :class:`RunOptions`.
-
-    Args:
-        model: The model.
-        options: The options of the run.
-        n_more: How many more.
-        method: By what designs are proposed after the points of the sequence.
-
-    Raises:
-        ArgumentValueError: The sequence cannot be continued.
-    """
-    sampling = options.sampling_in(len(model.space.searched))
-    if not sampling.extendable:
-        raise invalid("more", "used with a sequence that can be continued", Received(sampling))
-    table = table_of_run(model, options, lambda: sampling.identity(n_more, options.seed) + method)
-    return StudyStore(table, options, model).total(n_more)
-
-
 def table_of_run(model: Model, options: RunOptions, sampling: Callable[[], str]) -> TestTable:
     """Return the table of a run without tests, with what makes its tests belong together.
 
