@@ -138,3 +138,22 @@ def test_a_seed_in_a_command_makes_a_program_noisy(program, capsys):
     assert "4 designs, 8 tests" in capsys.readouterr().out
     assert main(["solve", "zdt1", "--repeat", "2"]) == 2
     assert "--noisy" in capsys.readouterr().err
+
+
+def test_an_export_keeps_every_test_and_says_that_they_repeat(program, tmp_path, capsys):
+    study = tmp_path / "study.db"
+    solve = ["solve", str(program), "--points", "4", "--repeat", "2", "--study"]
+    assert main([*solve, str(study)]) == 0
+    for name in ("tests.csv", "copy.db"):
+        assert main(["export", str(study), "--out", str(tmp_path / name)]) == 0
+    tests = read_table(tmp_path / "tests.csv")
+    assert len(tests) == 8
+    assert "4 designs with the same variables" in tests.remarks[0]
+    means = read_table(tmp_path / "tests.csv", repeats="variables")
+    assert np.array_equal(means.F, read_table(study).F)
+    assert len(read_table(study, repeats=False)) == 8
+    capsys.readouterr()
+    assert main([*solve, str(tmp_path / "copy.db")]) == 0  # nothing is left to test
+    assert "8 of them from the study" in capsys.readouterr().out
+    assert main(["solve", "zdt1", "--noisy", "--points", "4"]) == 2
+    assert "ElementwiseProblem" in capsys.readouterr().err

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Designs, Mask, Numbers, mapping
+from pymoo_psi._validation import Array, Designs, Mask, Numbers, invalid, mapping
 from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
@@ -544,9 +544,16 @@ def executor_of(
         may_end_early: Whether a termination may end the run before all points are tested; if not,
             points are evaluated ahead of the blocks that are asked for.
         kept: Returns the tests of a piece that are needed; ``None`` for all.
+
+    Raises:
+        ArgumentValueError: The model is noisy, and is called for several designs together.
     """
     if streams(model.inner):
         return OneByOne(model, may_end_early)
+    if model.noisy:
+        rule = "called for one design at a time, as each test has its own seed, if it is noisy"
+        remedy = "make an ElementwiseProblem with a runner of this package"
+        raise invalid("problem", rule, model.inner, remedy)
     task = partial(model.evaluated, kept)
     if n_points is None:
         return InPieces(task, LAST, LAST, LAST, None, runner)

@@ -108,7 +108,7 @@ _READING = [
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
     _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units."),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
-    _option("repeats", "LABEL", "Column whose equal values mean repeated tests of a design."),
+    _option("repeats", "LABEL", "Column that names the designs of repeated tests; variables: all."),
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
     *_FORMULATION,
 ]

@@ -431,6 +431,7 @@ def run_export(options: Options) -> int:
     out = options.out
     require_output(out, suffixes_for("tests"), *files.values())
     formulation = formulation_of(options)
+    options.repeats = options.repeats or False  # every test of a study, no means
     tables = {name: opened(path, options, formulation) for name, path in files.items()}
     table = _joined(tables, named)
     file_format = format_of(out, "tests")

@@ -60,6 +60,8 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
     keys = design_keys(tested.X)
     labels: list[Any] = keys
     column = "variables"
+    if by == column and column not in tested.columns:
+        by = None
     if by is not None:
         labels = _labels(tested, by)
         column = by
@@ -221,7 +223,7 @@ def undeclared(table: TestTable) -> list[str]:
     return [
         f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives "
         f"({', '.join(names)}): each row counts as a design; if they are repeated tests, say "
-        "--repeats LABEL, or repeats= in Python."
+        "--repeats LABEL (or variables), or repeats= in Python."
     ]
 
 

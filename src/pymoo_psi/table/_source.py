@@ -8,7 +8,7 @@ from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -63,7 +63,7 @@ def read_table(
     formulation: Formulation | None = None,
     *,
     variables: Sequence[str] | None = None,
-    repeats: str | None = None,
+    repeats: str | Literal[False] | None = None,
     drop_incomplete: bool = False,
     decimal: str | None = None,
     thousands: str | None = None,
@@ -92,8 +92,9 @@ def read_table(
             designs in JSON; or a file of a format that was added to ``FORMATS``.
         formulation: What is asked; see :meth:`TestTable.under`.
         variables: Names of the columns with design variables; as the source tells unless given.
-        repeats: The column that says which rows are tests of one design, which is then their mean;
-            see :meth:`TestTable.averaged`.
+        repeats: The column that says which rows are tests of one design, which is then their mean,
+            or ``"variables"`` for all variables; see :meth:`TestTable.averaged`. Tests of a study
+            are averaged by variables if they differ, unless this is ``False``.
         drop_incomplete: Let designs without a finite objective fail, instead of refusing them.
         decimal: The decimal mark of texts, ``"."`` or ``","``.
         thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``.
@@ -139,29 +140,30 @@ def read_table(
                 content.remarks,
                 is_derived=content.is_derived,
             )
-            # A study tests a design once, unless its model is noisy or people repeat a test.
-            if content.is_derived and repeats is None and undeclared(table):
-                table = table.averaged()
             if content.limits:
                 table = table.under(limits=content.limits)
         else:
             asked = formulation or Formulation()
             remarks = _remarks_on_directions(content, asked)
-            if repeats is not None:
-                known_name("repeats", repeats, content.columns)
+            if repeats and repeats in content.columns:
                 content = replace(content, label=repeats)
             # Equal rows may be repeated tests.
-            is_file = path is not None and repeats is None
+            is_file = path is not None and not repeats
             designs = _designs(content, decimal, thousands, is_file=is_file)
             designs.remarks.extend(remarks)
             table = _table(designs, asked, variables, drop_incomplete)
-            if repeats is None:
-                table = replace(table, remarks=(*table.remarks, *undeclared(table)))
             table = replace(table, decimal=decimal or _decimal_mark(designs.columns))
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    if repeats is not None:
+    if repeats:
         table = table.averaged(repeats)
+    elif repeats is None and table is not source:
+        remarks = undeclared(table)
+        # A study tests a design once, unless its model is noisy or people repeat a test.
+        if remarks and isinstance(content, StoredTests) and content.is_derived:
+            table = table.averaged()
+        else:
+            table = table._with(remarks=(*table.remarks, *remarks))
     if formulation is None:
         return table
     try:

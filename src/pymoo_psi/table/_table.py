@@ -480,8 +480,8 @@ class TestTable(Tests, Shown):
         columns in which tests of a design differ are left out.
 
         Args:
-            by: Name of the column that says which tests are of one design; those with the same
-                variables unless given.
+            by: Name of the column that says which tests are of one design; ``"variables"``, or not
+                given: those with the same variables.
 
         Raises:
             ArgumentValueError: There is no such column, it has gaps, no value recurs in it, or
