@@ -1,6 +1,7 @@
 """The README and the guides: all that they print is run, in an empty folder, and prints that."""
 
 import doctest
+import os
 import re
 import shlex
 import subprocess
@@ -40,6 +41,7 @@ def formats():
 def test_each_text_runs_alone_as_printed(title, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     blocks, printed, names = BLOCK.findall(TEXTS[title]), "", {}
     following = [*(kind for _, kind, _ in blocks[1:]), ""]
     for (name, kind, text), after in zip(blocks, following, strict=True):
