@@ -8,8 +8,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from pymoo.optimize import minimize
 
-from pymoo_psi import TestTable
+from pymoo_psi import PSI, Formulation, Recorded, SphereChute, TestTable, representatives
 from pymoo_psi._output import ROWS, whole_file
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
@@ -43,6 +44,27 @@ def test_names_are_data_in_a_notebook(table, view):
     assert text.startswith(type(view(table)).__name__)
     assert 1 < len(rows) <= ROWS + 2
     assert EVIL in text + " ".join(" ".join(row) for row in rows) or "Convergence" in text
+
+
+def test_formulations_runs_and_representatives_are_shown(tmp_path):
+    asked = Formulation(maximize=["gain"], limits={EVIL: (None, 3), "gain": 1})
+    text, rows = shown(asked)
+    assert text.startswith(repr(asked)[:20])
+    assert rows[1:] == [
+        ["maximize", "('gain',)"],
+        ["limits", str({EVIL: (None, 3), "gain": 1})],
+    ]
+    problem = Recorded(SphereChute(), study=tmp_path / "a.db")
+    result = minimize(problem, PSI(12))
+    for one in (result.algorithm, problem):
+        text, rows = shown(one)
+        assert text.startswith(f"{type(one).__name__} TestTable(12 tests")
+        assert len(rows) == ROWS + 2
+    few = representatives(result.F, 2)
+    text, rows = shown(few)
+    assert text.startswith("Representatives(")
+    assert [int(row[0]) for row in rows[1:]] == few.rows.tolist()
+    assert sum(float(row[-1]) for row in rows[1:]) == pytest.approx(1, abs=1e-4)
 
 
 def test_a_page_is_framed_whole_and_kept_from_the_notebook(table):

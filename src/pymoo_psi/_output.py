@@ -107,17 +107,27 @@ class Shown:
 
     def _repr_html_(self) -> str:
         """Return what Jupyter shows; names are data, and markup in them is escaped."""
+        from pandas import option_context
+
         page = _paragraph(repr(self))
         try:
             frame, n = self._first_rows(ROWS)
-            table = frame.to_html(
-                max_cols=_COLUMNS, na_rep="", notebook=True, float_format=lambda v: f"{v:.5g}"
-            )
+            with option_context("display.max_colwidth", None, "display.precision", 5):
+                table = frame.to_html(max_cols=_COLUMNS, na_rep="", notebook=True)
         except ValueError:  # names that do not fit into one table
             return page
         if n > len(frame):
             page += _paragraph(f"The first {len(frame)} of {n} rows:")
         return page + table
+
+
+class WithTable:
+    """A class that a notebook shows as its name and the first rows of its table of tests."""
+
+    def _repr_html_(self) -> str:
+        """Return what Jupyter shows."""
+        tests: Shown = self.table  # type: ignore[attr-defined]  # of every such class
+        return _paragraph(type(self).__name__) + tests._repr_html_()
 
 
 class Framed:

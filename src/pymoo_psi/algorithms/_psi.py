@@ -19,6 +19,7 @@ from pymoo.core.termination import TerminateIfAny, Termination
 from pymoo.util.display.multi import MultiObjectiveOutput
 from pymoo.util.misc import termination_from_tuple
 
+from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
     Received,
     Rows,
@@ -64,7 +65,7 @@ if TYPE_CHECKING:
 _WORTH_FILTERING = 2**20
 
 
-class PointAlgorithm(Algorithm):
+class PointAlgorithm(WithTable, Algorithm):
     """An algorithm of pymoo that tests the points of a source.
 
     A subclass writes ``begin``, which returns the run. Beside the run, its state is the table of

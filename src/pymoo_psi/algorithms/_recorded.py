@@ -11,6 +11,7 @@ import numpy as np
 from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
+from pymoo_psi._output import WithTable
 from pymoo_psi._validation import Designs, Mask, Numbers, Received, invalid
 from pymoo_psi.algorithms._executor import Model, executor_of
 from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 _Key = tuple[str, ...]  # of a design; equal keys are equal bit for bit
 
 
-class Recorded(WrappedProblem):
+class Recorded(WithTable, WrappedProblem):
     """Any pymoo problem, with every evaluation kept in a study and answered from it.
 
     Each design that an algorithm evaluates becomes a test of the study, numbered from 1 in the

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import moocore
 import numpy as np
@@ -16,9 +16,13 @@ from moocore import epsilon_additive as epsilon_additive
 from moocore import igd_plus as igd_plus
 from moocore import pareto_rank as pareto_rank
 
+from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, integer
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 # By number of objectives, the number of points whose volume moocore (0.3) computes within half a
 # second on a slow machine.
@@ -120,7 +124,7 @@ def farthest_first(F: Array, start: list[Any], size: int) -> tuple[Rows, Rows, A
 
 
 @dataclass(frozen=True, eq=False)
-class Representatives:
+class Representatives(Shown):
     """A few designs that cover a Pareto set, each for a share of it.
 
     Attributes:
@@ -141,6 +145,20 @@ class Representatives:
     rows: Rows
     shares: Array
     radius: float
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the representatives with their places, objectives and shares of the Pareto set.
+
+        Example:
+            >>> F = [[0, 9], [1, 8], [4, 4], [5, 3], [9, 0]]
+            >>> print(representatives(F, 2).to_frame()[["place", "f1", "f2", "share"]])
+               place   f1   f2  share
+            2      1  4.0  4.0    0.6
+            0      4  0.0  9.0    0.4
+        """
+        row_in_frame = np.argsort(self.ranking.by_place)
+        frame = self.ranking.to_frame().iloc[row_in_frame[self.rows]]
+        return frame.assign(share=self.shares)
 
 
 def representatives(

@@ -22,11 +22,11 @@ from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
 
 import numpy as np
 
-from pymoo_psi._output import whole_file
+from pymoo_psi._output import Shown, whole_file
 from pymoo_psi._validation import (
     AnyArray,
     Received,
@@ -45,6 +45,9 @@ from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._expression import Expression
 from pymoo_psi.table._layout import RESERVED, Layout, column_names, index_of, unit_texts
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Columns: TypeAlias = Mapping[str, AnyArray]
 
@@ -111,7 +114,7 @@ class FormulationFields(TypedDict, total=False):
 
 
 @dataclass(frozen=True)
-class Formulation:
+class Formulation(Shown):
     """A formulation of a problem, applied to tests by :meth:`TestTable.under`.
 
     All columns are named, and all values are in the original direction. What is not said stays as
@@ -226,6 +229,34 @@ class Formulation:
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 
+    def _stated(self) -> dict[str, Any]:
+        """Return the attributes that differ from their defaults."""
+        default = Formulation()
+        stated = {}
+        for name in ATTRIBUTES:
+            value = getattr(self, name)
+            if value != getattr(default, name):
+                stated[name] = value
+        return stated
+
+    def __repr__(self) -> str:
+        """Return the call that makes it."""
+        arguments = [f"{name}={value!r}" for name, value in self._stated().items()]
+        return f"Formulation({', '.join(arguments)})"
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return a table of the attributes that differ from their defaults, to read.
+
+        Example:
+            >>> print(Formulation(maximize=["gain"], limits={"mass": 30}).to_frame())
+                           value
+            maximize    ('gain',)
+            limits    {'mass': 30}
+        """
+        from pandas import Series
+
+        return Series(self._stated()).map(str).to_frame("value")
+
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns of numbers that it uses, apart from those that it computes.
@@ -271,14 +302,11 @@ class Formulation:
             <BLANKLINE>
             True
         """
-        default = Formulation()
         # One line for each attribute: short enough to be read, and to be edited by hand.
         lines = []
-        for name in ATTRIBUTES:
-            value = getattr(self, name)
-            if value != getattr(default, name):
-                text = json.dumps(value, ensure_ascii=False, allow_nan=False)
-                lines.append(f'"{name}": {text}')
+        for name, value in self._stated().items():
+            text = json.dumps(value, ensure_ascii=False, allow_nan=False)
+            lines.append(f'"{name}": {text}')
         if self.positions or self.decided:
             lines.append(f'"version": {_VERSION}')
         content = ",\n ".join(lines)
