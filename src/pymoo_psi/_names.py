@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 from collections.abc import Callable
-from functools import wraps
 from pathlib import Path
-from typing import Any, NoReturn, ParamSpec, TypeVar
+from typing import Any, NoReturn
 
 import lazy_loader
-
-from pymoo_psi.errors import ArgumentTypeError
-
-Arguments = ParamSpec("Arguments")
-Answer = TypeVar("Answer")
 
 # Below this line of a stub stand the names that only other subpackages use.
 _SHARED = "# isort: split"
@@ -51,19 +44,3 @@ class Renamed:
     def __get__(self, instance: object, owner: type[Any]) -> NoReturn:
         """Raise the error of a missing attribute."""
         raise AttributeError(f"{self._name} is gone since 0.4; use {self._instead}")
-
-
-def asked_under_a_formulation(function: Callable[Arguments, Answer]) -> Callable[Arguments, Answer]:
-    """Refuse the limits that a question took before a table carried its formulation."""
-    parameters = inspect.signature(function).parameters.values()
-    positional = sum(p.kind is not p.KEYWORD_ONLY for p in parameters)
-
-    @wraps(function)
-    def checked(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Answer:
-        if len(args) > positional or not {"limits", "normalize"}.isdisjoint(kwargs):
-            rule = "takes neither limits nor normalize since 0.4"
-            remedy = "ask table.under(limits=..., normalize=...)"
-            raise ArgumentTypeError(f"{function.__name__} {rule}; {remedy}")
-        return function(*args, **kwargs)
-
-    return checked

@@ -202,7 +202,6 @@ def shell(tmp_path, script, outputs, template=None, **program):
         ('"tip speed" "m"\n1 10\n', 10, None),
         ("w|m\n5|10\n", 10, None),
         ("# made by hand\nw,m\n5,10\n", 10, None),
-        ("w;m\n1,5;10\n", 10, None),
         ("w m\n1 5 10", None, "line 2 has 3 cells, most lines 2"),  # R: names of rows in front
         ("     w   m\n0  5  10\n1  6  11", None, "line 1 has 2 cells, most lines 3"),  # pandas
         ("tip speed m\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
@@ -210,9 +209,7 @@ def shell(tmp_path, script, outputs, template=None, **program):
         ("tip speed   m\n0       5  10\n", 10, None),
         ("w m n\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
         ("w,m\n1,5,10\n", None, "line 2 has 3 cells, most lines 2"),
-        ("w;m\n5;1,5\n", None, "'1,5' in out is no plain number"),
-        ("w;m\n1,5;1.250\n", None, "has decimal commas, and points of two meanings in 'm'"),
-        ("w;m\n1,5;1.25\n", 1.25, None),
+        ("w;m\n1,5;1.250\n", None, "out has decimal commas; let the program write points"),
         ("w,m\n5,\n", None, "'' in out is no plain number"),
         ("w,m,m\n5,1,2\n", None, "names the column 'm' 2 times"),
         ("# w m\n5 10\n6 11\n", None, "its first line must name the columns"),
@@ -285,11 +282,11 @@ def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
     for changed in (linked / "data", tmp_path / "template" / ".hidden"):
         before = changed.read_text()
         changed.write_text("2")
-        with pytest.raises(StudyMismatchError, match="hidden and linked files"):
+        with pytest.raises(StudyMismatchError, match="template is"):
             investigate(problem, 2, study=study)
         changed.write_text(before)
     as_version_0_3(study)
-    entry = "$.problem.parameters.hidden and linked files"
+    entry = "$.problem.parameters.template"
     edit(study, f"UPDATE study SET value = json_remove(value, '{entry}') WHERE name = 'head'")
     (linked / "data").write_text("3")
     assert investigate(problem, 4, study=study).F.tolist() == [[1], [1], [3], [3]]
@@ -366,9 +363,7 @@ def test_only_plain_numbers_are_numbers_also_those_of_fortran(tmp_path, text):
     [
         ([("[variables]", "[variable]")], None, "did you mean 'variables'"),
         ([('minimize = ["mass"', 'minimize = ["mas"')], None, "did you mean 'mass'"),
-        ([], "width={width} height={heigth} mode={mode}", "the file beam.inp must be {height}"),
         ([], "width={width} height={height}", "the variable mode must be in"),
-        ([], "width={width:.3q} height={height} mode={mode}", "formats that fit"),
         ([('template = "model"', 'template = "models"')], None, "template must be a folder"),
         ([("beam.inp", "beam.dat")], None, "files must be files in the folder model"),
         (
@@ -390,7 +385,6 @@ def test_only_plain_numbers_are_numbers_also_those_of_fortran(tmp_path, text):
         ([('unit = "mm"', "unit = 1")], None, "width: unit"),
         ([("[limits]", "[limits]\nwidth = '<= 3'")], None, "requirements"),
         ([("stress = (", "stress = ((")], None, "regular expression"),
-        ([("bounds = [2, 4]", "choices = ['2', '3']")], None, "a placeholder in the file"),
     ],
 )
 def test_a_wrong_file_is_refused_before_any_run(beam, tmp_path, changes, deck, match):

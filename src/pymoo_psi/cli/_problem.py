@@ -12,7 +12,7 @@ import re
 import shlex
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
@@ -44,8 +44,6 @@ from pymoo_psi.problems import (
 from pymoo_psi.table import NUMBER, entries_of
 
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
-_N_LINES = 10  # of a file that a program has left
-_LONGEST = 400  # characters of such a line that are shown
 _CONNECTING = 10  # seconds for a scheduler to answer
 _PAUSE = 0.3  # seconds between two looks whether workers have joined
 _TRIALS = 1000  # designs that are tried against the requirements
@@ -371,7 +369,7 @@ def write_example(name: str) -> int:
 
 
 def try_program(name: str, problem: Any, points: int) -> int:
-    """Run a program once, for a design in the middle of the bounds, and print every step.
+    """Run a program once, for a design in the middle of the bounds, and print what it gives.
 
     Args:
         name: The argument PROBLEM, a TOML file.
@@ -383,26 +381,17 @@ def try_program(name: str, problem: Any, points: int) -> int:
     """
     if not isinstance(layers(problem)[-1], ProgramProblem):
         raise invalid("--try", "used with the FILE.toml of a program", problem_name(problem))
-    labels = {column: with_unit(column, unit) for column, unit in problem.units.items()}
-    design = _trial_design(problem, labels)
+    design = _trial_design(problem)
     run = problem.run(design, keep=True)
     say(f"Command: {shlex.join(run.words)}")
     say(f"Folder: {run.folder}")
-    for file, texts in run.written.items():
-        replaced = [f"{placeholder} is {text}" for placeholder, text in texts.items()]
-        say(f"In {file}: {', '.join(replaced) or 'no placeholder'}")
     rows = []
-    for output, place in problem.outputs.items():
-        value = run.outputs.get(output, "")
-        rows.append((labels.get(output, output), value, place.file or place.expression))
-    print_frame(pd.DataFrame(rows, columns=["output", "value", "from"]), "Outputs:")
+    for column, value in {**design, **run.outputs}.items():
+        rows.append((with_unit(column, problem.units.get(column, "")), value))
+    print_frame(pd.DataFrame(rows, columns=["column", "value"]), "Variables and outputs:")
     say(f"Took {run.seconds:.1f} s.")
     if run.flaw:
         say(f"Wrong: {run.flaw}")
-        for output, place in problem.outputs.items():
-            if place.file and output not in run.outputs:  # the first one is what is wrong
-                say(_end_of(run.folder / place.file))
-                break
         return 1
     study = shlex.quote(f"{Path(name).stem}.db")
     command = f"pymoo-psi solve {shlex.quote(name)} --points {points} --study {study}"
@@ -410,19 +399,8 @@ def try_program(name: str, problem: Any, points: int) -> int:
     return 0
 
 
-def _end_of(path: Path) -> str:
-    """Return the last lines of a file, for a message."""
-    if not path.is_file():
-        return f"There is no file {path}."
-    lines = path.read_text(encoding="utf-8", errors="replace").rstrip().splitlines()
-    if not lines:
-        return f"{path} is empty."
-    shown = [f"{line:.{_LONGEST}}" for line in lines[-_N_LINES:]]
-    return "\n".join([f"The end of {path}:", *shown])
-
-
-def _trial_design(problem: Any, labels: Mapping[str, str]) -> Values:
-    """Return the middle of the bounds, or a random design that meets the requirements; print it."""
+def _trial_design(problem: Any) -> Values:
+    """Return the middle of the bounds, or a random design that meets the requirements."""
     required = Required(problem)
     space = design_space(required)
     units = np.random.default_rng(0).random((_TRIALS, len(space.searched)))
@@ -432,11 +410,4 @@ def _trial_design(problem: Any, labels: Mapping[str, str]) -> Values:
     if not allowed.any():
         trials = f"none of {_TRIALS} designs meets them"
         raise PsiError(f"[requirements]: {trials}; widen bounds or relax rules")
-    row = int(allowed.argmax())
-    title = "The middle of the bounds"
-    if row > 0:
-        title = "A design that meets the requirements"
-    design = dict(zip(problem.variables, designs[row].tolist(), strict=True))
-    values = [f"{labels.get(name, name)} = {value}" for name, value in design.items()]
-    say(f"{title}: {', '.join(values)}")
-    return design
+    return dict(zip(problem.variables, designs[allowed.argmax()].tolist(), strict=True))

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
 from pymoo_psi.page._payload import payload
@@ -111,7 +110,6 @@ class DecisionPage(Framed):
         write_document(path, self.html())
 
 
-@asked_under_a_formulation
 def decision_page(
     source: Any,
     formulation: Formulation | Names | None = None,

@@ -19,7 +19,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._validation import (
     Array,
     Names,
@@ -86,7 +85,6 @@ _BARS: dict[str, tuple[float, float, Style]] = {
 # Histograms, and objectives against variables
 
 
-@asked_under_a_formulation
 def plot_table(
     table: TestTable,
     *,
@@ -232,7 +230,6 @@ def _outside(histograms: Sequence[Histogram]) -> str:
 # Objectives in pairs
 
 
-@asked_under_a_formulation
 def plot_objectives(
     table: TestTable,
     *,
@@ -511,7 +508,6 @@ def _draw_section(ax: Axes, line: pd.DataFrame) -> None:
 # Fits to measurements
 
 
-@asked_under_a_formulation
 def plot_identification(
     problem: Identification,
     table: TestTable,

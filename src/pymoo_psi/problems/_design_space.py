@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from pymoo_psi.table import Layout
 
 
-_CLASSES = {Real: Kind.REAL, Integer: Kind.INTEGER, Binary: Kind.BINARY, Choice: Kind.CHOICE}
 _LONGEST = 1000  # characters of a constant of a model that a study shows
-_TYPES = {None: Kind.REAL, float: Kind.REAL, int: Kind.INTEGER, bool: Kind.BINARY}
+_TYPES = {None: Real, float: Real, int: Integer, bool: Binary}  # of a vector
 
 
 @dataclass(frozen=True)
@@ -458,60 +457,45 @@ def _is_plain(value: Any) -> bool:
 
 
 def _variables(problem: Any) -> Iterator[Variable]:
-    """Yield the variables of a problem, checked."""
-    if getattr(problem, "vars", None):
-        for name, variable in problem.vars.items():
-            kinds = [kind for cls, kind in _CLASSES.items() if isinstance(variable, cls)]
-            kind = kinds[0] if kinds else None
-            bounds = getattr(variable, "bounds", ())
-            options = tuple(getattr(variable, "options", ()))
-            yield _variable(problem, str(name), variable, kind, bounds, options)
-        return
-    lower, upper = (np.broadcast_to(ends, problem.n_var) for ends in problem.bounds())
-    kind = _TYPES.get(problem.vtype)
-    for j, bounds in enumerate(zip(lower, upper, strict=True), 1):
-        yield _variable(problem, f"x{j}", problem.vtype, kind, bounds, ())
+    """Yield the variables of a problem, as x1, x2, … those of a vector, checked."""
+    variables = getattr(problem, "vars", None)
+    if not variables:
+        if problem.vtype not in _TYPES:
+            raise wrong_type("vtype of the problem", "float, int or bool", problem.vtype)
+        lower, upper = (np.broadcast_to(ends, problem.n_var) for ends in problem.bounds())
+        variables = {}
+        for j, bounds in enumerate(zip(lower, upper, strict=True), 1):
+            variables[f"x{j}"] = _TYPES[problem.vtype](bounds=bounds)
+    for name, variable in variables.items():
+        yield _variable(str(name), f"{name} of {problem_name(problem)}", variable)
 
 
-def _variable(
-    problem: Any,
-    name: str,
-    variable: Any,
-    kind: Kind | None,
-    bounds: Any,
-    options: tuple[Any, ...],
-) -> Variable:
-    """Return a variable, checked.
+def _variable(name: str, where: str, variable: Any) -> Variable:
+    """Return a variable of pymoo, checked.
 
     Args:
-        problem: Its problem, for messages.
         name: Its name.
-        variable: pymoo's variable, or the type of all variables.
-        kind: What it is; None if unknown.
-        bounds: Lower and upper bound, of integers and real numbers.
-        options: The options of a choice.
+        where: Its name for messages.
+        variable: The variable.
     """
-    where = f"{name} of {problem_name(problem)}"
-    if kind is None or (kind is Kind.CHOICE and not options):
+    options = tuple(getattr(variable, "options", ()))
+    if isinstance(variable, Binary):
+        return Variable(name, Kind.BINARY, 0.0, 1.0)
+    if isinstance(variable, Choice) and options:
+        return Variable(name, Kind.CHOICE, 0.0, len(options) - 1.0, options)
+    if not isinstance(variable, (Real, Integer)):
         raise wrong_type(f"variable {where}", "real, integer, binary or a choice of some", variable)
-    if kind is Kind.BINARY:
-        bounds = (0, 1)
-    elif kind is Kind.CHOICE:
-        bounds = (0, len(options) - 1)
+    kind = Kind.REAL
     try:
-        low, high = map(float, bounds)
+        low, high = map(float, variable.bounds)
     except (TypeError, ValueError):  # None, a text
         low = high = np.nan
-    if kind is Kind.INTEGER:  # the integers in between
+    if isinstance(variable, Integer):  # the integers in between
+        kind = Kind.INTEGER
         low = float(np.ceil(low))
         high = float(np.floor(high))
-        if max(-low, high) >= 2.0**63:
-            raise invalid(f"bounds of {where}", "those of an int64, below 2**63", Received(high))
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
-        raise invalid(
-            f"bounds of {where}",
-            "finite and in increasing order",
-            Received(" and ".join(map(str, bounds))),
-        )
-    return Variable(name, kind, low, high, options)
+        received = Received(" and ".join(map(str, variable.bounds)))
+        raise invalid(f"bounds of {where}", "finite and in increasing order", received)
+    return Variable(name, kind, low, high)

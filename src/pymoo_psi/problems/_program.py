@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import json
 import math
@@ -17,6 +16,7 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
+from itertools import chain
 from os import PathLike
 from pathlib import Path, PureWindowsPath
 from typing import Any
@@ -27,6 +27,7 @@ from pymoo_psi._validation import (
     Entries,
     Names,
     Received,
+    Rows,
     Values,
     boolean,
     distinct,
@@ -37,7 +38,6 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.parallel import run_program
-from pymoo_psi.problems._design_space import design_space
 from pymoo_psi.problems._named import NamedProblem, section, sections, units_of
 from pymoo_psi.problems._wrapped import require_model
 from pymoo_psi.table import Expression, UnfitError, cells_of_text
@@ -52,8 +52,7 @@ _WAYS = "given as file with one of pattern, key and column, or as expression"  #
 _LEFT_OUT = ("__pycache__", ".git", ".DS_Store")
 # Fortran writes 1.5D+03.
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
-_GROUPED = re.compile(r"\s*[+-]?\d{1,3}\.\d{3}\s*")  # beside 1,5 it may be a thousand and more
-_WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*")
+_WITH_COMMA = re.compile(r"\s*[+-]?\d+,\d+\s*")  # beside it 1.250 may be a thousand and more
 _PLACEHOLDER = re.compile(r"\{([^\W\d]\w*)(?::([^{}]*))?\}")
 
 
@@ -166,13 +165,9 @@ class Output:
         if self.column not in columns:
             names = ", ".join(columns)
             raise ProgramError(f"{self.file} has {names:.80}, not one column {self.column!r}")
-        cells = columns[self.column]
-        if any(map(_GROUPED.fullmatch, cells)):
-            for others in columns.values():
-                if any(map(_WITH_COMMA.fullmatch, others)):
-                    problem = f"{self.file} has decimal commas, and points of two meanings"
-                    raise ProgramError(f"{problem} in {self.column!r}")
-        return cells
+        if any(map(_WITH_COMMA.fullmatch, chain.from_iterable(columns.values()))):
+            raise ProgramError(f"{self.file} has decimal commas; let the program write points")
+        return columns[self.column]
 
 
 def _n_groups(pattern: str) -> int:
@@ -284,7 +279,6 @@ class ProgramRun:
     Attributes:
         folder: The folder in which it ran.
         words: The command as it ran.
-        written: The texts written, by file and placeholder; other braces are unchanged.
         outputs: The numbers that were read.
         seconds: How long it took.
         flaw: What is wrong; empty if nothing is.
@@ -292,7 +286,6 @@ class ProgramRun:
 
     folder: Path
     words: list[str] = field(default_factory=list)
-    written: dict[str, dict[str, str]] = field(default_factory=dict)
     outputs: dict[str, float] = field(default_factory=dict)
     seconds: float = 0.0
     flaw: str = ""
@@ -441,24 +434,22 @@ class ProgramProblem(NamedProblem):
     def fingerprint(self) -> Values:
         """Return what a study depends on: key, command, and hashes of the template and outputs.
 
-        Version 0.3 knew neither hidden files nor those in linked folders, so these are apart.
+        Version 0.3 had one hash of both, without hidden files and those in linked folders.
         """
         if self.by_people:
             return {"key": self.key}
         outputs = {name: asdict(output) for name, output in self.outputs.items()}
         files = [*self.program.files]
-        content = hashlib.sha256(json.dumps(files).encode())
+        template = hashlib.sha256(json.dumps(files).encode())
         in_version_0_3 = hashlib.sha256(json.dumps([outputs, files]).encode())
-        hidden_or_linked = hashlib.sha256()
         for path in self._template_files():
             file = path.relative_to(self._template)
+            content = file.as_posix().encode() + path.read_bytes()
+            template.update(content)
             folders = [self._template.joinpath(folder) for folder in file.parents]
-            digests = [content, in_version_0_3]
-            if any(part[0] == "." for part in file.parts) or any(map(Path.is_symlink, folders)):
-                digests = [hidden_or_linked]
-            for digest in digests:
-                digest.update(file.as_posix().encode())
-                digest.update(path.read_bytes())
+            is_hidden = any(part.startswith(".") for part in file.parts)
+            if not is_hidden and not any(map(Path.is_symlink, folders)):
+                in_version_0_3.update(content)
         read = {}
         for name, output in outputs.items():
             if not output["expression"]:  # which is computed anew where it changes
@@ -467,10 +458,9 @@ class ProgramProblem(NamedProblem):
         return {
             "key": self.key,
             "command": self.program.command,
-            "template": content.hexdigest()[:16],
+            "template": template.hexdigest()[:16],
             "template and outputs": in_version_0_3.hexdigest()[:16],
             "outputs": read,
-            "hidden and linked files": hidden_or_linked.hexdigest()[:16],
         }
 
     def _template_files(self) -> list[Path]:
@@ -504,7 +494,7 @@ class ProgramProblem(NamedProblem):
             self._fill_template(run, values)
             self.program.run(run.words, run.folder)
             self._read(run, values)
-        except (ProgramError, OSError) as error:
+        except (ProgramError, OSError, ValueError) as error:  # a format that does not fit
             run.flaw = str(error)
         run.seconds = time.monotonic() - began
         keep = keep or self.program.keep == "all"
@@ -535,11 +525,10 @@ class ProgramProblem(NamedProblem):
                 (run.folder / output.file).unlink(missing_ok=True)
         for file in self.program.files:
             path = run.folder / file
-            text, run.written[file] = fill_placeholders(text_of(path), values)
+            text = fill_placeholders(text_of(path), values)
             path.write_bytes(text.encode(errors="surrogateescape"))
         for word in shlex.split(self.program.command):
-            text, _ = fill_placeholders(word, values)
-            run.words.append(text)
+            run.words.append(fill_placeholders(word, values))
 
     @property
     def _template(self) -> Path:
@@ -568,31 +557,18 @@ class ProgramProblem(NamedProblem):
                 raise invalid("files", "inputs, and none of them an output", file, remedy)
 
     def _check_variables(self, used: set[str]) -> None:
-        """Refuse placeholders that cannot be filled, and variables that are used nowhere.
+        """Refuse variables that are used nowhere; a placeholder for a seed makes the model noisy.
 
         Args:
             used: What expressions use.
         """
-        texts = {"the command": self.program.command}
+        texts = [self.program.command]
         for file in self.program.files:
-            texts[f"the file {file}"] = text_of(self._template / file)
-        space = design_space(self)
-        lowest = space.matrix(np.zeros((1, len(space.searched))))[0].tolist()
-        values = {"seed": 1, **dict(zip(self.variables, lowest, strict=True))}
-        for where, text in texts.items():
-            try:
-                fill_placeholders(text, values)
-            except ValueError as error:
-                rule = "with formats that fit, such as {width:.6g}"
-                raise invalid(f"a placeholder in {where}", rule, Received(error)) from None
-            for name, _ in _PLACEHOLDER.findall(text):
-                near = difflib.get_close_matches(name, self.variables, n=1, cutoff=0.8)
-                if name not in self.variables and name == "seed":
-                    self.noisy = True
-                elif name not in self.variables and near:  # other braces are no placeholders
-                    rule = f"{{{near[0]}}}, or unlike a variable"
-                    raise invalid(f"the placeholder in {where}", rule, f"{{{name}}}")
-                used.add(name)
+            texts.append(text_of(self._template / file))
+        for text in texts:
+            used.update(name for name, _ in _PLACEHOLDER.findall(text))
+        if "seed" in used and "seed" not in self.variables:
+            self.noisy = True
         for name in self.variables:
             if name not in used:
                 rule = "in the command, in one of files or in an expression"
@@ -658,29 +634,29 @@ class ProgramProblem(NamedProblem):
             columns: ``(n,)`` each, by name: ``status``, variables, and outputs as far as they are
                 known.
         """
-        n = len(columns["status"])
+        has_failed = columns["status"] == "failed"
         outputs = {}
         for name, output in self.outputs.items():
             if not output.expression:
-                values = np.array(columns.get(name, np.full(n, np.nan)))
-                outputs[name] = self._read_again(name, values, columns)
+                unknown = np.full(len(has_failed), np.nan)
+                outputs[name] = np.array(columns.get(name, unknown))
+        is_missing = np.isnan(np.array([*outputs.values()])).any(axis=0) & ~has_failed
+        if is_missing.any() and not self.by_people:
+            self._read_again(np.flatnonzero(is_missing), outputs, columns)
         outputs |= self.computed({**columns, **outputs})
         for values in outputs.values():
-            values[columns["status"] == "failed"] = np.nan
+            values[has_failed] = np.nan
         return outputs
 
-    def _read_again(self, name: str, values: Any, columns: Entries) -> Any:
-        """Return an output of tests, those that lack it with the values in kept folders."""
-        missing = np.flatnonzero(np.isnan(values) & (columns["status"] != "failed"))
-        if len(missing) == 0 or self.by_people:
-            return values
+    def _read_again(self, rows: Rows, outputs: Values, columns: Entries) -> None:
+        """Fill in outputs that some tests lack with the values in kept folders."""
         folders = self._kept_folders()
-        for row in missing.tolist():
+        for row in rows.tolist():
             design = tuple(str(columns[variable].tolist()[row]) for variable in self.variables)
-            if design in folders:
-                with suppress(ProgramError, OSError):
-                    values[row] = self.outputs[name].read(folders[design])
-        return values
+            for name, values in outputs.items():
+                if design in folders and np.isnan(values[row]):
+                    with suppress(ProgramError, OSError):
+                        values[row] = self.outputs[name].read(folders[design])
 
     def _kept_folders(self) -> dict[tuple[str, ...], Path]:
         """Return the folders of runs that are kept, by the texts of their designs."""
@@ -703,17 +679,16 @@ class ProgramProblem(NamedProblem):
         return run.outputs
 
 
-def fill_placeholders(text: str, values: Entries) -> tuple[str, dict[str, str]]:
-    """Return a text with values for placeholders, and what was written for each placeholder."""
-    written: dict[str, str] = {}
+def fill_placeholders(text: str, values: Entries) -> str:
+    """Return a text with values for placeholders; other braces stay as they are."""
 
     def replacement(match: re.Match[str]) -> str:
         name, form = match.groups("")
-        # other braces stay as they are
-        written[match[0]] = format(values[name], form) if name in values else match[0]
-        return written[match[0]]
+        if name not in values:
+            return match[0]
+        return format(values[name], form)
 
-    return _PLACEHOLDER.sub(replacement, text), written
+    return _PLACEHOLDER.sub(replacement, text)
 
 
 def text_of(path: Path) -> str:

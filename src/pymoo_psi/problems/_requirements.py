@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import re
-import sysconfig
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -18,6 +15,7 @@ import numpy as np
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Mask,
     Names,
     Received,
     Values,
@@ -34,6 +32,7 @@ from pymoo_psi.problems._wrapped import (
     checks_requirements,
     layers,
 )
+from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
 Columns: TypeAlias = Mapping[str, AnyArray]
 Rule: TypeAlias = str | Callable[[Columns], Any]
@@ -43,8 +42,7 @@ _FACTORS = {"<=": -1.0, "=": 0.0, ">=": 1.0}
 _LARGE = 2.0**60  # beside it, a constant does not count
 _LINEAR = 1e-9  # largest relative difference between an equality and a linear one
 _ACCURACY = 5e-3  # of the terms of an equality, as designs of others are weighed or rounded
-# Where installed packages are, and Python itself.
-_PACKAGES = tuple(map(sysconfig.get_path, ("stdlib", "purelib", "platlib")))
+_PROBES = 4096  # designs whose answers identify a function
 
 
 @dataclass(frozen=True)
@@ -68,11 +66,6 @@ class Requirement:
         for term in self._terms[0]:
             columns += term.columns
         return columns
-
-    @property
-    def source(self) -> str:
-        """What a function does, empty for a text: its code, and all that it uses."""
-        return _content(self.rule, []) if callable(self.rule) else ""
 
     @property
     def text(self) -> str:
@@ -142,19 +135,15 @@ class Requirement:
 
     def _deviation(self, columns: Columns) -> Array:
         """Return ``(n,)`` amounts by which designs miss an equality, 0 where they are accurate."""
-        amounts, sizes = self.deviation(columns)
-        return np.where(amounts > _ACCURACY * sizes, amounts, 0.0)
-
-    def deviation(self, columns: Columns) -> tuple[Array, Array]:
-        """Return ``(n,)`` amounts by which designs miss an equality, and the sizes of its terms."""
         *coefficients, total = self.equality([*columns])
-        amounts: Any = -total
+        deviations: Any = -total
         sizes: Any = abs(total)
         for coefficient, values in zip(coefficients, columns.values(), strict=True):
             if coefficient != 0:
-                amounts = amounts + coefficient * values
+                deviations = deviations + coefficient * values
                 sizes = sizes + np.abs(coefficient * values)
-        return np.nan_to_num(np.abs(amounts), nan=np.inf), sizes
+        amounts = np.nan_to_num(np.abs(deviations), nan=np.inf)
+        return np.where(amounts > _ACCURACY * sizes, amounts, 0.0)
 
     @cached_property
     def _terms(self) -> tuple[list[Any], float]:
@@ -175,71 +164,6 @@ class Requirement:
             )
         terms = [Expression.of(part) for part in parts[::2]]
         return terms, _FACTORS[signs[0]]
-
-
-def _content(value: Any, functions: list[Any]) -> str:
-    """Return what a function does, or what another value is, the same in every process.
-
-    It has the code of functions and all that they use; of those of installed packages, the names.
-
-    Args:
-        value: The function or other value.
-        functions: Those whose content is given already; more are added.
-    """
-    call = getattr(value, "__func__", getattr(type(value), "__call__", None))  # noqa: B004
-    text = ""
-    parts: dict[Any, Any]
-    if isinstance(value, partial):
-        parts = {"function": value.func, **dict(enumerate(value.args)), **value.keywords}
-    elif inspect.isfunction(value):
-        is_installed = value.__code__.co_filename.startswith(_PACKAGES)
-        if value in functions or (functions and is_installed):
-            return value.__qualname__
-        functions.append(value)
-        text = _code(value)
-        parts = _used(value)
-    elif inspect.isfunction(call):  # a method, or an object that can be called
-        parts = {"function": call, **getattr(getattr(value, "__self__", value), "__dict__", {})}
-    else:
-        return _identity(value)
-    contents = {name: _content(part, functions) for name, part in parts.items()}
-    return f"{text}{contents}"
-
-
-def _code(function: Any) -> str:
-    """Return the code of a function as it was written, if that is known."""
-    code = function.__code__
-    text = ""
-    with suppress(OSError):  # typed into an interpreter
-        text = inspect.getsource(code)
-    if text and function.__name__ != "<lambda>":
-        return text
-    constants = [constant for constant in code.co_consts if not inspect.iscode(constant)]
-    # Several lambdas may stand on one line.
-    return f"{text}{code.co_code!r}{constants}{code.co_names}"
-
-
-def _used(function: Any) -> Values:
-    """Return the values that a function uses, by name, and the default values of its arguments."""
-    used = {"defaults": function.__defaults__, "keywords": function.__kwdefaults__}
-    used |= inspect.getclosurevars(function).nonlocals
-    codes = [function.__code__]
-    for code in codes:  # those of functions within it are added
-        codes += filter(inspect.iscode, code.co_consts)
-        for name in code.co_names:
-            if name in function.__globals__:
-                used[name] = function.__globals__[name]
-    return used
-
-
-def _identity(value: Any) -> str:
-    """Return a text that differs for different numbers, arrays and other data."""
-    import joblib  # only where a function has data
-
-    try:
-        return str(joblib.hash(value))
-    except Exception:  # a module, an open file, a compiled function
-        return str(getattr(value, "__qualname__", type(value).__qualname__))
 
 
 def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
@@ -271,16 +195,13 @@ def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
 
 
 def _by_name(rules: Iterable[Any]) -> Values:
-    """Return rules by their names, functions of the same name with a number."""
+    """Return rules by their texts, functions by their names."""
     rule_by_name: Values = {}
     for rule in rules:
         name = str(getattr(rule, "__name__", rule))
-        unique = name
-        number = 1
-        while rule_by_name.get(unique, rule) != rule:
-            number += 1
-            unique = f"{name} {number}"
-        rule_by_name[unique] = rule
+        if rule_by_name.setdefault(name, rule) != rule:
+            rule = "functions of different names in a list"
+            raise invalid("requirements", rule, name, "or give them by name, {'stiff': function}")
     return rule_by_name
 
 
@@ -370,6 +291,16 @@ class Required(WrappedProblem):
         violations = [requirement.violation(columns) for requirement in self.required]
         return np.column_stack([np.zeros((len(matrix), 0)), *violations])
 
+    def answers(self) -> Mask:
+        """Return ``(n, k)`` whether n designs within the bounds violate k requirements.
+
+        They are the first LPτ points, random in further dimensions.
+        """
+        points = np.random.default_rng(0).random((_PROBES, len(self._space.searched)))
+        n = min(points.shape[1], MAX_DIMENSIONS)
+        points[:, :n] = lp_tau(_PROBES, n)
+        return self.amounts(self._space.matrix(points)) > 0
+
     def values_from(self, X: Any, evaluate: Evaluate) -> Values:
         """Return the values of all designs; those that meet the requirements are evaluated.
 
@@ -405,15 +336,19 @@ class Required(WrappedProblem):
 
 
 def requirement_texts(problem: Any) -> list[str]:
-    """Return what identifies the requirements of a problem: rules, and the code of functions."""
+    """Return what identifies the requirements of a problem.
+
+    These are the rules, and the answers of functions for some thousand designs: their code would
+    not say what it uses.
+    """
     texts = []
-    for layer in layers(problem):
-        if checks_requirements(layer):
-            for requirement in layer.required:
-                code = hashlib.sha256(requirement.source.encode()).hexdigest()[:16]
-                texts.append(
-                    f"{requirement.text} {code}" if requirement.source else requirement.text
-                )
+    for layer in filter(checks_requirements, layers(problem)):
+        answers = layer.answers()
+        for requirement, answers_of_rule in zip(layer.required, answers.T, strict=True):
+            text = requirement.text
+            if callable(requirement.rule):
+                text += f" {hashlib.sha256(answers_of_rule.tobytes()).hexdigest()[:16]}"
+            texts.append(text)
     return texts
 
 

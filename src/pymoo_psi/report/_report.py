@@ -20,7 +20,6 @@ import pandas as pd
 from jinja2 import Environment, PackageLoader
 
 from pymoo_psi import plots
-from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, instance, invalid
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
@@ -198,7 +197,6 @@ def _image(figure: plots.Drawing) -> str:
     return f"data:image/svg+xml;base64,{data}"
 
 
-@asked_under_a_formulation
 def decision_report(
     table: TestTable,
     *,

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._validation import Array, Mask, Rows, Values, instance, known_name, mapping
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -46,7 +45,6 @@ _DOUBLINGS = 10  # of a weight on which two may agree
 _COLUMNS = ("kind", "column", "end", "direction", "present", "value", "design", "exact")
 
 
-@asked_under_a_formulation
 def switching_values(
     table: TestTable,
     *,

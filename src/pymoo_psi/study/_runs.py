@@ -20,7 +20,6 @@ _IN_BOTH = (
     "problem.choices",
     "problem.objectives",
     "problem.parameters.outputs",
-    "problem.parameters.hidden and linked files",
     "problem.parameters.template",
 )
 # Version 0.3 had one hash of the template and all outputs, which may be more now.

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._names import asked_under_a_formulation
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     AnyArray,
@@ -87,7 +86,6 @@ class Histogram:
     outside: tuple[int, int] = (0, 0)
 
 
-@asked_under_a_formulation
 def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
     """Count the tested, feasible and Pareto-optimal designs over the range of a variable.
 
@@ -188,7 +186,6 @@ def alike(reasons: Iterable[str]) -> list[str]:
     return lines
 
 
-@asked_under_a_formulation
 def constraint_costs(table: TestTable) -> pd.DataFrame:
     """Return what each constraint and limit costs, and what relaxing it would gain.
 
@@ -628,7 +625,6 @@ class Convergence(Shown):
         return changes
 
 
-@asked_under_a_formulation
 def convergence(table: TestTable) -> Convergence:
     """Return what a half, a quarter, … of the tests would have decided, in the order of testing.
 

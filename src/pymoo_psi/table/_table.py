@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._names import Renamed, asked_under_a_formulation
+from pymoo_psi._names import Renamed
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Array,
@@ -200,7 +200,6 @@ class TestTable(Tests, Shown):
 
     # Sets of designs
 
-    @asked_under_a_formulation
     def feasible(self) -> Mask:
         """``(n,)`` which designs are "ok": they keep all constraints and limits.
 
@@ -214,7 +213,6 @@ class TestTable(Tests, Shown):
         """
         return np.asarray(self.status == "ok")
 
-    @asked_under_a_formulation
     def eligible(self) -> Mask:
         """``(n,)`` which designs are feasible and have finite objectives, so that they compete.
 
@@ -224,7 +222,6 @@ class TestTable(Tests, Shown):
         """
         return competes(self.F, self.feasible())
 
-    @asked_under_a_formulation
     def pareto(self) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the eligible ones.
 
@@ -260,7 +257,6 @@ class TestTable(Tests, Shown):
 
     # Rankings
 
-    @asked_under_a_formulation
     def ranking(self) -> EfficiencyRanking:
         """Rank the Pareto-optimal designs by efficiency; see :func:`~pymoo_psi.rank_of_efficiency`.
 
@@ -287,7 +283,6 @@ class TestTable(Tests, Shown):
             rows, pareto, pd.Index(self.numbers[rows], name=number_column(self.extra))
         )
 
-    @asked_under_a_formulation
     def feasible_ranking(self) -> EfficiencyRanking:
         """Rank all feasible designs, dominated ones among them, each design once.
 
@@ -350,7 +345,6 @@ class TestTable(Tests, Shown):
             remedy = "see its reasons"
         return invalid("the table", "one with a feasible design", received, remedy)
 
-    @asked_under_a_formulation
     def best(self) -> TestTable:
         """Return the Salukvadze optimum, the nearest design to the ideal point, as one row.
 
@@ -365,7 +359,6 @@ class TestTable(Tests, Shown):
         ranking = self.ranking()
         return self.rows(ranking.rows[ranking.salukvadze[:1]])
 
-    @asked_under_a_formulation
     def explain(self, design: int | str | None = None, *, row: int | None = None) -> Explanation:
         """Explain a design by comparison with the feasible ones; see :func:`pymoo_psi.explain`.
 
@@ -386,7 +379,6 @@ class TestTable(Tests, Shown):
         """
         return explain(self, design, row=row)
 
-    @asked_under_a_formulation
     def sorted_by(self, objective: Key) -> TestTable:
         """Return the ordered test table of an objective: the feasible designs, the best first.
 
@@ -406,7 +398,6 @@ class TestTable(Tests, Shown):
         # stable keeps the order of testing among equals; numpy sorts NaN behind infinity.
         return self.rows(rows[np.argsort(values[rows], kind="stable")])
 
-    @asked_under_a_formulation
     def violations(self) -> tuple[Mask, tuple[str, ...]]:
         """Return which constraints and limits each design violates, and their names.
 
@@ -434,7 +425,6 @@ class TestTable(Tests, Shown):
         mask[self.status == "failed"] = False
         return mask, tuple(names)
 
-    @asked_under_a_formulation
     def refined_bounds(self, *, margin: float = 0.0) -> tuple[Array, Array]:
         """Return the bounds of the feasible set, for the next investigation.
 
@@ -498,7 +488,6 @@ class TestTable(Tests, Shown):
         """
         return averaged(self, by)
 
-    @asked_under_a_formulation
     def confidence(self, *, noise: Mapping[str, float] | None = None) -> pd.DataFrame:
         """Return how probable it is that each design is Pareto optimal, the best, or near it.
 
