@@ -6,7 +6,7 @@ import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
 
-from pymoo_psi import PsiError, TestTable, investigate
+from pymoo_psi import PsiError, TestTable, investigate, lp_tau
 from pymoo_psi.algorithms import sections
 from pymoo_psi.plots import plot_sections
 
@@ -71,6 +71,16 @@ def test_noise_is_not_taken_for_a_section():
     errors = sections(TestTable.of(np.arange(1, 61), X, F)).groupby("column")["error"].first()
     assert errors["f1"] > 0.8
     assert errors["f2"] < 0.1
+
+
+def test_a_pole_at_a_bound_is_learned():
+    X = lp_tau(48, 2)
+    F = np.column_stack([(1 / (X + 1e-3)).sum(axis=1), X.sum(axis=1)])
+    frame = sections(TestTable.of(np.arange(1, 49), X, F), 7, columns=["f1"], n_values=21)
+    assert (frame["error"] < 0.05).all()
+    section = frame[(frame["variable"] == "x1") & (frame["value"] >= 0.1)]
+    true = 1 / (section["value"] + 1e-3) + 1 / (X[6, 1] + 1e-3)
+    np.testing.assert_allclose(section["expected"], true, rtol=0.05)
 
 
 def test_panels_are_one_for_each_column_and_variable(table):

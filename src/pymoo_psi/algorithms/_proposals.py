@@ -64,6 +64,9 @@ _DOUBTFUL = 0.2
 # likely designs keep them. For the constraints of a problem alone this gains nothing.
 _FEW_ELIGIBLE = 8
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
+# The least deviation, in those of an output, of a prediction. With a larger one, a design that is
+# known to miss a narrow limit would still look likely to keep it.
+_LEAST_DEVIATION = 1e-4
 
 
 @dataclass(frozen=True)
@@ -311,7 +314,7 @@ class _Surrogates:
         T = self._predicted(points, Z)
         total = np.zeros(len(points))
         for j, least, greatest in self.goal.limits:
-            deviation = np.maximum(self._processes[j].deviation(Z), _EQUALITY)
+            deviation = np.maximum(self._processes[j].deviation(Z), _LEAST_DEVIATION)
             scale = self._fit.outputs[j].scale
             if least == greatest:
                 total -= 0.5 * ((T[:, j] - scale.to(least)) / deviation) ** 2

@@ -19,8 +19,6 @@ from pymoo_psi.algorithms._surrogate_models import (
     GaussianProcess,
     OutputFit,
     bounded,
-    fitted_rows,
-    scales,
 )
 from pymoo_psi.table import PROPOSAL_ROUND, TestTable
 
@@ -180,12 +178,8 @@ class _Model:
             is_even = table.column(PROPOSAL_ROUND)[rows] == 0
         if is_even.sum() < _LEAST_TESTS:
             is_even[:] = True
-        fitted = fitted_rows(len(rows))
         constraint = name in table.layout.constraints
-        fits = []
-        for scale in scales(y, y[is_even], constraint=constraint):
-            fits.append(OutputFit.of(Z[rows][fitted], y[fitted], scale))
-        fit = max(fits, key=lambda fit: fit.log_density)
+        fit = OutputFit.of(Z[rows], y, y[is_even], constraint=constraint)
         distance = ((Z[rows] - Z[row]) ** 2).sum(axis=1)
         nearest = np.argsort(distance, kind="stable")[:_NEAREST]
         covariance = Covariance(Z[rows][nearest], fit.lengths)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import cho_solve, cholesky, lapack, solve_triangular
 from scipy.optimize import minimize
 
-from pymoo_psi._validation import Array, Numbers, Rows
+from pymoo_psi._validation import Array, Numbers
 
 _ROOT5 = np.sqrt(5.0)
 # Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance
@@ -44,42 +44,50 @@ _LOG_TREND = -2.0
 _MOST = 256
 _STEPS = 40  # of L-BFGS-B, at most
 _LEAST_VARIANCE = 1e-12
+_NEARLY_ONE = 1 - 1e-12  # a value far out on a reciprocal scale
 _NOT_REGULAR = 1e10  # the loss for lengths whose covariance matrix is not positive definite
 
 
 @dataclass(frozen=True)
 class Scale:
-    """A monotone scale for an output: standardised, and logarithmic where its tail is heavy.
+    """A monotone scale for an output: standardised, and bent where its tail is heavy.
 
-    The scale is ``arcsinh((y - origin) / unit)``, minus the mean, divided by the deviation. It is
-    nearly linear within one unit of the origin and logarithmic beyond.
+    With ``z = (y - origin) / unit``, the scale is ``arcsinh(z)``, or ``z / (1 + |z|)`` if it is
+    reciprocal, minus the mean, divided by the deviation. It is nearly linear within one unit of the
+    origin, and logarithmic or reciprocal beyond. A reciprocal scale makes a pole straight, such as
+    that of a stress or a deflection where a section vanishes.
 
     Attributes:
         origin: Where the scale is finest: the best value of an objective, 0 for a constraint.
         unit: The unit; infinite for a linear scale, which is ``y`` standardised.
+        reciprocal: Whether the scale is reciprocal.
         mean: Mean of the values before they are standardised.
         deviation: Their standard deviation.
     """
 
     origin: float
     unit: float
+    reciprocal: bool = False
     mean: float = 0.0
     deviation: float = 1.0
 
     @classmethod
-    def of(cls, y: Array, origin: float, unit: float) -> Scale:
+    def of(cls, y: Array, origin: float, unit: float, reciprocal: bool = False) -> Scale:
         """Return the scale on which ``(n,)`` values of an output have mean 0 and deviation 1."""
-        t = cls(origin, unit).to(y)
+        t = cls(origin, unit, reciprocal).to(y)
         deviation = t.std()
         if deviation == 0:  # all values are equal
             deviation = 1.0
-        return cls(origin, unit, t.mean(), deviation)
+        return cls(origin, unit, reciprocal, t.mean(), deviation)
 
     def to(self, y: Array | float) -> Array:
         """Return values of the output on the scale."""
         t = y
         if np.isfinite(self.unit):
-            t = np.arcsinh((y - self.origin) / self.unit)
+            z = (y - self.origin) / self.unit
+            t = np.arcsinh(z)
+            if self.reciprocal:
+                t = z / (1 + np.abs(z))
         return np.asarray((t - self.mean) / self.deviation)
 
     def back(self, t: Array) -> Array:
@@ -87,22 +95,30 @@ class Scale:
         t = t * self.deviation + self.mean
         if np.isinf(self.unit):
             return t
-        # A prediction as large as sinh(300) is useless, but it must be finite in any unit.
-        t = np.clip(t, -300, 300)
-        return self.origin + self.unit * np.sinh(t)
+        # Useless predictions, as large as sinh(300), must be finite in any unit.
+        if self.reciprocal:
+            t = np.clip(t, -_NEARLY_ONE, _NEARLY_ONE)
+            z = t / (1 - np.abs(t))
+        else:
+            z = np.sinh(np.clip(t, -300, 300))
+        return self.origin + self.unit * z
 
     def log_slope(self, y: Array) -> float:
         """Return the sum of log dt/dy over values, by which densities on two scales differ."""
         slope = -len(y) * np.log(self.deviation)
         if np.isfinite(self.unit):
             z = (y - self.origin) / self.unit
-            curvature = (0.5 * np.log1p(z**2)).sum()
-            slope -= curvature + len(y) * np.log(self.unit)
+            curvature = 0.5 * np.log1p(z**2)
+            if self.reciprocal:
+                curvature = 2 * np.log1p(np.abs(z))
+            slope -= curvature.sum() + len(y) * np.log(self.unit)
         return float(slope)
 
 
 def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
-    """Return the scales to choose from: a linear one, and a logarithmic one for a heavy tail.
+    """Return the scales to choose from: a linear one, and others for a heavy tail.
+
+    A constraint has no reciprocal one, on which all large violations are alike.
 
     Args:
         y: ``(n,)`` all values of the output, finite.
@@ -122,7 +138,10 @@ def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
     unit = max(low, _LEAST_UNIT * (high - low))
     if unit <= 0:
         return [linear]
-    return [linear, Scale.of(y, origin, unit)]
+    options = [linear, Scale.of(y, origin, unit)]
+    if not constraint:
+        options.append(Scale.of(y, origin, unit, reciprocal=True))
+    return options
 
 
 def bounded(Y: Array) -> Array:
@@ -211,8 +230,23 @@ class OutputFit:
     log_density: float
 
     @classmethod
-    def of(cls, Z: Array, y: Array, scale: Scale) -> OutputFit:
-        """Fit ``(n,)`` values at ``(n, d)`` designs."""
+    def of(cls, Z: Array, y: Array, uniform: Array, *, constraint: bool) -> OutputFit:
+        """Fit ``(n,)`` values at ``(n, d)`` designs, on the scale on which they are most likely.
+
+        The other arguments are those of :func:`scales`.
+        """
+        # Spread evenly, so that points and proposals are both among them.
+        n = len(y)
+        rows = np.unique(np.linspace(0, n - 1, min(n, _MOST)).round().astype(int))
+        Z = Z[rows]
+        y = y[rows]
+        options = scales(y, uniform, constraint=constraint)
+        fits = [cls.on_scale(Z, y, scale) for scale in options]
+        return max(fits, key=lambda fit: fit.log_density)
+
+    @classmethod
+    def on_scale(cls, Z: Array, y: Array, scale: Scale) -> OutputFit:
+        """Fit ``(n,)`` values at ``(n, d)`` designs on a scale."""
         t = scale.to(y)
         lengths = fit_lengths(Z, t)
         mean, variance = GaussianProcess(Covariance(Z, lengths), t).left_out(t)
@@ -232,7 +266,7 @@ class Fit:
 
     @classmethod
     def of(cls, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> Fit:
-        """Fit to tests; each output is fitted on the scale on which it is most likely.
+        """Fit to tests.
 
         Args:
             Z: ``(n, d)`` designs in the unit cube.
@@ -240,15 +274,9 @@ class Fit:
             n_uniform: Number of tests at uniform points, which come first.
             n_obj: Number of outputs that are objectives.
         """
-        rows = fitted_rows(len(Z))
-        Z = Z[rows]
-        Y = Y[rows]
-        n_uniform = max((rows < n_uniform).sum(), 1)
         outputs = []
         for j, y in enumerate(Y.T):
-            options = scales(y, y[:n_uniform], constraint=j >= n_obj)
-            fits = [OutputFit.of(Z, y, scale) for scale in options]
-            outputs.append(max(fits, key=lambda fit: fit.log_density))
+            outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= n_obj))
         return cls(tuple(outputs))
 
     def to(self, Y: Array) -> Array:
@@ -260,14 +288,6 @@ class Fit:
         """Return ``(n, k)`` values of the first k outputs, given on their scales."""
         columns = [fit.scale.back(t) for fit, t in zip(self.outputs, T.T, strict=False)]
         return np.column_stack(columns)
-
-
-def fitted_rows(n: int) -> Rows:
-    """Return the rows of the tests, of n, to which lengths are fitted.
-
-    They are spread evenly, so that points and proposals are both among them.
-    """
-    return np.unique(np.linspace(0, n - 1, min(n, _MOST)).round().astype(int))
 
 
 class Covariance:
