@@ -101,7 +101,7 @@ class Scale:
             z = t / (1 - np.abs(t))
         else:
             z = np.sinh(np.clip(t, -300, 300))
-        return self.origin + self.unit * z
+        return np.asarray(self.origin + self.unit * z)
 
     def log_slope(self, y: Array) -> float:
         """Return the sum of log dt/dy over values, by which densities on two scales differ."""
