@@ -25,10 +25,10 @@ from typing import NamedTuple
 import moocore
 import numpy as np
 
-from benchmarks.cores import compare_cores
+from benchmarks.cores import rows
 from benchmarks.machine import describe_machine, processor_seconds, wall_seconds
 from benchmarks.motion import compare_speed, designs
-from pymoo_psi import VectorizedSphereChute, investigate, rank_of_efficiency
+from pymoo_psi import VectorizedSphereChute, investigate
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.table import read_table
 
@@ -74,19 +74,6 @@ def motions() -> Iterator[Row]:
 def fronts() -> Iterator[Row]:
     """Yield the figures of Pareto sets, beside moocore's filter of the same rows."""
     problem = VectorizedSphereChute(0.4)
-    whole = wall_seconds(
-        lambda: investigate(problem, 2**20, n_jobs=2).under(normalize=False).ranking(), 2
-    )
-    label = "2^20 points of the chute tested, filtered and ranked"
-    yield Row(label, f"{whole:.1f} s", "5 s", whole / 5)
-
-    spread = np.random.default_rng(0).exponential(size=(10**6, 4))
-    simplex = spread / spread.sum(axis=1, keepdims=True)
-    plain = wall_seconds(lambda: moocore.is_nondominated(simplex, keep_weakly=True), 2)
-    ranked = wall_seconds(lambda: rank_of_efficiency(simplex), 2)
-    label = "10^6 optimal designs of 4 objectives ranked"
-    yield Row(label, f"{ranked:.1f} s", f"moocore's filter {plain:.1f} s", ranked / plain)
-
     X = designs(PARETO, 0.4)
     F = criteria(motion(*X.T, problem.parameters))
     plain = wall_seconds(lambda: moocore.is_nondominated(F, keep_weakly=True), 2)
@@ -97,11 +84,9 @@ def fronts() -> Iterator[Row]:
 
 
 def cores() -> Iterator[Row]:
-    """Yield how much faster two cores are than one, for what a run may keep."""
-    for kept, n, one, two in compare_cores(22):
-        label = f"two cores, 2^{n.bit_length() - 1} points: {kept}"
-        ratio = one.seconds / two.seconds
-        yield Row(label, f"{ratio:.2f} times one", "1.7", 1.7 / ratio, "cores")
+    """Yield what two cores give, and one."""
+    for label, figure, limit, ratio in rows():
+        yield Row(label, figure, limit, ratio, "cores")
 
 
 def starts(folder: str) -> Iterator[Row]:

@@ -1,22 +1,25 @@
-"""A vectorised model at many points on one core and on two.
+"""What runs on several cores: a vectorised model at many points, and Pareto sets.
 
-    python -m benchmarks.cores [LOG2 OF POINTS] [PYTHON WITH ANOTHER VERSION]
+    python -m benchmarks.cores [PYTHON WITH ANOTHER VERSION]
 
-All times are those of the clock, of the second call in a process. With the Python of another
-version, that one and this one are measured in turns, and the numbers of tests kept compared.
+All times are those of the clock, the shortest of several calls in a process that is new for each
+line, after a small one that starts the workers. A process "on one core" is bound to it. With the
+Python of another version, that one and this one are measured in turns, and the numbers of tests
+kept compared.
 
-First both give the same table of 2^18 points. Then points of ``VectorizedSphereChute`` are tested
-on one core and on two, twice in turn. The run keeps
+First one core and two give the same table of 2^18 points. Then points of ``VectorizedSphereChute``
+are tested; the run keeps
 
 - the designs that are feasible under limits, one in fourteen, all returned by the workers;
 - their Pareto set, which the workers filter for dominance;
-- all tests, for a quarter of the points, as these fill the memory;
-- the Pareto set without limits, for a quarter of the points: most of them are Pareto optimal, and
-  filtering them, by threads of this process, takes as long as the tests;
+- all tests;
+- the Pareto set without limits: most of them are Pareto optimal, and filtering them, by threads of
+  this process, takes as long as the tests;
 - the ranking of this set;
 - the result of pymoo's ``minimize`` with 4096 points, in this process.
 
-Memory is the largest of the process, which is a new one for each case.
+The last lines are of 10^6 designs on a simplex, all of them Pareto optimal, which are ranked, and
+filtered by moocore alone.
 
 Two cores of a shared or hyper-threaded machine are slower than twice one. The limit is measured
 first: two runs of the first case on one core each, in parallel.
@@ -25,137 +28,206 @@ first: two runs of the first case on one core each, in parallel.
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache, partial
 from typing import Any, NamedTuple
 
+import moocore
+import numpy as np
 from pymoo.optimize import minimize
 
 from benchmarks.machine import describe_machine, peak_megabytes
-from pymoo_psi import PSI, VectorizedSphereChute, investigate
+from pymoo_psi import PSI, VectorizedSphereChute, investigate, rank_of_efficiency
 
-RANKED = "Pareto set without limits, ranked"
-MINIMIZED = "minimize"
+PROBLEM = VectorizedSphereChute(0.4)
 LIMITS = {"f1": 2.5, "f4": 0.6}
-# What is kept: the divisor of the number of points, and the options of the run.
-CASES: dict[str, tuple[int, dict[str, Any]]] = {
-    "feasible under limits": (1, {"keep": "feasible", "limits": LIMITS}),
-    "Pareto set under limits": (1, {"keep": "pareto", "limits": LIMITS}),
-    "all tests": (4, {}),
-    "Pareto set without limits": (4, {"keep": "pareto"}),
-    RANKED: (4, {"keep": "pareto"}),
-    MINIMIZED: (1024, {}),
+
+
+def kept(n_points: int, n_jobs: int, **options: Any) -> int:
+    """Return how many tests an investigation keeps."""
+    return len(investigate(PROBLEM, n_points, n_jobs=n_jobs, **options))
+
+
+def ranked(n_points: int, n_jobs: int) -> int:
+    """Return how many designs of a Pareto set are ranked."""
+    table = investigate(PROBLEM, n_points, n_jobs=n_jobs, keep="pareto")
+    return len(table.ranking().rank)
+
+
+def minimized(n_points: int, n_jobs: int) -> int:
+    """Return how many tests pymoo's ``minimize`` makes."""
+    return len(minimize(PROBLEM, PSI(n_points)).algorithm.table)
+
+
+@cache
+def simplex(n_points: int) -> np.ndarray:
+    """Return objectives none of which dominates another."""
+    spread = np.random.default_rng(0).exponential(size=(n_points, 4))
+    return np.asarray(spread / spread.sum(axis=1, keepdims=True))
+
+
+def ranked_simplex(n_points: int, n_jobs: int) -> int:
+    """Return how many designs of a simplex are ranked."""
+    return int(rank_of_efficiency(simplex(n_points)).pareto.sum())
+
+
+def filtered_simplex(n_points: int, n_jobs: int) -> int:
+    """Return how many designs of a simplex moocore finds nondominated."""
+    return int(moocore.is_nondominated(simplex(n_points), keep_weakly=True).sum())
+
+
+class Case(NamedTuple):
+    """Something to be measured.
+
+    Attributes:
+        run: Runs it for a number of points and of processes; returns how many tests it keeps.
+        n_points: The number of points.
+        repeat: How often it is measured.
+    """
+
+    run: Callable[..., int]
+    n_points: int
+    repeat: int
+
+
+FEASIBLE = "feasible under limits"
+PARETO = "Pareto set under limits"
+ALL = "all tests"
+UNLIMITED = "Pareto set without limits"
+RANKED = "Pareto set without limits, ranked"
+MINIMIZED = "`minimize(problem, PSI(4096))`"
+SIMPLEX = "10^6 optimal designs of 4 objectives ranked"
+FILTERED = "10^6 optimal designs of 4 objectives filtered by moocore"
+CASES = {
+    FEASIBLE: Case(partial(kept, keep="feasible", limits=LIMITS), 2**22, 2),
+    PARETO: Case(partial(kept, keep="pareto", limits=LIMITS), 2**22, 2),
+    ALL: Case(kept, 2**20, 4),
+    UNLIMITED: Case(partial(kept, keep="pareto"), 2**20, 3),
+    RANKED: Case(ranked, 2**20, 3),
+    MINIMIZED: Case(minimized, 2**12, 15),
+    SIMPLEX: Case(ranked_simplex, 10**6, 2),
+    FILTERED: Case(filtered_simplex, 10**6, 2),
 }
 
 
 class Figures(NamedTuple):
-    """The figures of a run."""
+    """The figures of a case."""
 
     seconds: float
     kept: int
     megabytes: float
 
 
-def measure(case: str, exponent: int, n_jobs: int) -> None:
-    """Print the figures of a run, after another one that starts the workers."""
-    problem = VectorizedSphereChute(0.4)
-    divisor, options = CASES[case]
-
-    def run(n_points: int) -> int:
-        if case == MINIMIZED:
-            return len(minimize(problem, PSI(n_points)).algorithm.table)
-        table = investigate(problem, n_points, n_jobs=n_jobs, **options)
-        if case == RANKED:
-            table.ranking()
-        return len(table)
-
-    run(2**12)
-    began = time.perf_counter()
-    kept = run(2**exponent // divisor)
-    seconds = time.perf_counter() - began
-    print(json.dumps(Figures(seconds, kept, peak_megabytes())))
+def measure(name: str, cores: set[int]) -> None:
+    """Print the figures of a case in this process, which is bound to cores."""
+    os.sched_setaffinity(0, cores)
+    case = CASES[name]
+    case.run(2**12, len(cores))
+    if case.n_points == 10**6:
+        simplex(10**6)  # which is kept
+    times = []
+    for _ in range(case.repeat):
+        began = time.perf_counter()
+        n_kept = case.run(case.n_points, len(cores))
+        times.append(time.perf_counter() - began)
+    print(json.dumps(Figures(min(times), n_kept, peak_megabytes())))
 
 
-def in_new_process(case: str, exponent: int, n_jobs: int, python: str = sys.executable) -> Figures:
+def in_new_process(name: str, *cores: int, python: str = sys.executable) -> Figures:
     """Return what :func:`measure` prints in a process of its own."""
-    command = [python, "-m", "benchmarks.cores", case, str(exponent), str(n_jobs)]
+    command = [python, "-m", "benchmarks.cores", name, *map(str, cores)]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     return Figures(*json.loads(done.stdout))
 
 
-def compare_cores(exponent: int) -> Iterator[tuple[str, int, Figures, Figures]]:
-    """Yield what is kept, the number of points, and the figures of one core and of two."""
-    problem = VectorizedSphereChute(0.4)
-    for case, (divisor, options) in CASES.items():
-        if case == MINIMIZED:
-            continue
-        table = investigate(problem, 2**18, n_jobs=1, **options)
-        other = investigate(problem, 2**18, n_jobs=2, **options)
+def require_equal_tables() -> None:
+    """Check that two cores give the tables of one."""
+    for options in ({"keep": "feasible", "limits": LIMITS}, {"keep": "pareto"}, {}):
+        table = investigate(PROBLEM, 2**18, n_jobs=1, **options)
+        other = investigate(PROBLEM, 2**18, n_jobs=2, **options)
         assert table.equals(other), "two cores do not give the table of one"
-        one_core = []
-        two_cores = []
-        for _ in range(2):
-            one_core.append(in_new_process(case, exponent, 1))
-            two_cores.append(in_new_process(case, exponent, 2))
-        # The fastest run of each, as other work can only slow a run down.
-        yield case, 2**exponent // divisor, min(one_core), min(two_cores)
 
 
-def possible_speedup(exponent: int) -> None:
-    """Print how much faster two cores can be than one."""
-    case = next(iter(CASES))
-    alone = in_new_process(case, exponent, 1).seconds
+def rows() -> Iterator[tuple[str, str, str, float]]:
+    """Yield lines: what is measured, the figure, the limit, and the figure as a share of it."""
+    require_equal_tables()
+    for name, least in ((FEASIBLE, 1.7), (PARETO, 1.5), (ALL, 1.5)):
+        one = in_new_process(name, 0).seconds
+        two = in_new_process(name, 0, 1).seconds
+        label = f"2^{CASES[name].n_points.bit_length() - 1} points: {name}, two cores"
+        figure = f"{one / two:.2f} times one ({one:.2f} s, {two:.2f} s)"
+        yield label, figure, f"{least}", least * two / one
+    limits = (
+        (UNLIMITED, "two cores", 1.6),
+        (RANKED, "two cores", 2.3),
+        (RANKED, "one core", 2.8),
+        (MINIMIZED, "one core", 0.055),
+    )
+    for name, where, limit in limits:
+        cores = (0, 1) if where == "two cores" else (0,)
+        seconds = in_new_process(name, *cores).seconds
+        label = f"{name}, {where}"
+        if name != MINIMIZED:
+            label = f"2^20 points: {label}"
+        yield label, f"{seconds:.3g} s", f"{limit} s", seconds / limit
+    for where, cores, limit in (("two cores", (0, 1), 0.7), ("one core", (0,), 1.0)):
+        ours = in_new_process(SIMPLEX, *cores).seconds
+        plain = in_new_process(FILTERED, *cores).seconds
+        figure = f"{ours / plain:.2f} of moocore's filter ({ours:.2f} s, {plain:.2f} s)"
+        yield f"{SIMPLEX}, {where}", figure, f"{limit}", ours / plain / limit
+
+
+def possible_speedup() -> str:
+    """Say how much faster two cores can be than one."""
+    alone = in_new_process(FEASIBLE, 0).seconds
     with ThreadPoolExecutor(2) as pool:
-        runs = [pool.submit(in_new_process, case, exponent, 1) for _ in range(2)]
+        runs = [pool.submit(in_new_process, FEASIBLE, core) for core in (0, 1)]
         parallel = max(run.result().seconds for run in runs)
-    print(
-        f"two runs in parallel {parallel:.1f} s, one alone {alone:.1f} s: two cores are at most "
-        f"{2 * alone / parallel:.2f} times one",
-        flush=True,
+    return (
+        f"two processes that share nothing {parallel:.1f} s, one alone {alone:.1f} s: two cores "
+        f"are at most {2 * alone / parallel:.2f} times one"
     )
 
 
-def compare_versions(exponent: int, python: str) -> None:
+def compare_versions(python: str) -> None:
     """Print the shortest times of another version and of this one, in turns."""
-    for case in CASES:
-        for n_jobs in (1, 2):
+    for name in CASES:
+        for cores in ((0,), (0, 1)):
             others = []
             times = []
             for _ in range(3):
-                other = in_new_process(case, exponent, n_jobs, python)
-                figures = in_new_process(case, exponent, n_jobs)
+                other = in_new_process(name, *cores, python=python)
+                figures = in_new_process(name, *cores)
                 assert other.kept == figures.kept, "another table"
                 others.append(other.seconds)
                 times.append(figures.seconds)
             ratio = min(times) / min(others)
             print(
-                f"{case}, on {n_jobs}: {min(others):.2f} s, now {min(times):.2f} s ({ratio:.2f})",
+                f"{name}, on {len(cores)}: {min(others):.2f} s, "
+                f"now {min(times):.2f} s ({ratio:.2f})",
                 flush=True,
             )
 
 
-def main(exponent: int) -> None:
+def main() -> None:
     """Print all figures."""
     print(describe_machine())
-    possible_speedup(exponent)
-    for case, n, one, two in compare_cores(exponent):
-        print(f"{case}, {one.kept} of {n} points:", end=" ")
-        for name, figures in (("one core", one), ("two", two)):
-            rate = f"{n / figures.seconds:.0f} points a second"
-            print(f"{name} {figures.seconds:.1f} s ({rate}, {figures.megabytes:.0f} MB)", end=", ")
-        print(f"ratio {one.seconds / two.seconds:.2f}", flush=True)
+    print(f"load of the last minute, by others: {os.getloadavg()[0]:.1f}")
+    print(possible_speedup(), flush=True)
+    for label, figure, limit, ratio in rows():
+        print(f"{label}: {figure}, limit {limit}, ratio {ratio:.2f}", flush=True)
 
 
 if __name__ == "__main__":
     arguments = sys.argv[1:]
-    if len(arguments) > 2:
-        measure(arguments[0], int(arguments[1]), int(arguments[2]))
-    elif len(arguments) == 2:
-        compare_versions(int(arguments[0]), arguments[1])
+    if len(arguments) > 1:
+        measure(arguments[0], set(map(int, arguments[1:])))
     elif arguments:
-        main(int(arguments[0]))
+        compare_versions(arguments[0])
     else:
-        main(22)
+        main()

@@ -25,7 +25,7 @@ def mirrored(draw):
     X = np.arange(2.0 * n).reshape(n, 2) % 5
     plain = TestTable.of(range(1, n + 1), X, F, G, outputs={"heat": np.sqrt(np.arange(n))})
     layout = replace(plain.layout, maximize=tuple(more))
-    return plain, replace(plain, layout=layout, reasons={}, status=None)
+    return plain, replace(plain, layout=layout, reasons={})
 
 
 @st.composite

@@ -19,11 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import (
-    AnyArray,
-    counted,
-    invalid,
-)
+from pymoo_psi._validation import AnyArray, Received, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._cells import Cells, UnfitError, in_a_line
 from pymoo_psi.table._designs import common_dtype
@@ -310,11 +306,7 @@ def table_of(
         # A reason is kept for what has failed only; "" stands for none in a column of texts.
         reasons = {}
         for i in np.flatnonzero(status == "failed").tolist():
-            reason = columns["reason"][i]
-            if reason or is_derived:
-                reasons[int(numbers[i])] = reason
-        if is_derived:
-            status = None
+            reasons[int(numbers[i])] = columns["reason"][i]
         kinds = _kinds(layout)
         X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
         for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
@@ -331,9 +323,6 @@ def table_of(
             numbers,
             X,
             **blocks_of(layout, columns, len(numbers)),
-            # Taken from the file, not derived: the table checks it against the constraints, and so
-            # finds a file in which one of both was edited.
-            status=status,
             reasons=reasons,
             problem=head.get("problem"),
             extra={name: choice_values(columns[name]) for name in extra},
@@ -342,7 +331,13 @@ def table_of(
             decimal=".",
         )
         if is_derived:
-            table = _without_rejected(table, columns["status"])
+            return _without_rejected(table, columns["status"])
+        differing = np.flatnonzero(status != table.status)
+        if len(differing):  # a file in which the status or a value was edited
+            row = differing[0]
+            rule = "ok where constraints and limits are met, infeasible where not, or failed"
+            received = Received(f"{str(status[row])!r} for test point {numbers[row]}")
+            raise invalid("status", rule, received)
         return table
 
 

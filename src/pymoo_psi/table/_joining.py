@@ -62,7 +62,7 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
     if any(table.layout.kinds != whole.layout.kinds for table in tables):
         X = design_matrix("X of a block", X, whole.layout.variables, whole.layout.kinds)
     joined = {}
-    for name in ("numbers", "F", "G", "H", "status"):
+    for name in ("numbers", "F", "G", "H", "_codes"):
         joined[name] = np.concatenate([getattr(table, name) for table in tables])
     reasons: dict[int, str] = {}
     remarks: dict[str, None] = {}  # in order, each once
@@ -125,7 +125,7 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
     columns = {name: table.column(name) for name in layout.columns}
     if first is None:
         first = np.arange(len(table))
-        known = np.flatnonzero(table.status != "failed")
+        known = np.flatnonzero(~table.failed())
         first[known] = known[first_rows(table.X[known])]
     else:
         columns |= {"status": table.status, **table.extra}

@@ -79,8 +79,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
             rule = "a column whose equal values have equal variables"
             raise invalid("repeats", rule, Received(f"{column} {labels[row]} with different ones"))
 
-    # The status follows from the means, and no run continues a study of means.
-    means: dict[str, Any] = {"status": None, "problem": None}
+    means: dict[str, Any] = {"problem": None}  # no run continues a study of means
     for name in ("F", "G", "H", "outputs"):
         values = getattr(tested, name)
         means[name] = _means(values, group, usable, counts)

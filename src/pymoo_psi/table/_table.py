@@ -66,7 +66,13 @@ from pymoo_psi.table._joining import (
 )
 from pymoo_psi.table._layout import Key, Layout, number_column
 from pymoo_psi.table._repeats import averaged, confidence
-from pymoo_psi.table._tests import Tests, extra_columns, nonfinite_objective, require_distinct
+from pymoo_psi.table._tests import (
+    STATUSES,
+    Tests,
+    extra_columns,
+    nonfinite_objective,
+    require_distinct,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -175,7 +181,7 @@ class TestTable(Tests, Shown):
     def _failed_in_evaluation(self) -> dict[int, str]:
         """Return the reasons of tests that failed for more than an objective, by number."""
         reasons = {}
-        for row in np.flatnonzero(self.status == "failed"):
+        for row in np.flatnonzero(self.failed()):
             number = int(self.numbers[row])
             reason = self.reasons.get(number, "")
             if reason != nonfinite_objective(self, row):
@@ -184,7 +190,7 @@ class TestTable(Tests, Shown):
 
     def _idle_limits(self) -> list[str]:
         """Return the limits, each end by itself, that no design exceeds, as they are written."""
-        tested = self.status != "failed"
+        tested = ~self.failed()
         if not tested.any():
             return []
         idle = []
@@ -211,7 +217,7 @@ class TestTable(Tests, Shown):
             >>> table.under(limits={"f1": 2}).feasible()
             array([False,  True, False])
         """
-        return np.asarray(self.status == "ok")
+        return np.asarray(self._codes == STATUSES.index("ok"))
 
     def eligible(self) -> Mask:
         """``(n,)`` which designs are feasible and have finite objectives, so that they compete.
@@ -336,7 +342,7 @@ class TestTable(Tests, Shown):
         return {"ideal": ideal, "nadir": nadir}
 
     def _none_feasible(self) -> ArgumentValueError:
-        n_failed = np.sum(self.status == "failed")
+        n_failed = self.failed().sum()
         words = self.layout.words
         size = counted(len(self), words.row)
         received = Received(f"none of {size}, of which {n_failed} {words.failed}")
@@ -422,7 +428,7 @@ class TestTable(Tests, Shown):
             masks.append(exceeds[:, None])
             names.append(limit_text(name, limit))
         mask = np.hstack(masks)
-        mask[self.status == "failed"] = False
+        mask[self.failed()] = False
         return mask, tuple(names)
 
     def refined_bounds(self, *, margin: float = 0.0) -> tuple[Array, Array]:
@@ -533,6 +539,8 @@ class TestTable(Tests, Shown):
             >>> first.extended(second).numbers
             array([1, 2])
         """
+        if not blocks:
+            return self
         for block in blocks:
             instance("block", block, TestTable)
         tables = [self, *blocks]

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 STATUSES = ("ok", "infeasible", "failed")
-_ARRAYS = ("X", "F", "G", "H", "outputs", "status")  # with a row for each test
+_ARRAYS = ("X", "F", "G", "H", "outputs", "_codes")  # with a row for each test
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,8 +66,6 @@ class Tests:
         F: ``(n, m)`` objectives, all minimised; NaN or infinite where a design failed.
         G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
         H: ``(n, n_eq)`` equality constraints, met where ``|h|`` is within the tolerance.
-        status: ``(n,)`` "ok", "infeasible" (violates a constraint or a limit) or "failed" (not
-            computed). If None, it follows from the other arrays, as in :meth:`of`.
         reasons: Why designs failed, for the numbers of their test points.
         outputs: ``(n, k)`` other results of the model, under the names ``layout.outputs``; NaN
             where a design failed, or an earlier version of the model did not return it.
@@ -97,7 +95,6 @@ class Tests:
     F: Array
     G: Array
     H: Array
-    status: NDArray[np.str_] = None  # type: ignore[assignment]
     reasons: Mapping[int, str] = field(default_factory=dict)
     outputs: Array = None  # type: ignore[assignment]  # (n, 0) unless given
     problem: Mapping[str, Any] | None = None
@@ -105,6 +102,8 @@ class Tests:
     remarks: tuple[str, ...] = ()
     formulation: Formulation = field(default_factory=Formulation)
     decimal: str = "."
+    # ``(n,)`` the indices of their statuses: a text takes 40 bytes.
+    _codes: NDArray[np.int8] = field(init=False)
     # The tests as they were before `under`; None if they are that themselves.
     _tested: Tests | None = field(default=None, init=False)
     # The Pareto-optimal designs, once they are known. It is no field: no other table takes it over.
@@ -113,7 +112,6 @@ class Tests:
     def __post_init__(self) -> None:
         """Bring the arrays into their normal form and check that they belong together."""
         instance("formulation", self.formulation, Formulation)
-        given_status = self.status
         layout = self.layout
         numbers = _point_numbers(self.numbers)
         n = len(numbers)
@@ -130,14 +128,9 @@ class Tests:
         formulation = self.formulation.without_columns()
         self._set(arrays | {"numbers": numbers, "extra": extra, "formulation": formulation})
         self._check_ranges()
-        if given_status is None:
-            self._set_status(self.reasons)
-        else:
-            given_status = np.array(given_status, dtype=str)
-            self._set_status(self.reasons, given_status)
-            self._require_status(given_status)
+        self._set_status(self.reasons)
         # Which outputs a model gives is known as soon as it has run for a test without failing.
-        run = (self.status != "failed") & np.isfinite(self.F).any(axis=1)
+        run = ~self.failed() & np.isfinite(self.F).any(axis=1)
         if run.any():
             for name in layout.units:
                 known_name("units", name, layout.columns)
@@ -147,39 +140,44 @@ class Tests:
         if ranges and {*ranges} != {*self.layout.objectives}:
             raise invalid("ranges", "of every objective, or of none", Received([*ranges]))
 
-    def _set_status(
-        self, reasons: Mapping[int, str], given: NDArray[np.str_] | None = None
-    ) -> None:
+    def _set_status(self, reasons: Mapping[int, str]) -> None:
         """Derive the status of the tests, and the reasons of failures.
 
-        A test failed if the given status says so. Without one, a test failed if it has a reason, or
-        if it meets its constraints and limits but an objective is not finite. All other tests are
-        infeasible or ok, as constraints and limits have it.
+        A test failed if it has a reason, or if it meets its constraints and limits but an objective
+        is not finite. All other tests are infeasible or ok, as constraints and limits have it.
         """
         reasons = _writable_reasons(reasons)
-        if given is not None:
-            failed = given == "failed"
-            violates = self._violates(failed)
-        else:
-            failed = np.isin(self.numbers, list(reasons))
-            violates = self._violates(failed)
-            is_finite = np.isfinite(self.F).all(axis=1)
-            for row in np.flatnonzero(~failed & ~violates & ~is_finite):
-                reasons[int(self.numbers[row])] = nonfinite_objective(self, row)
-                failed[row] = True
-        status = np.select([failed, violates], ["failed", "infeasible"], "ok")
-        self._set({"status": status, "reasons": reasons})
+        failed = np.isin(self.numbers, list(reasons))
+        violates = self._violates(failed)
+        is_finite = np.isfinite(self.F).all(axis=1)
+        for row in np.flatnonzero(~failed & ~violates & ~is_finite):
+            reasons[int(self.numbers[row])] = nonfinite_objective(self, row)
+            failed[row] = True
+        codes = violates.astype(np.int8)
+        codes[failed] = STATUSES.index("failed")
+        self._set({"_codes": codes, "reasons": reasons})
 
-    def _require_status(self, given: NDArray[np.str_]) -> None:
-        """Refuse a given status other than the derived one: feasibility has one source."""
-        differing = np.flatnonzero(given != self.status)
-        if len(differing):
-            row = differing[0]
-            raise invalid(
-                "status",
-                "ok where constraints and limits are met, infeasible where not, or failed",
-                Received(f"{str(given[row])!r} for test point {self.numbers[row]}"),
-            )
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """``(n,)`` "ok", "infeasible" (violates a constraint or a limit) or "failed".
+
+        It follows from constraints, limits and reasons; a test whose objectives could not be
+        computed failed.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).status.tolist()
+            ['ok', 'failed']
+        """
+        return np.asarray(np.array(STATUSES)[self._codes])
+
+    def failed(self) -> Mask:
+        """``(n,)`` which tests failed.
+
+        Example:
+            >>> TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [float("nan")]]).failed()
+            array([False,  True])
+        """
+        return np.asarray(self._codes == STATUSES.index("failed"))
 
     def _violates(self, failed: Mask) -> Mask:
         """``(n,)`` which tests violate a constraint or a limit."""
@@ -243,7 +241,7 @@ class Tests:
             >>> table.under(limits="f1<=1.5, x1=tin").limits
             {'f1': (-inf, 1.5), 'x1': ['tin']}
         """
-        return self._limits(every_test_failed=bool((self.status == "failed").all()))
+        return self._limits(every_test_failed=bool(self.failed().all()))
 
     def _limits(self, *, every_test_failed: bool) -> dict[str, Allowed]:
         limits = limits_of(self.formulation.limits)
