@@ -9,7 +9,7 @@ import platform
 import secrets
 import sqlite3
 import zlib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
@@ -43,7 +43,7 @@ CREATE TABLE tests
 _SCHEMA = f"""
 PRAGMA application_id = {_APPLICATION};
 PRAGMA user_version = {_VERSION};
-CREATE TABLE IF NOT EXISTS study (name TEXT PRIMARY KEY, value TEXT);
+CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT, checksum INTEGER);
 CREATE TABLE runs
     (run INTEGER PRIMARY KEY, points TEXT, record TEXT, last INTEGER, checksum INTEGER);
 CREATE TABLE known
@@ -65,9 +65,12 @@ _NOT_VALUES = (*_NUMBERS, "status", "reason", "origin", "seconds")
 _FIXED = (*_NOT_VALUES, "design_checksum", "row_checksum")
 _FIXED_IN_0_3 = ("test_point", "status", "reason", "origin", "seconds")
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
-_CHECKSUM = "checksum"  # of all other facts
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
+
+_Terms: TypeAlias = dict[str, tuple[str, Any]]
+"""What is selected by name, and the type of its cells."""
+_TO_KEEP: _Terms = {"origin": ("origin", np.object_), "seconds": ("seconds", np.float64)}
 
 
 class Steering(NamedTuple):
@@ -205,54 +208,54 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
     if application != _APPLICATION or items != tables:
         others = [f"the {kind} {name}" for name, kind in items.items() - tables.items()]
         raise unreadable(path, f"it holds {', '.join(others) or 'no tests'}")
-    texts = _texts(db)
-    checksum = texts.pop(_CHECKSUM, None)
-    expected = None
-    if version == _VERSION:
-        expected = str(text_checksum(texts))
-    if checksum != expected:
-        raise unreadable(path, "what it says of its columns was changed")
-    facts = Facts(**{name: json.loads(text) for name, text in texts.items()})
-    database = Database(db, path, facts)
-    if version == _VERSION:
-        database.read_runs()
-    else:
-        _convert(database)
-    return database
+    if version == _OF_0_3:
+        return _converted(db, path)
+    facts = Facts(**_stored_facts(_checked_rows(db, "study")))
+    for number, points, record, last in _checked_rows(db, "runs ORDER BY run"):
+        facts.runs.append(StudyRun(number, json.loads(points), json.loads(record), last))
+    for name, content, *others in _checked_rows(db, "steering ORDER BY request"):
+        facts.steering.append(Steering(name, json.loads(content), *others))
+    return Database(db, path, facts)
 
 
-def _texts(db: sqlite3.Connection) -> dict[str, str]:
-    """Return the facts as they are stored, in the order of their names."""
-    return dict(db.execute("SELECT name, value FROM study ORDER BY name"))
+def _stored_facts(rows: Iterable[Sequence[str]]) -> dict[str, Any]:
+    return {name: json.loads(text) for name, text in rows}
 
 
-def _convert(database: Database) -> None:
-    """Make a study of version 0.3 one of this version."""
-    db = database.db
-    facts = database.facts
-    terms = {"test": ("test_point", np.int64)} | _terms(_columns(facts.head, _FIXED_IN_0_3))
+def _checked_rows(
+    db: sqlite3.Connection, source: str, arguments: Sequence[int] = ()
+) -> list[tuple[Any, ...]]:
+    """Return rows of a table after a comparison of their checksums."""
+    rows = []
+    for *row, checksum in db.execute(f"SELECT * FROM {source}", arguments):
+        if text_checksum(tuple(row)) != checksum:
+            table = source.partition(" ")[0]
+            raise ValueError(f"a row of the table {table} was changed: {row[0]}")
+        rows.append(tuple(row))
+    return rows
+
+
+def _converted(db: sqlite3.Connection, path: str) -> Database:
+    """Return a study of version 0.3 as one of this version."""
+    facts = Facts(**_stored_facts(db.execute("SELECT name, value FROM study")))
+    terms = {"test": ("test_point", np.int64)} | _TO_KEEP
+    terms |= _terms(_columns(facts.head, _FIXED_IN_0_3))
     _, columns = _read(db, "NULL", terms, "tests")
     proposals = db.execute("SELECT test_point, round, origin, content FROM proposals").fetchall()
-    db.execute("ALTER TABLE tests RENAME TO old")
-    db.execute("DROP TABLE proposals")
+    for table in _TABLES[_OF_0_3]:
+        db.execute(f"DROP TABLE {table}")
     for statement in _SCHEMA.split(";"):
         db.execute(statement)
     problem = facts.head.get("problem") or {}
     points = points_of(facts.head, problem.get("sampling")) | {"requirements": None}
     last = int(columns["test"].max(initial=0))
     facts.runs = [StudyRun(1, points, {"begun": facts.begun}, last)]
+    database = Database(db, path, facts)
     database.fill()
     database.insert(columns | database.numbered(columns["test"]))
-    _take_over(db, "old.test_point")
     for *proposal, content in proposals:
         database.add_proposals(1, [(*proposal, json.loads(content))])
-
-
-def _take_over(db: sqlite3.Connection, number: str) -> None:
-    """Take the origins and seconds of tests over from the table ``old``, and drop it."""
-    query = f"SELECT origin, seconds FROM old WHERE {number} = tests.test"
-    db.execute(f"UPDATE tests SET (origin, seconds) = ({query})")
-    db.execute("DROP TABLE old")
+    return database
 
 
 class Database:
@@ -273,40 +276,25 @@ class Database:
 
     def fill(self) -> None:
         """Write the facts, runs and columns of a new study."""
-        self._add_columns()
+        self._add_columns({})
         self.write_facts()
         for run in self.facts.runs:
             self._write_run(run)
 
     def write_facts(self) -> None:
         """Write the facts."""
-        statement = "INSERT OR REPLACE INTO study VALUES (?, ?)"
         for name, value in vars(self.facts).items():
             if name not in ("runs", "steering"):
-                self.db.execute(statement, (name, json.dumps(value, ensure_ascii=False)))
-        texts = _texts(self.db)
-        texts.pop(_CHECKSUM, None)
-        self.db.execute(statement, (_CHECKSUM, str(text_checksum(texts))))
+                self._write("study", name, _text(value))
 
-    def read_runs(self) -> None:
-        """Read what is stored of the runs and asked of them."""
-        for *row, checksum in self.db.execute("SELECT * FROM steering ORDER BY request"):
-            if text_checksum(tuple(row)) != checksum:
-                raise ValueError("what is asked of a run was changed")
-            name, content, *others = row
-            self.facts.steering.append(Steering(name, json.loads(content), *others))
-        for *row, checksum in self.db.execute("SELECT * FROM runs ORDER BY run").fetchall():
-            number, points, record, last = row
-            if text_checksum(tuple(row)) != checksum:
-                raise ValueError(f"what it says of run {number} was changed")
-            run = StudyRun(number, json.loads(points), json.loads(record), last)
-            self.facts.runs.append(run)
+    def _write(self, table: str, *row: Any) -> None:
+        """Write a row with its checksum; it takes the place of one with its key."""
+        marks = "?, " * len(row)
+        statement = f"INSERT OR REPLACE INTO {table} VALUES ({marks}?)"
+        self.db.execute(statement, (*row, text_checksum(row)))
 
     def _write_run(self, run: StudyRun) -> None:
-        texts = [json.dumps(part, ensure_ascii=False) for part in (run.points, run.record)]
-        row = (run.number, *texts, run.last)
-        statement = "INSERT OR REPLACE INTO runs VALUES (?, ?, ?, ?, ?)"
-        self.db.execute(statement, (*row, text_checksum(row)))
+        self._write("runs", run.number, _text(run.points), _text(run.record), run.last)
 
     def add_run(self, points: Head) -> StudyRun:
         """Begin a run; return it."""
@@ -344,28 +332,21 @@ class Database:
         """Write a new request to the run at work, or the answer to one."""
         name, content, run, answer, number, time = request
         number = number or len(self.facts.steering) + 1
-        row = name, json.dumps(content, ensure_ascii=False), run, answer, number, time or _now()
-        statement = "INSERT OR REPLACE INTO steering VALUES (?, ?, ?, ?, ?, ?, ?)"
-        self.db.execute(statement, (*row, text_checksum(row)))
+        self._write("steering", name, _text(content), run, answer, number, time or _now())
 
     # Proposals
 
     def add_proposals(self, run: int, proposals: Sequence[Proposal]) -> None:
         """Write proposals of a run."""
-        for test_point, proposed_in, origin, content in proposals:
-            text = json.dumps(content, ensure_ascii=False)
-            row = (run, test_point, proposed_in, origin, text)
-            statement = "INSERT INTO proposals VALUES (?, ?, ?, ?, ?, ?)"
-            self.db.execute(statement, (*row, text_checksum(row)))
+        for *proposal, content in proposals:
+            self._write("proposals", run, *proposal, _text(content))
 
     def proposals(self, run: int, first: int = 1, last: int = LAST) -> list[Proposal]:
         """Return the proposals of a run from test point ``first`` to ``last``."""
-        query = "SELECT * FROM proposals WHERE run = ? AND test_point BETWEEN ? AND ?"
+        source = "proposals WHERE run = ? AND test_point BETWEEN ? AND ? ORDER BY test_point"
+        rows = _checked_rows(self.db, source, (run, first, last))
         proposals = []
-        for *row, checksum in self.db.execute(f"{query} ORDER BY test_point", (run, first, last)):
-            _, test_point, proposed_in, origin, content = row
-            if text_checksum(tuple(row)) != checksum:
-                raise ValueError(f"the proposal of test point {test_point} was changed")
+        for _, test_point, proposed_in, origin, content in rows:
             proposals.append((test_point, proposed_in, origin, json.loads(content)))
         return proposals
 
@@ -382,7 +363,7 @@ class Database:
         cursor = self.db.execute(f"SELECT * FROM {table} WHERE {where}", key)
         names = [name for name, *_ in cursor.description]
         cells = dict(zip(names, cursor.fetchone(), strict=True))
-        content = json.dumps({"why": why, "cells": cells}, ensure_ascii=False)
+        content = _text({"why": why, "cells": cells})
         self.db.execute("INSERT INTO history VALUES (?, ?, ?)", (_now(), test, content))
         self.db.execute(f"DELETE FROM {table} WHERE {where}", key)
         self.db.execute("DELETE FROM known WHERE test = ?", (test,))
@@ -392,42 +373,40 @@ class Database:
     def ask(self, asked: Head) -> None:
         """Change what a study says of its columns to what a run asks for; no test is lost."""
         facts = self.facts
-        stored = facts.head
-        renamed = _renamed(stored, asked)
-        turned = _turned(stored, asked, renamed)
-        if renamed or turned:
-            columns = self.tests()
+        names, turned = _by_place(facts.head, asked)
+        if turned or any(name != new for name, new in names.items()):
+            columns = self._selected(_TO_KEEP, "tests ORDER BY test")
             for name in turned:
                 columns[name] = -columns[name]
-            facts.head = _with_names(stored, renamed)
-            self.db.execute("ALTER TABLE tests RENAME TO old")
-            self.db.execute(_TESTS)
-            self._add_columns()
-            self.insert({renamed.get(name, name): column for name, column in columns.items()})
-            _take_over(self.db, "old.test")
-        head = with_stored_columns(facts.head, asked)
-        if head != facts.head:
-            present = facts.head
+            head = {**facts.head}
+            for group in ("objectives", "inequalities", "equalities"):
+                head[group] = [names.get(name, name) for name in head[group]]
             facts.head = head
-            facts.is_complete = False
-            self._add_columns(present)
-            self.write_facts()
+            self.db.execute("DROP TABLE tests")
+            self.db.execute(_TESTS)
+            self._add_columns({})
+            self.insert({names.get(name, name): column for name, column in columns.items()})
+        facts.is_complete &= not self._change_head(with_stored_columns(facts.head, asked))
+        self.write_facts()
 
     def widen(self, columns: Collection[str]) -> None:
         """Add the outputs that tests have to the columns of a study."""
-        head = with_outputs(self.facts.head, columns)
-        if head != self.facts.head:
-            present = self.facts.head
-            self.facts.head = head
-            self._add_columns(present)
+        if self._change_head(with_outputs(self.facts.head, columns)):
             self.write_facts()
 
-    def _add_columns(self, present: Head | None = None) -> None:
-        stored: Collection[str] = ()
-        if present is not None:
-            stored = _columns(present)
+    def _change_head(self, head: Head) -> bool:
+        """Change the head, if another is given, and add its columns; say whether it changed."""
+        present = self.facts.head
+        if head == present:
+            return False
+        self.facts.head = head
+        self._add_columns(_columns(present))
+        return True
+
+    def _add_columns(self, present: Collection[str]) -> None:
+        """Add the columns of the head that are not present."""
         for name, (column, kind) in _columns(self.facts.head).items():
-            if name not in stored:
+            if name not in present:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {column} {_TYPES.get(kind, '')}")
 
     # Tests
@@ -666,10 +645,6 @@ def differing(columns: Columns, others: Columns) -> Mask:
     return np.asarray(differ)
 
 
-_Terms: TypeAlias = dict[str, tuple[str, Any]]
-"""What is selected by name, and the type of its cells."""
-
-
 def _terms(columns: Mapping[str, tuple[str, Kind]]) -> _Terms:
     terms: _Terms = {}
     for name, (column, kind) in columns.items():
@@ -715,39 +690,22 @@ def with_stored_columns(stored: Head, asked: Head) -> dict[str, Any]:
     return {**asked, "outputs": outputs}
 
 
-def _renamed(stored: Head, asked: Head) -> dict[str, str]:
-    """Return new names by stored ones, of columns that a problem knows by their place only."""
-    renamed: dict[str, str] = {}
-    problem = asked.get("problem") or {}
-    if "objectives" not in problem:  # the outputs of this problem have names of their own
-        return renamed
-    n_inequalities = asked.get("model_inequalities")  # requirements follow these
-    for group, n in (("objectives", None), ("inequalities", n_inequalities), ("equalities", None)):
-        for name, new in zip(stored[group][:n], asked[group][:n], strict=False):
-            if name != new:
-                renamed[name] = new
-    return renamed
+def _by_place(stored: Head, asked: Head) -> tuple[dict[str, str], list[str]]:
+    """Return new names of stored columns that a problem knows by their place only.
 
-
-def _turned(stored: Head, asked: Head, renamed: Mapping[str, str]) -> list[str]:
-    """Return stored objectives of a problem whose direction says the sign of their values."""
-    if "objectives" not in (asked.get("problem") or {}):
-        return []
-    names = []
-    for name in stored["objectives"]:
-        was_maximized = name in stored.get("maximize", ())
-        is_maximized = renamed.get(name, name) in asked.get("maximize", ())
-        if was_maximized != is_maximized:
-            names.append(name)
-    return names
-
-
-def _with_names(head: Head, renamed: Mapping[str, str]) -> dict[str, Any]:
-    changed = {**head}
-    for group in _GROUPS:
-        if group in head:
-            changed[group] = [renamed.get(name, name) for name in head[group]]
-    return changed
+    And its stored objectives whose sign changes, as their direction does.
+    """
+    names: dict[str, str] = {}
+    if "objectives" not in (asked.get("problem") or {}):  # its outputs have names of their own
+        return names, []
+    for group in ("objectives", "inequalities", "equalities"):
+        new_names = asked[group]
+        if group == "inequalities":  # requirements follow those of the model
+            new_names = new_names[: asked.get("model_inequalities")]
+        names |= zip(stored[group], new_names, strict=False)
+    was_maximized = {names.get(name, name) for name in stored.get("maximize", ())}
+    is_turned = was_maximized ^ {*asked.get("maximize", ())}
+    return names, [name for name in stored["objectives"] if names.get(name, name) in is_turned]
 
 
 def with_outputs(head: Head, columns: Collection[str]) -> dict[str, Any]:
@@ -803,6 +761,10 @@ def checksums(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.int64]:
         words[_empty(cells)] = 0
         total += words
     return total.view(np.int64)
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)
 
 
 def text_checksum(texts: Any) -> int:
