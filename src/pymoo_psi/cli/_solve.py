@@ -52,7 +52,6 @@ from pymoo_psi.table import (
     Formulation,
     TestTable,
     alike,
-    allowed_by,
     averaged_repeats,
     confidence_sentence,
     is_of_texts,
@@ -236,7 +235,7 @@ def _sources_of_limits(problem: str, given: Formulation, limits: Entries) -> str
         source = problem
         if name in limits_given or is_of_texts(limit):
             source = "option or decision"
-        texts.append(f"{limit_text(name, allowed_by(name, limit))} ({source})")
+        texts.append(f"{limit_text(name, limit)} ({source})")
     return f"Limits: {', '.join(texts)}."
 
 

@@ -40,7 +40,6 @@ from ._formulation import OPEN as OPEN
 from ._formulation import Allowed as Allowed
 from ._formulation import Limit as Limit
 from ._formulation import Limits as Limits
-from ._formulation import allowed_by as allowed_by
 from ._formulation import ends as ends
 from ._formulation import entries_of as entries_of
 from ._formulation import is_of_texts as is_of_texts

@@ -29,7 +29,6 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Array,
-    Mask,
     counted,
     invalid,
 )
@@ -59,7 +58,7 @@ _NUMBERLIKE = re.compile(
 _MOMENT = re.compile(  # dates and times
     r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
 )
-_LEADING = re.compile(r"\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
+_LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
 # What spreadsheets and people call rows that summarise others: sums, means, extremes.
@@ -185,26 +184,23 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
     """
     if not rows:
         raise UnfitError(EMPTY)
-    _require_one_length(rows)
-    header, *designs = rows.values()
-    if not designs:
+    header, columns = _divided(rows)
+    names = _names(header)
+    if len(rows) < 2:
         raise UnfitError("it holds column names, but no row")
-    names = []
-    columns = {}
-    for name, cells in zip(_names(header), zip(*designs, strict=True), strict=True):
+    cells = {}
+    for name, column in zip(names, columns, strict=True):
         if name == "":
-            if all(map(is_blank, cells)):  # a comma at the end of every line
+            if all(map(is_blank, column)):  # a comma at the end of every line
                 continue
             name = "index"  # data frames write the numbers of rows without a name
-        names.append(name)
-        columns[name] = list(cells)
-    for name, count in Counter(names).items():
-        if count > 1:
+        if name in cells:
             raise UnfitError(
-                f"its header names the column {name!r} {count} times",
+                f"its header names the column {name!r} {names.count(name)} times",
                 "rename all but one, or leave titles out by --skip-rows",
             )
-    return Cells(columns, [*rows][1:], separator)
+        cells[name] = column
+    return Cells(cells, [*rows][1:], separator)
 
 
 def cells_as_written(rows: RowsByLine, head: dict[str, Any]) -> Cells:
@@ -213,15 +209,16 @@ def cells_as_written(rows: RowsByLine, head: dict[str, Any]) -> Cells:
     Raises:
         ArgumentValueError: The rows differ in length.
     """
-    if not rows:
-        return Cells({}, head=head)
-    _require_one_length(rows)
-    header, *tests = rows.values()
-    columns = {str(name): [row[j] for row in tests] for j, name in enumerate(header)}
-    return Cells(columns, head=head)
+    header, columns = _divided(rows)
+    return Cells(dict(zip(map(str, header), columns, strict=True)), head=head)
 
 
-def _require_one_length(rows: RowsByLine) -> None:
+def _divided(rows: RowsByLine) -> tuple[list[Any], list[list[Any]]]:
+    """Return the first row, and the columns below it.
+
+    Raises:
+        UnfitError: The rows differ in length.
+    """
     usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
     for end, row in rows.items():
         if len(row) != usual:
@@ -229,23 +226,20 @@ def _require_one_length(rows: RowsByLine) -> None:
                 f"line {end} has {counted(len(row), 'cell')}, most lines {usual}",
                 f"complete it, or leave it out by --skip-rows {end} if it is a title or a note",
             )
+    header, *others = rows.values()
+    return header, [[row[j] for row in others] for j in range(usual)]
 
 
 def _names(header: list[Any]) -> list[str]:
     """Return the names in a header, empty where there is none."""
-    names = []
     for cell in header:
-        name = cell
-        if isinstance(cell, str):
-            name = in_a_line(cell)
         # A file without names would lose its first design as names, and nobody would notice.
-        if is_number(name):
+        if is_number(cell):
             raise UnfitError(
-                f"its first line must name the columns, and holds numbers, {name!r:.40}",
+                f"its first line must name the columns, and holds numbers, {cell!r:.40}",
                 "put a line of names above them, or leave lines above it out by --skip-rows",
             )
-        names.append(str(name))
-    return names
+    return [in_a_line(str(cell)) for cell in header]
 
 
 def cells_of_frame(frame: Any) -> Cells:
@@ -280,10 +274,6 @@ def is_number(cell: Any) -> bool:
     """Say whether a cell is a plain number in any notation."""
     if isinstance(cell, str):
         return _MARKED.fullmatch(_plain(cell)[:_LONGEST]) is not None
-    return _is_numeric(cell)
-
-
-def _is_numeric(cell: Any) -> bool:
     return isinstance(cell, (int, float)) and not isinstance(cell, bool)
 
 
@@ -317,10 +307,7 @@ def read_columns(
         marks = _possible_marks(readings[name])
         if len(marks) == 1 and name not in labels:
             certain.add(marks[0])
-    columns = {}
-    for name in cells.columns:
-        columns[name] = _column(cells, name, readings[name], certain)
-    return columns
+    return {name: _column(cells, name, readings[name], certain) for name in readings}
 
 
 class _Notation(NamedTuple):
@@ -332,9 +319,10 @@ class _Notation(NamedTuple):
 
     def number(self, cell: Any) -> float | None:
         """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
-        if isinstance(cell, str) and len(cell) <= _LONGEST and self.pattern.fullmatch(cell):
-            return float(cell.translate(self.translation))
-        if _is_numeric(cell):
+        if isinstance(cell, str):
+            if len(cell) <= _LONGEST and self.pattern.fullmatch(cell):
+                return float(cell.translate(self.translation))
+        elif is_number(cell):
             return float(str(cell))  # infinite for an integer beyond float64
         if is_blank(cell):
             return np.nan
@@ -378,69 +366,55 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
     marks = _possible_marks(readings)
     if not marks:
         return Column(name, column, problem=_problem_of_texts(cells, name, readings))
-    first = np.array(readings[marks[0]])
-    last = np.array(readings[marks[-1]])
-    if np.isnan(first).all():
+    numbers = np.array(readings[marks[0]])
+    is_known = ~np.isnan(numbers)
+    if not is_known.any():
         return Column(name, column)
-    ambiguous = np.flatnonzero(~np.isnan(first) & (first != last)).tolist()
-    if not ambiguous:
-        return Column(name, column, first)
-    i = ambiguous[0]
-    decimal = _mark_in(column[i])
-    # It is a decimal mark if all certain columns agree, or else if a program printed the numbers.
-    is_one_mark = all(_mark_in(column[k]) == decimal for k in ambiguous)
+    rows = np.flatnonzero(is_known & (numbers != readings[marks[-1]]))
+    if len(rows) == 0:
+        return Column(name, column, numbers)
+    # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
+    # if all certain columns agree, or else if a program printed the numbers.
+    marks = ["." if "." in column[row] else "," for row in rows]
+    decimal = marks[0]
     if certain:
         is_decimal = certain == {decimal}
     else:
-        is_decimal = cells.separator == "," and all(map(_is_printed, column))
-    if is_one_mark and is_decimal:
+        texts = [str(cell).strip() for cell in column if not is_blank(cell)]
+        is_decimal = cells.separator == "," and all(map(_PRINTED.fullmatch, texts))
+    if is_decimal and marks.count(decimal) == len(marks):
         return Column(name, column, np.array(readings[decimal]))
-    numbers = f"{readings[_OTHER[decimal]][i]:.15g} or {readings[decimal][i]:.15g}"
+    row = int(rows[0])
+    either = f"{readings[_OTHER[decimal]][row]:.15g} or {readings[decimal][row]:.15g}"
     remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
-    return Column(name, column, problem=f"{cells.place(name, i)}, either {numbers}; {remedy}")
-
-
-def _mark_in(cell: str) -> str:
-    """Return the mark in a number that may be read in two ways, and so has one mark."""
-    if "." in cell:
-        return "."
-    return ","
-
-
-def _is_printed(cell: Any) -> bool:
-    return is_blank(cell) or _PRINTED.fullmatch(str(cell).strip()) is not None
+    return Column(name, column, problem=f"{cells.place(name, row)}, either {either}; {remedy}")
 
 
 def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     """Return what is wrong with a column that no notation can read; empty if it is one of texts."""
     numbers = min(readings.values(), key=lambda numbers: numbers.count(None))
-    others = [i for i, number in enumerate(numbers) if number is None]
-    rule = "no plain number"
+    texts = {}
+    for row, number in enumerate(numbers):
+        if number is None:
+            texts[row] = str(cells.columns[name][row]).strip()
+    rule = "no plain number like the others"
     # One number is enough: taken for text, the column would silently be no objective.
-    if any(number is not None and number == number for number in numbers):
-        rule = "no plain number like the others"
-    else:
-        texts = {i: str(cells.columns[name][i]).strip() for i in others}
+    if not any(number == number for number in numbers if number is not None):
+        rule = "no plain number"
         # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
         units = {_LEADING.sub("", text, count=1) for text in texts.values()}
-        have_one_unit = len(units) == 1 < len({*texts.values()}) and _LEADING.match(
-            texts[others[0]]
-        )
-        others = []
-        for i, text in texts.items():
-            if not _MOMENT.fullmatch(text) and (have_one_unit or _looks_like_number(text)):
-                others.append(i)
-    if not others:
+        has_one_unit = len(units) == 1 < len({*texts.values()})
+        for row, text in [*texts.items()]:
+            if _MOMENT.fullmatch(text) or not (has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])):
+                del texts[row]
+    if not texts:
         return ""
+    row = min(texts)
     return (
-        f"{cells.place(name, others[0])}, {rule}; write it without a unit, settle it by "
+        f"{cells.place(name, row)}, {rule}; write it without a unit, settle it by "
         "--decimal and --thousands, leave its line out by --skip-rows "
-        f"{cells.line(others[0])}, or name the objectives by --objectives"
+        f"{cells.line(row)}, or name the objectives by --objectives"
     )
-
-
-def _looks_like_number(text: str) -> bool:
-    return _NUMBERLIKE.match(text[:_LONGEST]) is not None
 
 
 # Rows that summarise others
@@ -455,63 +429,48 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     Raises:
         ArgumentValueError: There is such a row.
     """
-    names: dict[int, str] = {}
-    numbers = []
-    for column in columns:
-        if column.numbers is not None:
-            numbers.append(column.numbers)
-        else:
-            names |= _names_of_summaries(column.cells)
-    n = len(cells.rows)
-    if numbers:
-        nameless = _nameless_sum(cells.columns.get(cells.label or ""), np.array(numbers).T)
-        names |= dict.fromkeys(nameless, "")
-    # Words in most of many rows are values of a column, such as the levels min and max.
-    if not names or not numbers or len(names) > max(10, n // 2):
+    numbers = [column.numbers for column in columns if column.numbers is not None]
+    if not numbers:
         return
     F = np.column_stack(numbers)
-    F = np.where(np.isfinite(F), F, np.nan)
+    F[~np.isfinite(F)] = np.nan
+    names = _names_of_summaries(cells, columns, F)
+    # Words in most of many rows are values of a column, such as the levels min and max.
+    if len(names) > max(10, len(F) // 2):
+        return
     named = sorted(names)
-    others = np.setdiff1d(np.arange(n), named)
+    others = np.setdiff1d(np.arange(len(F)), named)
     # The sum of a group is directly above or below it.
     groups = np.split(others, np.searchsorted(others, named))
     for k, i in enumerate(named):
         if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
-            skipped = ",".join(map(str, map(cells.line, named)))
-            called = "has no name"
-            remedy = "name it"
-            if names[i]:
-                called = f"is called {names[i]!r:.40}"
-                remedy = "rename it"
+            skipped = ",".join(str(cells.line(row)) for row in named)
+            called = f"is called {names[i]!r:.40}" if names[i] else "has no name"
             raise UnfitError(
                 f"{cells.where(i)} {called} and summarises other rows",
-                f"leave it out by --skip-rows {skipped}, or {remedy}",
+                f"leave it out by --skip-rows {skipped}, or rename it",
             )
 
 
-def _nameless_sum(labels: Sequence[Any] | None, F: Array) -> list[int]:
-    """Return the row that may be one of sums without a name, if there is one.
+def _names_of_summaries(cells: Cells, columns: Collection[Column], F: Array) -> dict[int, str]:
+    """Return the rows that may summarise others, with their names.
 
-    Among designs with names a blank one is enough to suspect it; without any names, it is the last
-    row, which must be the sum of three rows or more in all of several columns.
+    These hold a word for it, or nothing where all other designs have a name. Without any names, it
+    is the last row, which must be the sum of three rows or more in all of several columns.
     """
-    if labels is not None:
-        blanks = [i for i, label in enumerate(labels) if is_blank(label)]
-        return blanks if len(blanks) == 1 else []
-    above = F[:-1]
-    if len(above) < 3 or F.shape[1] < 2 or (above == 0).all(axis=0).any():
-        return []
-    with np.errstate(all="ignore"):
-        is_sum = np.allclose(np.nansum(above, axis=0), F[-1], rtol=1e-9, atol=0)
-    return [len(above)] if is_sum else []
-
-
-def _names_of_summaries(column: list[Any]) -> dict[int, str]:
-    """Return the cells that hold a word for a summary, by row."""
-    names = {}
-    for i, cell in enumerate(column):
-        if isinstance(cell, str) and _SUMMARY.search(cell):
-            names[i] = cell.strip()
+    names: dict[int, str] = {}
+    for column in columns:
+        for i, cell in enumerate(column.cells):
+            if column.numbers is None and isinstance(cell, str) and _SUMMARY.search(cell):
+                names[i] = cell.strip()
+    if cells.label in cells.columns:
+        blanks = [i for i, cell in enumerate(cells.columns[cells.label]) if is_blank(cell)]
+        if len(blanks) == 1:
+            names.setdefault(blanks[0], "")
+    elif len(F) > 3 and F.shape[1] > 1 and (F[:-1] != 0).any(axis=0).all():
+        with np.errstate(over="ignore", invalid="ignore"):
+            if np.allclose(np.nansum(F[:-1], axis=0), F[-1], rtol=1e-9, atol=0):
+                names.setdefault(len(F) - 1, "")
     return names
 
 
@@ -523,19 +482,15 @@ def _summarises(row: Array, F: Array) -> bool:
         return False
     F = F[:, several]
     row = row[several]
+    close = {}
+    with np.errstate(all="ignore"):
+        for summary in (np.nansum, np.nanmean, np.nanmedian, np.nanstd):
+            close[summary] = np.abs(summary(F, axis=0) - row) <= _ROUNDED * np.abs(row)
+    # Beside sums there may be ratios of sums; but a design may be the best in many columns.
+    if close.pop(np.nansum).mean() >= 0.5:
+        return True
     least = np.nanmin(F, axis=0)
     greatest = np.nanmax(F, axis=0)
     varied = least < greatest
-
-    def close(summary: Array) -> Mask:
-        return np.abs(summary - row) <= _ROUNDED * np.abs(row)
-
-    matches = [(row == least) | (row == greatest)]
-    with np.errstate(all="ignore"):
-        sums = close(np.nansum(F, axis=0))
-        for summary in (np.nanmean, np.nanmedian, np.nanstd):
-            matches.append(close(summary(F, axis=0)))
-    if varied.any() and any(match[varied].all() for match in matches):
-        return True
-    # Beside sums there may be ratios of sums; but a design may be the best in many columns.
-    return bool(sums.mean() >= 0.5)
+    matches = [(row == least) | (row == greatest), *close.values()]
+    return varied.any() and any(match[varied].all() for match in matches)

@@ -22,8 +22,9 @@ from dataclasses import dataclass, field, fields, replace
 from itertools import compress
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypedDict
 
+import msgspec
 import numpy as np
 
 from pymoo_psi._output import Shown, whole_file
@@ -34,7 +35,6 @@ from pymoo_psi._validation import (
     collection,
     distinct,
     finite_number,
-    flat,
     instance,
     invalid,
     known_name,
@@ -52,16 +52,6 @@ if TYPE_CHECKING:
 Columns: TypeAlias = Mapping[str, AnyArray]
 
 _VERSION = 2  # of the file; 1 had no positions
-_NO_POSITION: dict[str, Any] = {
-    "name": "",
-    "date": "",
-    "chosen": None,
-    "limits": {},
-    "weights": {},
-    "aspiration": {},
-    "reason": "",
-}
-
 
 Limit: TypeAlias = float | str | Sequence[float | None] | Sequence[str]
 """The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
@@ -205,7 +195,7 @@ class Formulation(Shown):
             limits = {**texts, **limits}
             self._set("page", {**self.page, "state": state})
         column_names("limits", tuple(limits))
-        self._set("limits", {name: _json_limit(name, limit) for name, limit in limits.items()})
+        self._set("limits", _json_limits(limits))
         if self.ranges is not None:
             pairs = mapping("ranges", self.ranges, "objectives to pairs (lower, upper)")
             ranges = {name: [*ends(name, pair)] for name, pair in pairs.items()}
@@ -221,10 +211,14 @@ class Formulation(Shown):
             instance("chosen", self.chosen, str)
         instance("reason", self.reason, str)
         rule = "a list of mappings, one for each person and date"
-        positions = [_position(one) for one in collection("positions", self.positions, rule)]
-        self._set("positions", sorted(positions, key=lambda one: str(one["date"])))
+        positions = []
+        for entries in collection("positions", self.positions, rule):
+            position = _checked("a position", entries, _Position)
+            position["limits"] = _json_limits(position["limits"], "the limits of a position")
+            positions.append(position)
+        self._set("positions", sorted(positions, key=lambda position: str(position["date"])))
         if self.decided is not None:
-            self._set("decided", _decided(self.decided))
+            self._set("decided", _checked("decided", self.decided, _Decision))
 
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
@@ -346,7 +340,9 @@ class Formulation(Shown):
             entries = json.loads(
                 content.decode("utf-8-sig"),
                 object_pairs_hook=distinct,
-                parse_constant=_no_number,
+                parse_constant=_number,
+                parse_float=_number,
+                parse_int=_number,
             )
             if not isinstance(entries, dict):
                 raise invalid("it", "an object of JSON", entries)
@@ -356,9 +352,6 @@ class Formulation(Shown):
                 raise invalid("its version", f"1 to {_VERSION}", version, remedy)
             for name in entries:
                 known_name("an entry", name, ATTRIBUTES)
-            for place, text in flat(entries).items():
-                if re.fullmatch(r"-?(Infinity|\d{309,})", text):  # 1e400, and its digits
-                    raise invalid(place, "a number below 1e308", Received(text))
             return cls(**entries)
         except (ValueError, TypeError, RecursionError) as error:
             raise ArgumentValueError(
@@ -367,45 +360,43 @@ class Formulation(Shown):
             ) from None
 
 
-def _position(entries: Any) -> dict[str, Any]:
-    """Return a position of somebody, checked and complete."""
-    what = "name, date, chosen, limits, weights, … to values"
-    whole = {**_NO_POSITION, **mapping("a position", entries, what)}
-    for key in whole:
-        known_name("an entry of a position", key, _NO_POSITION)
-    _require_texts("of a position", whole, ("name", "date", "reason"))
-    if not whole["name"]:
-        raise invalid("the name of a position", "a text that is not empty", "")
-    if whole["chosen"] is not None:
-        _require_texts("of a position", whole, ("chosen",))
-    limits = limits_of(whole["limits"], "the limits of a position")
-    whole["limits"] = {name: _json_limit(name, limit) for name, limit in limits.items()}
-    for key in ("weights", "aspiration"):
-        numbers = mapping(f"the {key} of a position", whole[key], "objectives to numbers")
-        whole[key] = {}
-        for name, value in numbers.items():
-            number = finite_number(f"the {key} of {name!r} in a position", value)
-            if key == "weights" and number < 0:
-                raise invalid(f"the weight of {name!r} in a position", "0 or more", value)
-            whole[key][name] = number
-    return whole
+class _Position(msgspec.Struct, forbid_unknown_fields=True):
+    """What somebody holds; see :attr:`Formulation.positions`."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1)]
+    date: str = ""
+    chosen: str | None = None
+    limits: dict[str, Any] = {}
+    weights: dict[str, Annotated[float, msgspec.Meta(ge=0)]] = {}
+    aspiration: dict[str, float] = {}
+    reason: str = ""
 
 
-def _decided(entries: Any) -> dict[str, Any]:
-    """Return the decision of a group, checked."""
-    keys = ("date", "chosen", "agree", "dissent")
-    given = dict(mapping("decided", entries, "date, chosen, agree and dissent to values"))
-    if {*given} != {*keys}:
-        raise invalid("decided", f"of the entries {', '.join(keys)}", [*given])
-    _require_texts("in decided", given, ("date", "chosen"))
-    for key in ("agree", "dissent"):
-        given[key] = [*column_names(f"decided[{key!r}]", given[key])]
-    return given
+class _Decision(msgspec.Struct, forbid_unknown_fields=True):
+    """The decision of a group; see :attr:`Formulation.decided`."""
+
+    date: str
+    chosen: str
+    agree: list[str]
+    dissent: list[str]
 
 
-def _require_texts(where: str, entries: Mapping[str, Any], keys: Sequence[str]) -> None:
-    for key in keys:
-        instance(f"the {key} {where}", entries[key], str)
+def _checked(where: str, entries: Any, kind: Any) -> dict[str, Any]:
+    """Return entries as a class has them, complete."""
+    plain = msgspec.to_builtins(entries, enc_hook=lambda value: np.asarray(value).tolist())
+    try:
+        values: dict[str, Any] = msgspec.to_builtins(msgspec.convert(plain, kind))
+    except msgspec.ValidationError as error:
+        raise ArgumentValueError(f"{where}: {error}") from None
+    return values
+
+
+def _number(text: str) -> float:
+    """Return a number of JSON, which is finite here."""
+    number = float(text)
+    if not np.isfinite(number):
+        raise ValueError(f"{text:.20} is no finite number")
+    return int(text) if text.lstrip("-").isdecimal() else number
 
 
 ATTRIBUTES = [attribute.name for attribute in fields(Formulation)]
@@ -488,21 +479,22 @@ def _formulated_layout(
     )
 
 
+def _json_limits(limits: Any, argument: str = "limits") -> dict[Any, Any]:
+    """Return limits as JSON can hold them."""
+    limit_by_name = limits_of(limits, argument)
+    return {name: _json_limit(name, limit) for name, limit in limit_by_name.items()}
+
+
 def _json_limit(name: Any, limit: Any) -> Any:
     """Return a limit as a number, pair or list of texts that JSON can hold; an open end is None."""
-    allowed = allowed_by(name, limit)
-    if isinstance(allowed, list):
-        return allowed
-    low, high = allowed
+    if is_of_texts(limit):
+        return [*limit]
+    low, high = ends(name, limit)
     lower = None if np.isinf(low) else plain_number(low)
     upper = None if np.isinf(high) else plain_number(high)
     if isinstance(limit, (tuple, list)) or upper is None:
         return lower, upper
     return upper
-
-
-def _no_number(word: str) -> Any:
-    raise ValueError(f"{word} is no number of JSON")
 
 
 # Limits: how they are written, and what they allow
@@ -558,7 +550,8 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
     limit_by_column = {}
     for column, limit in mapping(argument, limits, rule).items():
         if isinstance(limit, str) and re.search("[<>=]", limit):
-            limit = _limit_of_sides(sides_of_text(f"the limit on {column!r}", limit))
+            sides = sides_of_text(f"the limit on {column!r}", limit)
+            limit = (sides.get(">="), sides.get("<="))
         elif isinstance(limit, str):
             limit = [limit]
         elif is_of_texts(limit):
@@ -591,56 +584,47 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
     sides: dict[str, float] = {}
     for part in str(text).split(","):
         side = _SIDE.fullmatch(part)
-        if side is None:
+        if side is None or side["sign"] in sides:
             raise invalid(argument, "such as '<= 250' or '>= 3, <= 250'", text)
-        value = finite_number(argument, float(side["number"]))
-        _add_side(sides, side["sign"], value, text, argument)
+        sides[side["sign"]] = finite_number(argument, float(side["number"]))
     return sides
 
 
-def _add_side(sides: dict[str, Any], sign: str, value: Any, text: str, argument: str) -> None:
-    """Add a side of a limit, or the texts that it allows, to those of its column."""
-    if sign in sides or (sides and "in" in (sign, *sides)):
-        raise invalid(argument, "given once for each side of a column", Received(text))
-    sides[sign] = value
-
-
-def _limit_of_sides(sides: Mapping[str, Any]) -> Any:
-    if "in" in sides:
-        return sides["in"]
-    return sides.get(">="), sides.get("<=")
-
-
 def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any]:
-    sides_by_column: dict[str | int, dict[str, Any]] = {}
-    allowed: list[str] | None = None  # of the list that an entry may continue
+    sides_by_column: dict[str | int, dict[str | None, Any]] = {}
+    listed: list[str] | None = None  # of the list that an entry may continue
     for entry in entries_of(texts):
         match = _TEXTS.fullmatch(entry)
-        if allowed is not None and match is None and not re.search("[<>=]", entry):
-            allowed.append(entry)
+        if listed is not None and match is None and not re.search("[<>=]", entry):
+            listed.append(entry)
             continue
-        allowed = None
+        listed = None
         if match is not None:
-            listed = [match["text"].strip()]
-            _add_side(sides_by_column.setdefault(match["name"], {}), "in", listed, entry, argument)
+            sides: dict[str | None, Any] = {"in": [match["text"].strip()]}
             if match["list"]:
-                allowed = listed
-            continue
-        match = _LIMIT.fullmatch(entry)
-        if match is None or not (match["left"] or match["right"]):
-            raise invalid(
-                argument,
-                "of the form column<=number, number<=column<=number, column=text or "
-                "column in text, text, joined by commas",
-                Received(entry or "nothing"),
-                "use <= or >=, plain numbers with a decimal point, and no units",
-            )
-        sides = sides_by_column.setdefault(match["name"], {})
-        for sign, number in ((_TURNED.get(match["left"]), "first"), (match["right"], "last")):
-            if sign:
-                value = _number_of_one_meaning(match[number], entry, argument)
-                _add_side(sides, sign, value, entry, argument)
-    return {column: _limit_of_sides(sides) for column, sides in sides_by_column.items()}
+                listed = sides["in"]
+        else:
+            match = _LIMIT.fullmatch(entry)
+            if match is None or _TURNED.get(match["left"]) == match["right"]:
+                raise invalid(
+                    argument,
+                    "of the form column<=number, number<=column<=number, column=text or "
+                    "column in text, text, joined by commas",
+                    Received(entry or "nothing"),
+                    "use <= or >=, plain numbers with a decimal point, and no units",
+                )
+            sides = {_TURNED.get(match["left"]): match["first"], match["right"]: match["last"]}
+            sides.pop(None, None)
+            for sign, number in sides.items():
+                sides[sign] = _number_of_one_meaning(number, entry, argument)
+        known = sides_by_column.setdefault(match["name"], {})
+        if known.keys() & sides.keys() or ("in" in known | sides and known):
+            raise invalid(argument, "given once for each side of a column", Received(entry))
+        known |= sides
+    limits = {}
+    for column, sides in sides_by_column.items():
+        limits[column] = sides.get("in", (sides.get(">="), sides.get("<=")))
+    return limits
 
 
 def _number_of_one_meaning(number: str, text: str, argument: str) -> float:
@@ -653,22 +637,6 @@ def _number_of_one_meaning(number: str, text: str, argument: str) -> float:
             f"write {number.replace('.', '')}, or one decimal more or less",
         )
     return finite_number(argument, float(number))
-
-
-def allowed_by(column: Any, limit: Any) -> Allowed:
-    """Return what a limit allows; a number is the greatest value.
-
-    Args:
-        column: Name of the column, for messages.
-        limit: A number, a pair of numbers or None, or texts.
-
-    Raises:
-        ArgumentValueError: A number is NaN, or the lower one is above the upper one.
-        ArgumentTypeError: It has none of these forms.
-    """
-    if is_of_texts(limit):
-        return [*limit]
-    return ends(column, limit)
 
 
 def ends(column: Any, limit: Any) -> tuple[float, float]:
@@ -723,12 +691,12 @@ def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
             is.
         ArgumentTypeError: The limits have none of the forms that they may have.
     """
-    allowed = {}
     free = [name for name in layout.columns if name not in layout.constraints]
-    by_name = limits_by_name(limits, layout.objectives)
-    for name, limit in by_name.items():
-        allowed[name] = allowed_by(name, limit)
+    on_numbers = {}
+    on_texts: dict[str, Allowed] = {}
+    for name, limit in limits_by_name(limits, layout.objectives).items():
         if is_of_texts(limit):
+            on_texts[name] = [*limit]
             continue
         remedy = ""
         if name in layout.constraints:
@@ -736,41 +704,36 @@ def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
         known_name("a limit", name, free, remedy)
         if name in layout.maximize and not isinstance(limit, (tuple, list)):
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
-            raise invalid(
-                f"the limit on {name!r}, which is maximised,",
-                "a pair (lower, upper)",
-                limit,
-                remedy,
-            )
+            rule = "a pair (lower, upper)"
+            raise invalid(f"the limit on {name!r}, which is maximised,", rule, limit, remedy)
+        on_numbers[name] = ends(name, limit)
     # The order of the columns, not of the mapping: columns of violations stand in it.
-    ordered = {}
-    for name in layout.columns:
-        if name in allowed and not is_of_texts(by_name[name]) and allowed[name] != OPEN:
-            ordered[name] = allowed[name]
-    return ordered | {name: texts for name, texts in allowed.items() if is_of_texts(texts)}
+    allowed: dict[str, Allowed] = {}
+    for name in free:
+        if on_numbers.get(name, OPEN) != OPEN:
+            allowed[name] = on_numbers[name]
+    return allowed | on_texts
 
 
-def limit_text(name: str, limit: Allowed) -> str:
+def limit_text(name: str, limit: Any) -> str:
     """Return a limit in its written form, which :func:`limits_of` reads.
 
     Example:
-        >>> limit_text("mass", (-np.inf, 30.0)), limit_text("width", (0.25, 0.75))
+        >>> limit_text("mass", 30.0), limit_text("width", (0.25, 0.75))
         ('mass<=30', '0.25<=width<=0.75')
         >>> limit_text("rail", ["yes"]), limit_text("material", ["steel", "alu"])
         ('rail=yes', 'material in steel, alu')
     """
-    if isinstance(limit, list):
+    if is_of_texts(limit):
         if len(limit) == 1:
             return f"{name}={limit[0]}"
         return f"{name} in {', '.join(limit) or 'nothing'}"
-    lower, upper = limit
-    low = plain_number(lower)
-    high = plain_number(upper)
-    if np.isinf(upper):
-        return f"{name}>={low}"
-    if np.isinf(lower):
-        return f"{name}<={high}"
-    return f"{low}<={name}<={high}"
+    lower, upper = map(plain_number, ends(name, limit))
+    if upper == np.inf:
+        return f"{name}>={lower}"
+    if lower == -np.inf:
+        return f"{name}<={upper}"
+    return f"{lower}<={name}<={upper}"
 
 
 def plain_number(value: float) -> float:
