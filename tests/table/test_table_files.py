@@ -180,7 +180,7 @@ OTHER = (
         ("table.csv-metadata.json", replaced('"pymoo-psi:rows": 3', '"pymoo-psi:rows": 4'), "it is not the table of 4 rows"),
         ("table.csv", replaced("test_point,α", "test_point,a"), OTHER),
         ("table.csv", cut, OTHER),
-        ("table.csv", lambda text: "", OTHER),
+        ("table.csv", lambda text: "", "it is empty"),
         ("table.csv", replaced("\n1,0.2,7", "\n3,0.2,7"), TESTS + "must be distinct, got test point 3 twice"),
         ("table.csv", replaced("\n1,0.2,7", "\n1,0.2,7.5"), TESTS + "the column 'teeth' holds other than integer values"),
         ("table.csv", replaced("\n1,0.2,7", "\n1,0_2,7"), TESTS + "the column 'α' holds other than real values"),
@@ -239,7 +239,7 @@ def test_tests_of_an_earlier_version_are_read_or_refused(tmp_path):
     path.write_text(f"{OLD_ROWS}\n# {OLD_HEAD}\n", "utf-8-sig")
     assert read_table(path).equals(EXAMPLE)
     path.write_text(f"# {OLD_HEAD}\n{OLD_ROWS}", "utf-8-sig")
-    with pytest.raises(PsiError, match="it is of version 0.2; write it again with 0.3"):
+    with pytest.raises(PsiError, match="which says what they are, is not there"):
         read_table(path)
 
 

@@ -23,7 +23,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.problems._named import NamedProblem
-from pymoo_psi.table import UnfitError, numbers_of_file
+from pymoo_psi.table import UnfitError, source_columns
 
 _MEASURES = ("rms", "max", "area")
 
@@ -191,7 +191,9 @@ def _series(name: str, source: Any) -> pd.DataFrame:
     where = f"experiment {name!r}"
     if not isinstance(source, pd.DataFrame):
         try:
-            source = pd.DataFrame(numbers_of_file(source))
+            _, columns = source_columns(source)
+            numbers = {name: column.require_numbers() for name, column in columns.items()}
+            source = pd.DataFrame(numbers)
         except UnfitError as error:
             rule = "a file with columns of numbers"
             raise invalid(where, rule, source, f"{error.problem}; or give a frame") from None

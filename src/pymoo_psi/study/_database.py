@@ -213,12 +213,13 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
     facts = Facts(**_stored_facts(_checked_rows(db, "study")))
     for number, points, record, last in _checked_rows(db, "runs ORDER BY run"):
         facts.runs.append(StudyRun(number, json.loads(points), json.loads(record), last))
-    for name, content, *others in _checked_rows(db, "steering ORDER BY request"):
-        facts.steering.append(Steering(name, json.loads(content), *others))
+    for request in _checked_rows(db, "steering ORDER BY request"):
+        steering = Steering(*request)
+        facts.steering.append(steering._replace(content=json.loads(request[1])))
     return Database(db, path, facts)
 
 
-def _stored_facts(rows: Iterable[Sequence[str]]) -> dict[str, Any]:
+def _stored_facts(rows: Iterable[Sequence[Any]]) -> dict[str, Any]:
     return {name: json.loads(text) for name, text in rows}
 
 

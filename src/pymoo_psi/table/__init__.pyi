@@ -65,5 +65,4 @@ from ._layout import Key as Key
 from ._layout import number_column as number_column
 from ._repeats import averaged_repeats as averaged_repeats
 from ._repeats import confidence_sentence as confidence_sentence
-from ._source import numbers_of_file as numbers_of_file
 from ._source import source_columns as source_columns

@@ -139,12 +139,14 @@ class Column(NamedTuple):
         name: The name of the column.
         cells: The cells as they are written.
         numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if the column has others.
+        decimal: The decimal mark with which they were read.
         problem: Why a column that may hold numbers cannot be read, and what to do; else empty.
     """
 
     name: str
     cells: list[Any]
     numbers: Array | None = None
+    decimal: str = "."
     problem: str = ""
 
     def require_numbers(self) -> Array:
@@ -182,8 +184,6 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
         ArgumentValueError: The rows differ in length, hold no names or nothing below them, or a
             name occurs twice.
     """
-    if not rows:
-        raise UnfitError(EMPTY)
     header, columns = _divided(rows)
     names = _names(header)
     if len(rows) < 2:
@@ -217,8 +217,10 @@ def _divided(rows: RowsByLine) -> tuple[list[Any], list[list[Any]]]:
     """Return the first row, and the columns below it.
 
     Raises:
-        UnfitError: The rows differ in length.
+        UnfitError: There is no row, or they differ in length.
     """
+    if not rows:
+        raise UnfitError(EMPTY)
     usual, _ = Counter(map(len, rows.values())).most_common(1)[0]
     for end, row in rows.items():
         if len(row) != usual:
@@ -372,7 +374,7 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
         return Column(name, column)
     rows = np.flatnonzero(is_known & (numbers != readings[marks[-1]]))
     if len(rows) == 0:
-        return Column(name, column, numbers)
+        return Column(name, column, numbers, marks[0])
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
     marks = ["." if "." in column[row] else "," for row in rows]
@@ -383,7 +385,7 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
         texts = [str(cell).strip() for cell in column if not is_blank(cell)]
         is_decimal = cells.separator == "," and all(map(_PRINTED.fullmatch, texts))
     if is_decimal and marks.count(decimal) == len(marks):
-        return Column(name, column, np.array(readings[decimal]))
+        return Column(name, column, np.array(readings[decimal]), decimal)
     row = int(rows[0])
     either = f"{readings[_OTHER[decimal]][row]:.15g} or {readings[decimal][row]:.15g}"
     remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
@@ -14,6 +15,7 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Array,
+    Mask,
     Received,
     counted,
     invalid,
@@ -31,6 +33,7 @@ from pymoo_psi.table._cells import (
     read_columns,
     require_designs,
 )
+from pymoo_psi.table._designs import first_of
 from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
 from pymoo_psi.table._formulation import Formulation, limits_of
 from pymoo_psi.table._head import (
@@ -118,20 +121,23 @@ def read_table(
         >>> table.column("mass"), table.layout.maximize, table.names
         (array([1250.,  980.]), ('mass',), ['A', 'B'])
     """
-    path = None
-    if isinstance(source, (str, PathLike)):
-        path = Path(source)
-    content: TestTable | StoredTests | Cells
+    path = Path(source) if isinstance(source, (str, PathLike)) else None
+    asked = formulation or Formulation()
     try:
-        if path is not None:
-            content = _content(path, encoding, frozenset(skip_rows), sheet)
-        elif isinstance(source, TestTable):
-            content = source
-        else:
-            content = _cells_of(source)
-        _require_used(content, skip_rows, variables)
-        if isinstance(content, TestTable):
-            table = content
+        content = _content(source, encoding, frozenset(skip_rows), sheet)
+        if skip_rows and not (isinstance(content, Cells) and content.lines):
+            rule = "left out, as the source is neither a text of designs nor a workbook"
+            raise invalid("skip_rows", rule, skip_rows)
+        if variables and not isinstance(content, Cells):
+            rule = "left out for a table of tests, which has its own"
+            raise invalid("variables", rule, variables)
+        if isinstance(content, Cells):
+            if repeats and repeats in content.columns:
+                content = replace(content, label=repeats)
+            # Equal rows may be repeated tests.
+            is_file = path is not None and not repeats
+            designs = _designs(content, asked, decimal, thousands, is_file=is_file)
+            table = _table(designs, asked, variables, drop_incomplete)
         elif isinstance(content, StoredTests):
             table = table_of(
                 content.head,
@@ -143,16 +149,7 @@ def read_table(
             if content.limits:
                 table = table.under(limits=content.limits)
         else:
-            asked = formulation or Formulation()
-            remarks = _remarks_on_directions(content, asked)
-            if repeats and repeats in content.columns:
-                content = replace(content, label=repeats)
-            # Equal rows may be repeated tests.
-            is_file = path is not None and not repeats
-            designs = _designs(content, decimal, thousands, is_file=is_file)
-            designs.remarks.extend(remarks)
-            table = _table(designs, asked, variables, drop_incomplete)
-            table = replace(table, decimal=decimal or _decimal_mark(designs.columns))
+            table = content
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
     if repeats:
@@ -166,67 +163,53 @@ def read_table(
             table = table._with(remarks=(*table.remarks, *remarks))
     if formulation is None:
         return table
+    # Limits that the formulation leaves open are those of the table.
+    limits = {**limits_of(table.formulation.limits), **limits_of(formulation.limits)}
+    normalize = table.formulation.normalize and formulation.normalize
     try:
-        return _under(table, formulation)
+        return table.under(replace(formulation, limits=limits, normalize=normalize))
     except ArgumentValueError as error:
         if path is None:
             raise
         raise ArgumentValueError(f"{path}: {error}") from None
 
 
-def _require_used(
-    content: TestTable | StoredTests | Cells,
-    skip_rows: Collection[int],
-    variables: Sequence[str] | None,
-) -> None:
-    """Refuse options that have no effect on a source."""
-    if skip_rows and not (isinstance(content, Cells) and content.lines):
-        rule = "left out, as the source is neither a text of designs nor a workbook"
-        raise invalid("skip_rows", rule, skip_rows)
-    if variables and not isinstance(content, Cells):
-        rule = "left out for a table of tests, which has its own"
-        raise invalid("variables", rule, variables)
-
-
-def _under(table: TestTable, formulation: Formulation) -> TestTable:
-    """Return the table of a source under a formulation; limits that it leaves open are its own."""
-    limits = {**limits_of(table.formulation.limits), **limits_of(formulation.limits)}
-    normalize = table.formulation.normalize and formulation.normalize
-    return table.under(replace(formulation, limits=limits, normalize=normalize))
-
-
-def _remarks_on_directions(cells: Cells, formulation: Formulation) -> list[str]:
-    """Refuse tests without their layout, and return a remark on a ranking without it.
-
-    Without directions all objectives are minimized.
-    """
-    if cells.head["objectives"] or formulation.objectives:
-        return []
-    if cells.columns.keys() >= {*RESERVED[1:]}:
-        if cells.metadata:
-            raise UnfitError(
-                f"it holds tests, and {cells.metadata}, which says what they are, is not there",
-                "put it beside the file, or say --objectives and --maximize",
-            )
-        raise invalid(
-            "source",
-            "a whole test table, or its frame with the objectives named",
-            Received("a part of one"),
-            "give the table itself, or Formulation(objectives=..., maximize=...)",
-        )
-    is_ranking = cells.columns.keys() >= {*_DISTANCES}
-    if cells.metadata and is_ranking and not formulation.maximize:
-        return [
-            f"{cells.metadata}, which says the directions, is not there: all objectives are "
-            "minimized unless --maximize says otherwise."
-        ]
-    return []
-
-
 # From sources to cells
 
 
 def _content(
+    source: Any,
+    encoding: str | None = None,
+    skip_rows: Collection[int] = (),
+    sheet: str | None = None,
+) -> TestTable | StoredTests | Cells:
+    """Return what a source holds: a table, or cells with their head and names without units."""
+    import pandas as pd
+
+    content: TestTable | StoredTests | Cells
+    if isinstance(source, TestTable):
+        return source
+    if isinstance(source, (str, PathLike)):
+        content = _content_of_file(Path(source), encoding, skip_rows, sheet)
+    elif isinstance(source, pd.DataFrame):
+        content = cells_of_frame(source)
+    else:
+        F = real_array("source", source, "or give the path of a file")
+        if F.ndim != 2 or F.size == 0:
+            raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
+        names = [f"f{j + 1}" for j in range(F.shape[1])]
+        columns = dict(zip(names, F.T.tolist(), strict=True))
+        content = Cells(columns, head={"objectives": names})
+    if not isinstance(content, Cells):
+        return content
+    head = checked_designs_head(content.head)
+    names = names_of([*content.columns], head["units"])
+    columns = dict(zip(names, content.columns.values(), strict=True))
+    n_rows = len(next(iter(columns.values()), ()))
+    return replace(content, columns=columns, head=head, rows=range(1, n_rows + 1))
+
+
+def _content_of_file(
     path: Path, encoding: str | None, skip_rows: Collection[int], sheet: str | None
 ) -> StoredTests | Cells:
     """Return what a file or a folder of studies holds."""
@@ -245,44 +228,9 @@ def _content(
             # of a format that was added, whose reader did not expect such a file
             problem = f"it cannot be read as {file_format.suffix}"
             raise UnfitError(f"{problem}: {error!r:.80}") from error
-    if isinstance(content, StoredTests):
-        return content
-    if is_of_tests(content.head):
+    if isinstance(content, Cells) and is_of_tests(content.head):
         return tests_of_cells(path, content)
-    return _with_names(content)
-
-
-def _with_names(cells: Cells) -> Cells:
-    """Return cells with a complete head, and their columns under names without units."""
-    head = checked_designs_head(cells.head)
-    names = names_of([*cells.columns], head["units"])
-    columns = dict(zip(names, cells.columns.values(), strict=True))
-    return replace(cells, columns=columns, head=head)
-
-
-def _cells_of(source: Any) -> Cells:
-    """Return the cells of a data frame, or of an array of objectives."""
-    import pandas as pd
-
-    if isinstance(source, pd.DataFrame):
-        return _with_names(cells_of_frame(source))
-    F = real_array("source", source, "or give the path of a file")
-    if F.ndim != 2 or F.size == 0:
-        raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-    names = [f"f{j + 1}" for j in range(F.shape[1])]
-    columns = dict(zip(names, F.T.tolist(), strict=True))
-    return _with_names(Cells(columns, head={"objectives": names}))
-
-
-def numbers_of_file(path: str | PathLike[str]) -> dict[str, Array]:
-    """Return the columns of a file, which must all hold numbers; NaN where a cell is blank.
-
-    Raises:
-        OSError: The file cannot be opened.
-        UnfitError: It is no table of named columns, or a column cannot be read.
-    """
-    _, columns = source_columns(path)
-    return {name: column.require_numbers() for name, column in columns.items()}
+    return content
 
 
 def source_columns(
@@ -304,17 +252,11 @@ def source_columns(
         OSError: The file cannot be opened.
         UnfitError: It is no table of named columns.
     """
-    content: StoredTests | Cells
-    if isinstance(source, (str, PathLike)):
-        content = _content(Path(source), None, (), sheet)
-    else:
-        content = _cells_of(source)
-    if not isinstance(content, Cells):
+    cells = _content(source, sheet=sheet)
+    if not isinstance(cells, Cells):
         raise UnfitError("it is a table of tests, and not one of numbers alone")
-    names = names_of([*content.columns], units)
-    columns = dict(zip(names, content.columns.values(), strict=True))
-    n_rows = len(next(iter(columns.values()), ()))
-    cells = replace(content, columns=columns, rows=range(1, n_rows + 1))
+    names = names_of([*cells.columns], units)
+    cells = replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True)))
     return cells, read_columns(cells, decimal, None, ())
 
 
@@ -338,7 +280,12 @@ class _Designs(NamedTuple):
 
 
 def _designs(
-    cells: Cells, decimal: str | None, thousands: str | None, *, is_file: bool
+    cells: Cells,
+    formulation: Formulation,
+    decimal: str | None,
+    thousands: str | None,
+    *,
+    is_file: bool,
 ) -> _Designs:
     """Return the designs in cells; of equal rows of a file, the first.
 
@@ -348,107 +295,102 @@ def _designs(
     Raises:
         ArgumentValueError: No design is feasible, or a row summarises others.
     """
-    n_rows = len(next(iter(cells.columns.values()), ()))
-    rows = _feasible_rows(cells, n_rows)
-    if not rows:
-        raise UnfitError(f"none of its {counted(n_rows, 'design')} is feasible")
-    remarks = []
-    if len(rows) < n_rows:
-        left_out = counted(n_rows - len(rows), "design")
-        remarks.append(f"{left_out} left out as not feasible.")
+    names = cells.columns.keys()
+    is_ranking = names >= {*_DISTANCES}
+    is_export = is_ranking and "mark" in names  # of the page
+    remarks: list[str] = []
+    directions: list[str] = []
+    if not (cells.head["objectives"] or formulation.objectives):
+        directions = _remarks_on_directions(cells, is_ranking and not formulation.maximize)
     # A failed design may hold anything, so it is left out before numbers are read.
-    columns_of_results = {*_DERIVED}
-    if _is_export(cells):
-        columns_of_results.add("mark")
-    if _holds_words(cells.columns.get("place", ())):
-        columns_of_results.discard("place")  # a town, and not the place of a ranking
-    cells_by_name = {}
-    for name, column in cells.columns.items():
-        if name not in columns_of_results:
-            cells_by_name[name] = column
-    designs = _rows(replace(cells, columns=cells_by_name), rows)
-    labels = set(filter(_is_label, cells_by_name))
-    columns = read_columns(designs, decimal, thousands, labels)
-    first = _first_of_equal(columns.values(), labels)
-    if is_file and 0 < len(first) < len(rows):
-        n_repeats = counted(len(rows) - len(first), "row")
-        remarks.append(f"{n_repeats} left out, equal to another one in all cells.")
-        designs = _rows(replace(cells, columns=cells_by_name), [rows[k] for k in first])
-        columns = read_columns(designs, decimal, thousands, labels)
-    if designs.label is None:
-        designs = replace(designs, label=_label(columns))
-    if designs.label is not None:
-        labels.add(designs.label)
-    # Every row of a ranking is a design, whatever it is called.
-    if not _is_ranking(cells):
+    cells = _feasible(cells, is_export, remarks)
+    if is_file:
+        cells = _without_equals(cells, remarks)
+    results = {*_DERIVED}
+    if is_export:
+        results.add("mark")
+    for cell in cells.columns.get("place", ()):
+        if isinstance(cell, str) and re.search(r"[^\W\d_]", cell):
+            results.discard("place")  # a town, and not the place of a ranking
+    is_pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ("none",))}
+    kept = {name: column for name, column in cells.columns.items() if name not in results}
+    cells = replace(cells, columns=kept)
+    labels = set(filter(_is_label, kept))
+    columns = read_columns(cells, decimal, thousands, labels)
+    if cells.label is None:
+        cells = replace(cells, label=_label(columns))
+    if cells.label is not None:
+        labels.add(cells.label)
+    # Every row of a ranking is a design, whatever it is called; a summary is not Pareto optimal.
+    if not (is_ranking and is_pareto <= {"true", "false"}):
         others = [c for c in columns.values() if c.numbers is None or c.name not in labels]
-        require_designs(designs, others)
-    return _Designs(designs, columns, labels, remarks)
+        require_designs(cells, others)
+    return _Designs(cells, columns, labels, remarks + directions)
 
 
-def _feasible_rows(cells: Cells, n_rows: int) -> list[int]:
+def _remarks_on_directions(cells: Cells, is_ranking: bool) -> list[str]:
+    """Refuse tests without their layout, and return a remark on a ranking without it.
+
+    Without directions all objectives are minimized.
+    """
+    if cells.columns.keys() >= {*RESERVED[1:]}:
+        if cells.metadata:
+            raise UnfitError(
+                f"it holds tests, and {cells.metadata}, which says what they are, is not there",
+                "put it beside the file, or say --objectives and --maximize",
+            )
+        raise invalid(
+            "source",
+            "a whole test table, or its frame with the objectives named",
+            Received("a part of one"),
+            "give the table itself, or Formulation(objectives=..., maximize=...)",
+        )
+    if cells.metadata and is_ranking:
+        return [
+            f"{cells.metadata}, which says the directions, is not there: all objectives are "
+            "minimized unless --maximize says otherwise."
+        ]
+    return []
+
+
+def _feasible(cells: Cells, is_export: bool, remarks: list[str]) -> Cells:
     """Return the rows with feasible designs that are no prototypes of the page."""
-    is_feasible = np.ones(n_rows, dtype=bool)
+    is_feasible = np.ones(len(cells.rows), dtype=bool)
     status = [*map(str, cells.columns.get("status", ()))]
     # A column "status" with other words in it is another program's, and selects nothing.
     if status and {*status} <= {*STATUSES}:
         is_feasible &= np.array(status) == "ok"
-    if _is_export(cells):
+    if is_export:
         is_feasible &= np.array(cells.columns["mark"], dtype=object) != "prototype"
-    return np.flatnonzero(is_feasible).tolist()
+    n_out = int((~is_feasible).sum())
+    if n_out == len(is_feasible):
+        raise UnfitError(f"none of its {counted(n_out, 'design')} is feasible")
+    if n_out:
+        remarks.append(f"{counted(n_out, 'design')} left out as not feasible.")
+    return _rows(cells, is_feasible)
 
 
-def _rows(cells: Cells, rows: Sequence[int]) -> Cells:
+def _without_equals(cells: Cells, remarks: list[str]) -> Cells:
+    """Return the rows without those that are equal to one before."""
+    rows = [
+        tuple(str(cell).strip() for cell in row)
+        for row in zip(*cells.columns.values(), strict=True)
+    ]
+    first = first_of(rows)
+    is_first = first == np.arange(len(first))
+    if not is_first.all():
+        n_repeats = counted(int((~is_first).sum()), "row")
+        remarks.append(f"{n_repeats} left out, equal to another one in all cells.")
+    return _rows(cells, is_first)
+
+
+def _rows(cells: Cells, is_kept: Mask) -> Cells:
     """Return the cells of some rows of a source."""
-    columns = {}
-    for name, column in cells.columns.items():
-        columns[name] = [column[i] for i in rows]
-    lines = [cells.lines[i] for i in rows if cells.lines]
-    return replace(cells, columns=columns, rows=[i + 1 for i in rows], lines=lines)
-
-
-def _first_of_equal(columns: Iterable[Column], labels: Collection[str]) -> list[int]:
-    """Return the rows without those that equal one before in texts, labels and numbers.
-
-    Numbers are equal however they are written, except in labels, such as versions 1.1 and 1.10.
-    """
-    import pandas as pd
-
-    contents: dict[str, Any] = {}
-    for column in columns:
-        contents[column.name] = column.numbers
-        if column.numbers is None or column.name in labels:
-            contents[column.name] = [str(cell).strip() for cell in column.cells]
-    return np.flatnonzero(~pd.DataFrame(contents).duplicated()).tolist()
-
-
-def _is_export(cells: Cells) -> bool:
-    """Say whether the page exported the cells."""
-    return cells.columns.keys() >= {"mark", *_DISTANCES}
-
-
-def _is_ranking(cells: Cells) -> bool:
-    """Say whether all rows are those of a ranking; a summary has no place in the Pareto set."""
-    if not cells.columns.keys() >= {"pareto", *_DISTANCES}:
-        return False
-    return {str(cell).lower() for cell in cells.columns["pareto"]} <= {"true", "false"}
-
-
-def _holds_words(cells: Iterable[Any]) -> bool:
-    """Say whether a cell is a text with a letter in it."""
-    return any(isinstance(cell, str) and re.search(r"[^\W\d_]", cell) for cell in cells)
-
-
-def _decimal_mark(columns: Mapping[str, Column]) -> str:
-    """Return the decimal mark of texts that were read as numbers; a point where none has one."""
-    for column in columns.values():
-        if column.numbers is None:
-            continue
-        for cell, value in zip(column.cells, column.numbers.tolist(), strict=True):
-            text = str(cell)
-            if text.rfind(",") > text.rfind(".") and value % 1:
-                return ","
-    return "."
+    if is_kept.all():
+        return cells
+    columns = {name: [*compress(column, is_kept)] for name, column in cells.columns.items()}
+    rows = [*compress(cells.rows, is_kept)]
+    return replace(cells, columns=columns, rows=rows, lines=[*compress(cells.lines, is_kept)])
 
 
 def _is_label(name: str) -> bool:
@@ -498,26 +440,37 @@ def _table(
     drop_incomplete: bool,
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
-    cells = designs.cells
-    remarks = designs.remarks
+    cells, columns, labels, remarks = designs
     head = cells.head
-    objectives, variable_names = _roles(designs, formulation, variables)
-    F = np.empty((len(cells.rows), len(objectives)))
-    for j, name in enumerate(objectives):
-        F[:, j] = designs.columns[name].require_numbers()
+    objectives, variables = _roles(designs, formulation, variables)
+    F = np.column_stack([columns[name].require_numbers() for name in objectives])
     if not formulation.objectives and not head["objectives"] and _are_row_numbers(F[:, 0]):
         remarks.append(
             f"{objectives[0]}, taken as an objective, counts the rows; "
             "if it only numbers designs, name the objectives."
         )
-    values_by_variable = _values_by_variable(designs, variable_names)
-    outputs, extra = _other_columns(designs, {*objectives, *values_by_variable}, formulation)
+    values = {name: _values(columns[name]) for name in variables}
+    uncertain = [name for name in variables if not values[name]]
+    if uncertain:
+        listed_names = ", ".join(uncertain)
+        remarks.append(f"No variable, as not all of its values are certain: {listed_names}.")
+        values = {name: column for name, column in values.items() if column}
+    outputs = {}
+    extra: dict[str, Sequence[Any]] = {}
+    for name, column in columns.items():
+        if name in objectives or name in values:
+            continue
+        is_numeric = column.numbers is not None and name not in labels
+        if is_numeric or name in formulation.columns:
+            outputs[name] = column.require_numbers()
+        else:
+            extra[name] = _extra_cells(column)
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
     dependent = (*objectives, *outputs)
-    used = (*values_by_variable, *dependent)
+    used = (*values, *dependent)
     label, numbers = _names_and_numbers(cells, used, extra)
     layout = Layout.of(
-        [*values_by_variable],
+        [*values],
         objectives,
         outputs=[*outputs],
         maximize=[name for name in head["maximized"] if name in dependent],
@@ -525,30 +478,16 @@ def _table(
     )
     layout = replace(layout, label=label)
     X: Any = np.empty((len(F), 0))
-    if values_by_variable:
-        X = list(map(list, zip(*values_by_variable.values(), strict=True)))
+    if values:
+        X = [*map(list, zip(*values.values(), strict=True))]
     table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
     stored = formulation_of_head(head)
     if {*head["objectives"]} != {*objectives}:
         stored = replace(stored, ranges=None)
-    return replace(table, remarks=tuple(remarks), formulation=stored)
-
-
-def _values_by_variable(designs: _Designs, names: Sequence[str]) -> dict[str, list[Any]]:
-    """Return the values of variables that all designs have for certain; a remark names others."""
-    values_by_variable = {}
-    uncertain = []
-    for name in names:
-        values = _values(designs.columns[name])
-        if values:
-            values_by_variable[name] = values
-        else:
-            uncertain.append(name)
-    if uncertain:
-        listed_names = ", ".join(uncertain)
-        remark = f"No variable, as not all of its values are certain: {listed_names}."
-        designs.remarks.append(remark)
-    return values_by_variable
+    decimal = "."
+    if any(column.decimal == "," for column in columns.values()):
+        decimal = ","
+    return replace(table, remarks=tuple(remarks), formulation=stored, decimal=decimal)
 
 
 def _names_and_numbers(
@@ -564,45 +503,19 @@ def _names_and_numbers(
     """
     label = cells.label
     if label not in extra:
-        label = "row"
-        if label in used:
-            label = "design"
+        label = "design" if "row" in used else "row"
         extra.setdefault(label, cells.rows)
     if "test_point" not in extra:
         return label, cells.rows
-    numbers = _test_points(extra.pop("test_point"))
-    if label == "test_point":
-        label = None
-    return label, numbers
-
-
-def _other_columns(
-    designs: _Designs, used: Collection[str], formulation: Formulation
-) -> tuple[dict[str, Array], dict[str, Sequence[Any]]]:
-    """Return the outputs, which are numbers, and the extra columns, among the columns not used."""
-    outputs = {}
-    extra: dict[str, Sequence[Any]] = {}
-    for name, column in designs.columns.items():
-        if name in used:
-            continue
-        is_numeric = column.numbers is not None and name not in designs.labels
-        if is_numeric or name in formulation.columns:
-            outputs[name] = column.require_numbers()
-        else:
-            extra[name] = _extra_cells(column)
-    return outputs, extra
-
-
-def _are_row_numbers(values: Array) -> bool:
-    """Say whether numbers count the rows; ranked by them, the first or the last would be best."""
-    return len(values) >= 3 and np.array_equal(values, values[0] + np.arange(len(values)))
+    numbers = extra.pop("test_point")
+    if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
+        raise UnfitError("its column test_point must number the designs from 1; rename it")
+    return None if label == "test_point" else label, numbers
 
 
 def _roles(
-    designs: _Designs,
-    formulation: Formulation,
-    variables: Sequence[str] | None,
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    designs: _Designs, formulation: Formulation, variables: Sequence[str] | None
+) -> tuple[Sequence[str], Sequence[str]]:
     """Return the names of the objectives and variables: as the user or the source says, or guessed.
 
     Raises:
@@ -610,14 +523,14 @@ def _roles(
     """
     columns = designs.columns
     head = designs.cells.head
-    variables = tuple(variables or head["variables"])
     objectives = formulation.objectives or head["objectives"]
+    variables = variables or head["variables"]
+    others = [name for name in columns if name not in variables]
+    numbered, guessed = _numbered(others)
     if objectives:
-        objectives = tuple(name for name in objectives if name not in formulation.computed)
-        _, guessed = _numbered(columns)
+        objectives = [name for name in objectives if name not in formulation.computed]
     else:
-        others = [name for name in columns if name not in variables]
-        objectives, guessed = _numbered(others)
+        objectives = numbered
         if not objectives:
             objectives = [name for name in _free(others) if _is_candidate(designs, name)]
         if len(objectives) < 2:
@@ -633,8 +546,29 @@ def _roles(
             if name in _DERIVED:
                 remedy = "such a column follows from others; rename it"
             known_name(group, name, columns, remedy)
-    variables = variables or guessed
-    return tuple(objectives), tuple(name for name in variables if name not in objectives)
+    return objectives, [name for name in variables or guessed if name not in objectives]
+
+
+def _incomplete(cells: Cells, objectives: Sequence[str], F: Array, drop: bool) -> list[str]:
+    """Refuse designs without finite objectives, or return a remark on them."""
+    lacking = ~np.isfinite(F)
+    rows = np.flatnonzero(lacking.any(axis=1)).tolist()
+    if not rows:
+        return []
+    if len(rows) == len(F):
+        raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
+    if not drop:
+        place = cells.place(objectives[lacking[rows[0]].argmax()], rows[0])
+        raise UnfitError(place, "leave out such designs by --drop-incomplete")
+    places = list(map(cells.where, rows[:_N_LISTED]))
+    if len(rows) > _N_LISTED:
+        places.append("…")
+    return [f"{counted(len(rows), 'incomplete design')} left out: {', '.join(places)}."]
+
+
+def _are_row_numbers(values: Array) -> bool:
+    """Say whether numbers count the rows; ranked by them, the first or the last would be best."""
+    return len(values) >= 3 and np.array_equal(values, values[0] + np.arange(len(values)))
 
 
 def _free(names: Collection[str]) -> list[str]:
@@ -665,23 +599,6 @@ def _is_candidate(designs: _Designs, name: str) -> bool:
     if column.problem or all(map(is_blank, column.cells)):
         column.require_numbers()
     return column.numbers is not None
-
-
-def _incomplete(cells: Cells, objectives: Sequence[str], F: Array, drop: bool) -> list[str]:
-    """Refuse designs without finite objectives, or return a remark on them."""
-    lacking = ~np.isfinite(F)
-    rows = np.flatnonzero(lacking.any(axis=1)).tolist()
-    if not rows:
-        return []
-    if len(rows) == len(F):
-        raise UnfitError(f"none of its {counted(len(F), 'design')} has finite objectives")
-    if not drop:
-        place = cells.place(objectives[lacking[rows[0]].argmax()], rows[0])
-        raise UnfitError(place, "leave out such designs by --drop-incomplete")
-    places = ", ".join(map(cells.where, rows[:_N_LISTED]))
-    if len(rows) > _N_LISTED:
-        places += ", …"
-    return [f"{counted(len(rows), 'incomplete design')} left out: {places}."]
 
 
 def _values(column: Column) -> list[Any]:
@@ -715,11 +632,3 @@ def _integers(cells: Sequence[Any]) -> list[Any]:
             return []
         integers.append(int(cell))
     return integers
-
-
-def _test_points(cells: Sequence[Any]) -> Sequence[int]:
-    """Return the cells of a column test_point, which must be different positive integers."""
-    positive = {cell for cell in cells if type(cell) is int and cell > 0}
-    if len(positive) < len(cells):
-        raise UnfitError("its column test_point must number the designs from 1; rename it")
-    return cells

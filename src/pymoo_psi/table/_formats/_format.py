@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
@@ -16,7 +16,6 @@ from pymoo_psi.table._cells import Cells, UnfitError
 from pymoo_psi.table._head import Head, StoredTests, marked
 
 _START = 1024  # bytes by which a format is recognized
-_ROWS = 8192  # written at a time, so that the memory for texts stays small
 
 
 @dataclass
@@ -147,32 +146,3 @@ class FileFormat(ABC):
     def is_ours(self, path: Path) -> bool:
         """Say whether pymoo-psi wrote a file, so that a new result may replace it."""
         return is_marked(path)
-
-
-def texts_in(column: Any) -> list[str]:
-    """Return the cells of a column that are texts."""
-    texts = []
-    if column.dtype.kind not in "biuf":
-        for cell in column.tolist():
-            if isinstance(cell, str):
-                texts.append(cell)
-    return texts
-
-
-def blocks_of_rows(columns: Mapping[str, Any]) -> Iterator[dict[str, list[Any]]]:
-    """Yield the cells of some rows at a time: Python's numbers and texts, None for blanks."""
-    n_rows = max(map(len, columns.values()), default=0)
-    for start in range(0, n_rows, _ROWS):
-        block = {}
-        for name, column in columns.items():
-            cells = column[start : start + _ROWS].tolist()
-            if column.dtype.kind not in "biu":
-                cells = list(map(_without_nan, cells))
-            block[name] = cells
-        yield block
-
-
-def _without_nan(cell: Any) -> Any:
-    if cell != cell:
-        return None
-    return cell

@@ -42,8 +42,6 @@ from pymoo_psi.table._cells import (
 from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
-    blocks_of_rows,
-    texts_in,
 )
 from pymoo_psi.table._head import (
     HEAD_REMEDY,
@@ -99,7 +97,8 @@ class CsvFile(FileFormat):
         else:
             head, text = _split_head(text)
         if is_of_tests(head):
-            cells = cells_as_written(_rows_of_tests(text), head)
+            rows = _rows(_lines(text), ",", skipinitialspace=False)
+            cells = cells_as_written(rows, head)
         else:
             cells = cells_of_text(text, file.skip_rows)
         if metadata is not None and not file.skip_rows:
@@ -154,30 +153,22 @@ class CsvFile(FileFormat):
 
     def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
         """Write columns under their names and units."""
-        headings = headings_of(columns, head.get("units", {})).values()
-        texts = [*headings]
-        for column in columns.values():
-            texts += texts_in(column)
-        # Spreadsheets take a file for UTF-8 by its mark, others stumble over it: only where needed.
-        encoding = "utf-8"
-        if not all(map(str.isascii, texts)):
-            encoding = "utf-8-sig"
+        import pandas as pd
+
+        headings = headings_of(columns, head.get("units", {}))
+        cells = {}
+        for name, column in columns.items():
+            if column.dtype.kind not in "biuf":
+                column = list(map(inert, column))
+            cells[inert(headings[name])] = column
+        frame = pd.DataFrame(cells)
+        text = frame.to_csv(index=False, lineterminator="\n")
         # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
-        quoting: Any = csv.QUOTE_MINIMAL
-        if any("\r" in text for text in texts):
-            quoting = csv.QUOTE_NONNUMERIC
-        with path.open("w", encoding=encoding, newline="") as file:
-            writer = csv.writer(file, quoting=quoting, lineterminator="\n")
-            writer.writerow(map(inert, headings))
-            for block in blocks_of_rows(columns):
-                for name, cells in block.items():
-                    if not _is_numeric(columns[name]):
-                        block[name] = list(map(inert, cells))
-                writer.writerows(zip(*block.values(), strict=True))
-
-
-def _is_numeric(column: Any) -> bool:
-    return column.dtype.kind in "biuf"
+        if "\r" in text:
+            text = frame.to_csv(index=False, lineterminator="\n", quoting=csv.QUOTE_NONNUMERIC)
+        # Spreadsheets take a file for UTF-8 by its mark, others stumble over it: only where needed.
+        encoding = "utf-8" if text.isascii() else "utf-8-sig"
+        path.write_text(text, encoding, newline="")
 
 
 # Formulas
@@ -196,23 +187,6 @@ def written_text(cell: str) -> str:
     if cell[:1] == "'" and _FORMULA.match(cell[1:]):
         return cell[1:]
     return cell
-
-
-def _rows_of_tests(text: str) -> RowsByLine:
-    """Return the rows of tests by line, names first, without blank ones.
-
-    Raises:
-        UnfitError: The text is damaged.
-    """
-    try:
-        reader = csv.reader(StringIO(text, newline=""))
-        rows = {}
-        for row in reader:
-            if any(row):
-                rows[reader.line_num] = row
-        return rows
-    except csv.Error as error:
-        raise UnfitError(f"it is no text in rows and columns: {error}") from None
 
 
 # Metadata
@@ -288,22 +262,16 @@ def _split_head(text: str) -> tuple[Head, str]:
     """Return what the last line of a text says of its columns, and the text without that line.
 
     Raises:
-        UnfitError: The line is damaged, or the first one, as version 0.2 had it.
+        UnfitError: The line is damaged.
     """
     above, _, last = text.rstrip().rpartition("\n")
-    if _is_head(last):
-        try:
-            return dict(json.loads(last.removeprefix("#"))), f"{above}\n"
-        except (ValueError, TypeError, RecursionError):
-            problem = "the line that says what its columns are is damaged"
-            raise UnfitError(problem, HEAD_REMEDY) from None
-    if _is_head(text.partition("\n")[0]):
-        raise UnfitError("it is of version 0.2", "write it again with 0.3")
-    return {}, text
-
-
-def _is_head(line: str) -> bool:
-    return line.lstrip('"').startswith("#") and any(mark in line for mark in MARKS)
+    if not (last.startswith("#") and any(mark in last for mark in MARKS)):
+        return {}, text
+    try:
+        return dict(json.loads(last.removeprefix("#"))), f"{above}\n"
+    except (ValueError, TypeError, RecursionError):
+        problem = "the line that says what its columns are is damaged"
+        raise UnfitError(problem, HEAD_REMEDY) from None
 
 
 # Texts of other programs and people
@@ -319,14 +287,11 @@ def cells_of_text(text: str, skip_rows: Collection[int] = ()) -> Cells:
     Raises:
         ArgumentValueError: It is no table of named columns with one row or more.
     """
-    whole = [*enumerate(StringIO(text, newline=""), start=1)]
+    lines = _lines(text)
     last = max(skip_rows, default=0)
-    if last > len(whole):
-        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {len(whole)}", last)
-    lines = []
-    for number, line in whole:
-        if number not in skip_rows:
-            lines.append((number, line))
+    if last > len(lines):
+        raise invalid("skip_rows", f"numbers of lines of the file, 1 to {len(lines)}", last)
+    lines = [line for line in lines if line[0] not in skip_rows]
     n_above = 0
     while n_above < len(lines) and _ABOVE_HEADER.match(lines[n_above][1]):
         n_above += 1
@@ -336,11 +301,11 @@ def cells_of_text(text: str, skip_rows: Collection[int] = ()) -> Cells:
     separator = _separator(lines)
     if separator == " ":
         _require_names_above(lines)
-    try:
-        rows = _rows(lines, separator)
-    except csv.Error as error:
-        raise UnfitError(f"it is no text in rows and columns: {error}") from None
-    return cells_of_rows(_without_comments(rows), separator)
+    return cells_of_rows(_without_comments(_rows(lines, separator)), separator)
+
+
+def _lines(text: str) -> list[Line]:
+    return [*enumerate(StringIO(text, newline=""), start=1)]
 
 
 def _without_comments(rows: RowsByLine) -> RowsByLine:
@@ -377,11 +342,11 @@ def _separator(lines: Sequence[Line]) -> str:
     merits = {}
     for mark in _SEPARATORS:
         if mark in ends:
-            with suppress(csv.Error):  # quotation marks that stand elsewhere than at cells
+            with suppress(UnfitError):  # quotation marks that stand elsewhere than at cells
                 merits[mark] = _merit([*_rows(lines, mark).values()])
     if merits:
         return max(merits, key=merits.__getitem__)
-    with suppress(csv.Error):
+    with suppress(UnfitError):
         usual, _ = Counter(map(len, _rows(lines, " ").values())).most_common(1)[0]
         if usual > 1:
             return " "
@@ -427,25 +392,34 @@ def _merit(rows: list[list[str]]) -> tuple[bool, float, int]:
     return True, n_numbers / max(1, n_cells), usual
 
 
-def _rows(lines: Sequence[Line], separator: str) -> RowsByLine:
-    """Return the rows that are not blank."""
-    rows = {}
+def _rows(lines: Sequence[Line], separator: str, *, skipinitialspace: bool = True) -> RowsByLine:
+    """Return the rows that are not blank.
+
+    Args:
+        lines: The lines.
+        separator: The mark between cells.
+        skipinitialspace: Whether a cell begins behind spaces: else in 'a, "b, c"' the marks would
+            be text and its comma a separator.
+
+    Raises:
+        UnfitError: They are no rows.
+    """
     texts = [line for _, line in lines]
     if separator == " ":
         # Several spaces align printed columns; at the end of a line they begin no cell.
         texts = [f"{line.strip()}\n" for line in texts]
-    reader = csv.reader(
-        texts,
-        delimiter=separator,
-        # Else in 'a, "b, c"' the marks would be text and its comma a separator.
-        skipinitialspace=separator != "\t",
-        strict=True,
-    )
-    for row in reader:
-        if any(cell.strip() for cell in row):
-            # csv counts the lines it was given, users those of the file.
-            number, _ = lines[reader.line_num - 1]
-            rows[number] = row
+    if separator == "\t":
+        skipinitialspace = False
+    rows = {}
+    reader = csv.reader(texts, delimiter=separator, skipinitialspace=skipinitialspace, strict=True)
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                # csv counts the lines it was given, users those of the file.
+                number, _ = lines[reader.line_num - 1]
+                rows[number] = row
+    except csv.Error as error:
+        raise UnfitError(f"it is no text in rows and columns: {error}") from None
     return rows
 
 

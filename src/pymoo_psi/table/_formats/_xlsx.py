@@ -18,7 +18,6 @@ from pymoo_psi.table._cells import Cells, RowsByLine, UnfitError, cells_as_writt
 from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
-    blocks_of_rows,
 )
 from pymoo_psi.table._head import Head, is_of_tests
 from pymoo_psi.table._layout import headings_of
@@ -50,13 +49,9 @@ class WorkbookFile(FileFormat):
                 "save it as .xlsx without one, or as CSV",
             )
         head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
-        kept = {}
-        for number, row in rows.items():
-            if number not in file.skip_rows:
-                kept[number] = list(map(_typed, row))
         if is_of_tests(head):
-            return cells_as_written(kept, head)
-        return replace(cells_of_rows(kept), head=head)
+            return cells_as_written(rows, head)
+        return replace(cells_of_rows(rows), head=head)
 
     def save(
         self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
@@ -74,6 +69,8 @@ class WorkbookFile(FileFormat):
 
     def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
         """Write columns on the first sheet, and the head on the second."""
+        import pandas as pd
+
         openpyxl = _openpyxl()
         book = openpyxl.Workbook(write_only=True)
         book.properties.creator = _CREATOR
@@ -85,7 +82,9 @@ class WorkbookFile(FileFormat):
         illegal = openpyxl.cell.cell.ILLEGAL_CHARACTERS_RE
 
         def typed(value: Any) -> Any:
-            if value is None or isinstance(value, bool):
+            if value is None or value != value:
+                return None
+            if isinstance(value, bool):
                 return value
             cell = make_cell(sheet, illegal.sub("\ufffd", str(value)))
             # Set, as a text such as =A1 would be a formula, and openpyxl cuts numbers to 16 digits.
@@ -95,9 +94,8 @@ class WorkbookFile(FileFormat):
             return cell
 
         sheet.append(list(map(typed, headings.values())))
-        for block in blocks_of_rows(columns):
-            for row in zip(*block.values(), strict=True):
-                sheet.append(list(map(typed, row)))
+        for row in pd.DataFrame(dict(columns)).itertuples(index=False, name=None):
+            sheet.append(list(map(typed, row)))
         about = book.create_sheet(_HEAD_SHEET)
         for name, value in head.items():
             text = json.dumps(value, ensure_ascii=False)
@@ -159,27 +157,30 @@ def _rows_of_workbook(
             sheet = book[_title(titles, name)]
             sheet.reset_dimensions()  # what a file declares may be more than it holds
             rows = {}
+            width = 0
             for number, cells in enumerate(sheet.iter_rows(), start=1):
-                row = list(map(_shown, cells))
-                if not all(map(_is_nothing, row)):
+                row = list(map(_typed, cells))
+                while row and row[-1] == "":
+                    row.pop()
+                if row and number not in skip_rows:
                     rows[number] = row
+                    width = max(width, len(row))
             hidden_rows, hidden_columns = _hidden(sheet)
     except PsiError:
         raise
     except Exception as error:  # of zip, XML, openpyxl
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    hidden_rows = sorted({*hidden_rows} & rows.keys() - {*skip_rows})
-    if hidden_rows:
-        numbers = ",".join(map(str, hidden_rows))
+    hidden = [str(number) for number in hidden_rows if number in rows]
+    if hidden:
         raise UnfitError(
-            f"the sheet hides {counted(len(hidden_rows), 'row')}",
-            f"show them, or leave them out by --skip-rows {numbers}",
+            f"the sheet hides {counted(len(hidden), 'row')}",
+            f"show them, or leave them out by --skip-rows {','.join(hidden)}",
         )
-    rows = _of_one_length(rows)
-    width = max(map(len, rows.values()), default=0)
     letters = [openpyxl.utils.get_column_letter(j) for j in hidden_columns if j <= width]
     if letters:
         raise UnfitError(f"the sheet hides the columns {', '.join(letters)}", "show or delete them")
+    for row in rows.values():
+        row += [""] * (width - len(row))
     return head, rows
 
 
@@ -233,32 +234,16 @@ def _hidden(sheet: Any) -> tuple[list[int], list[int]]:
     return rows, columns
 
 
-def _of_one_length(rows: RowsByLine) -> RowsByLine:
-    """Return rows up to the last column that holds anything."""
-    width = 0
-    for row in rows.values():
-        filled = [j for j, cell in enumerate(row, start=1) if not _is_nothing(cell)]
-        width = max(width, filled[-1])
-    blanks = [None] * width
-    return {number: [*row, *blanks][:width] for number, row in rows.items()}
+def _typed(cell: Any) -> Any:
+    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing.
 
-
-def _shown(cell: Any) -> Any:
-    """Return what a cell of a workbook holds, 0.85 in the format 0 % as the text that it shows."""
+    What has the format 0 % is the text that it shows: 85 % and not 0.85.
+    """
     value = cell.value
+    if value is None:
+        return ""
     if isinstance(value, (int, float)) and "%" in cell.number_format:
         return f"{100 * value:.15g} %"
-    return value
-
-
-def _is_nothing(cell: Any) -> bool:
-    return cell is None or cell == ""
-
-
-def _typed(cell: Any) -> Any:
-    """Return a cell of a workbook as a number, a boolean or text; empty text for nothing."""
-    if cell is None:
-        return ""
-    if isinstance(cell, (str, int, float)):
-        return cell
-    return str(cell).removesuffix(" 00:00:00")  # a date
+    if isinstance(value, (str, int, float)):
+        return value
+    return str(value).removesuffix(" 00:00:00")  # a date
