@@ -161,7 +161,7 @@ class CsvFile(FileFormat):
             if column.dtype.kind not in "biuf":
                 column = list(map(inert, column))
             cells[inert(headings[name])] = column
-        frame = pd.DataFrame(cells)
+        frame = pd.DataFrame(cells, dtype=object)  # 1 stays 1 beside blanks
         text = frame.to_csv(index=False, lineterminator="\n")
         # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
         if "\r" in text:

@@ -94,7 +94,7 @@ class WorkbookFile(FileFormat):
             return cell
 
         sheet.append(list(map(typed, headings.values())))
-        for row in pd.DataFrame(dict(columns)).itertuples(index=False, name=None):
+        for row in pd.DataFrame(dict(columns), dtype=object).itertuples(index=False, name=None):
             sheet.append(list(map(typed, row)))
         about = book.create_sheet(_HEAD_SHEET)
         for name, value in head.items():
