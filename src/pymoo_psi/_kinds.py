@@ -7,7 +7,7 @@ import numpy as np
 
 
 class Kind(str, Enum):
-    """What a variable is, and with it what a column of its values holds.
+    """The kind of a variable, and of the values in its column.
 
     Example:
         >>> Kind("real") is Kind.REAL, Kind.CHOICE == "choice"

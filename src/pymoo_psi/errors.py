@@ -46,7 +46,7 @@ class StudyError(PsiError):
     """A study file cannot be used; its content is unchanged.
 
     Example:
-        It catches every problem with a study, be it damaged or of another problem:
+        It catches every problem with a study:
 
         >>> from pymoo_psi import VectorizedSphereChute, investigate
         >>> try:
@@ -115,7 +115,7 @@ class StudyLockedError(StudyError):
 
 
 class StudyAccessError(StudyError, OSError):
-    """The study file is not there, or cannot be read or written: rights, a full disk.
+    """The study file does not exist, or cannot be read or written.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -133,8 +133,8 @@ class EvaluationError(PsiError, RuntimeError):
     Attributes:
         design: The design.
         reason: The reason, in one line.
-        original: The exception that the model raised, if any. One from another process has its
-            traceback there as its cause; if it cannot be pickled, a RuntimeError stands for it.
+        original: The exception that the model raised, if any. Its cause has the traceback of
+            another process; if it cannot be pickled, a RuntimeError replaces it.
 
     Example:
         >>> from pymoo_psi import JoblibRunner

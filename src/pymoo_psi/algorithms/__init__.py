@@ -5,21 +5,19 @@ the bounds of all variables, the points of the LPτ sequence, and keeps every te
 read the table, set limits on the objectives as you see what they cost, and refine the bounds or
 test more points. Only then do you take the feasible Pareto-optimal designs and choose one of them.
 
-Use it where you do not know yet what is possible: to learn which limits can be met, where feasible
-designs lie, and what each constraint costs; with few variables; with a model that is slow or fails,
-since tests run in parallel, can be stopped and continued, and are never lost. Do not use it to
-locate a front to many digits, with tens of variables, or where one design in many thousands is
-feasible: its points do not depend on results. Those of :class:`SurrogatePSI` do, and so do those of
-an optimiser such as pymoo's NSGA-III; :func:`nsga3` chooses its settings from the number of
-objectives and the budget, which it keeps exactly.
+Use it to learn which limits can be met, where feasible designs lie and what each constraint costs.
+It suits few variables and models that are slow or fail: tests run in parallel, can be stopped and
+continued, and are never lost. It does not suit tens of variables, a front to many digits, or
+problems where one design in many thousands is feasible, because its points do not depend on
+results. The points of :class:`SurrogatePSI` do, as do those of an optimiser such as pymoo's
+NSGA-III; :func:`nsga3` chooses its settings from the number of objectives and the budget.
 
-``minimize(problem, PSI(n))`` works on any pymoo problem with finite bounds, its variables real,
-integer, binary or choices; a discrete design that occurs again has its known result. The run ends
-by itself; verbose output, callbacks, terminations, history, ask-and-tell and copies work as for
-pymoo's own algorithms. ``res.X`` and ``res.F`` are the feasible Pareto-optimal designs, ``res.pop``
-and ``res.algorithm.table`` hold every tested one. :func:`investigate` does the same on arrays, a
-million designs in seconds. Beyond the 51 variables of LPτ the points are SciPy's Sobol' points, and
-a line says so.
+``minimize(problem, PSI(n))`` works on any pymoo problem with finite bounds and real, integer,
+binary or choice variables. The run ends by itself; verbose output, callbacks, terminations,
+history, ask-and-tell and copies work as for pymoo's own algorithms. ``res.X`` and ``res.F`` are the
+feasible Pareto-optimal designs; ``res.pop`` and ``res.algorithm.table`` hold every test.
+:func:`investigate` does the same on arrays, a million designs in seconds. LPτ has 51 dimensions;
+for more variables the points are SciPy's Sobol' points.
 
 Example:
     With a study, an investigation can be stopped, continued and extended without loss; here the
@@ -42,15 +40,15 @@ Example:
     >>> res.algorithm.evaluator.n_eval
     1000
 
-A study rejects another problem: another name, bounds, number of objectives or constraints, or
-other numbers and texts that the problem was created with and keeps as attributes (its method
-``fingerprint()`` may return another dictionary of what counts). It cannot see into the model: after
-a change of a constant or of the program use another ``study_key``, or old and new results would be
-in one table. Failed designs stay failed until ``PSI(..., retry="failed")`` tries them once more.
+A study rejects a different problem: another name, variables, number of objectives or constraints,
+or other numbers and texts in the attributes of the problem (or in what its method ``fingerprint()``
+returns). It does not know the code of the model. Change ``study_key`` when a constant or the
+program changes; otherwise one table mixes old and new results. Failed designs stay failed until
+``PSI(..., retry="failed")`` tests them again.
 
-Many machines share an investigation without communication: each tests its share of the points and
-stores them in a file of its own in one folder, and whatever reads a study reads the folder. This is
-an array of Slurm jobs; a job that was killed is submitted again and continues::
+Many machines can share an investigation without communication. Each tests its share of the points
+and writes its own file in one folder, which is read like a study. This Slurm script starts an array
+of jobs; a job that was killed continues when it is submitted again::
 
     #!/bin/bash
     #SBATCH --array=1-64
@@ -67,12 +65,12 @@ A problem that is evaluated one design at a time runs on all cores with
 ``elementwise_runner=JoblibRunner()``, and on a cluster with ``ExecutorRunner(executor)``; see the
 guide "More than one machine".
 
-Inside, a run (``_run``) joins three parts. A source (``_sources``, ``_surrogate``) gives the next
-points when it is asked and takes the tests as they arrive; an executor (``_executor``) evaluates
-points, one by one on workers that do not wait for one another or in pieces; a store (``_store``)
-recalls and keeps tests in a study. :class:`PSI` and :class:`SurrogatePSI` derive from the same
-adapter of a run to pymoo (``PointAlgorithm``), each with its source; :func:`investigate` and
-:class:`Recorded` use runs directly.
+Inside, a run (``_run``) joins three parts. A source (``_sources``, ``_surrogate``) returns the next
+points and receives the finished tests. An executor (``_executor``) evaluates points, singly on
+parallel workers or in blocks. A store (``_store``) reads tests from a study and writes them to it.
+:class:`PSI` and :class:`SurrogatePSI` derive from the same adapter of a run to pymoo
+(``PointAlgorithm``), each with its source; :func:`investigate` and :class:`Recorded` use runs
+directly.
 
 Public names: :class:`PSI`, :class:`SurrogatePSI`, :func:`investigate` and their
 :class:`RunOptions`; :func:`sections` through a design, from surrogates of the tests;

@@ -46,15 +46,15 @@ def nsga3(
 ) -> Result:
     """Minimise a problem with pymoo's NSGA-III and return the Result, without ``minimize``.
 
-    The run asks for exactly ``n_evaluations`` designs. Those that violate the problem's
-    ``requirements`` are not evaluated; variables of its ``log`` are searched in the logarithm. The
-    population holds about 1.5 sqrt(n_evaluations) designs, so that a larger budget gives both more
-    designs and more generations; the last generation is cut to the budget. Integer, binary and
-    mixed variables have the operators that pymoo recommends for them.
+    The run uses exactly ``n_evaluations`` designs. Designs that violate the problem's
+    ``requirements`` are not evaluated. Variables in its ``log`` are searched on a logarithmic
+    scale. The population has about 1.5 sqrt(n_evaluations) designs, so that a larger budget gives
+    both more designs and more generations; the last generation is cut to the budget. Integer,
+    binary and mixed variables use the operators that pymoo recommends.
 
-    There is no argument for a formulation, as the designs depend on the objectives. To search
-    within limits on variables, use :class:`~pymoo_psi.Restricted`. To see the evaluated designs
-    under another formulation, keep them with :class:`~pymoo_psi.Recorded` and take
+    There is no argument for a formulation, because the search depends on the objectives. To limit
+    variables, use :class:`~pymoo_psi.Restricted`. To see the evaluated designs under another
+    formulation, wrap the problem in :class:`~pymoo_psi.Recorded` and use
     ``recorded.table.under(formulation)``.
 
     Args:

@@ -108,37 +108,36 @@ class RunOptions:
             :class:`~pymoo_psi.QMCSampling` or a sequence of your own.
         seed: Seed of a randomised sampling; in ``minimize``, pymoo's ``seed``.
         limits: Limits on objectives, variables and outputs, ``{"mass": 30, "width": (0.2, 0.4)}``;
-            see :class:`TestTable`. A design that exceeds one counts as infeasible in the result, as
-            does one without a value for it; the table keeps the design as it is, so that other
-            limits can be tried afterwards. A limit on what no test has is refused.
-        formulation: What is asked of the tests, instead of ``limits``: other objectives than the
-            problem's, their directions, limits, computed columns, constraints that are left out.
-            Tests are kept as the problem gives them; the table is under the formulation.
-        share: ``(k, n)`` tests only the k-th of n parts of the points. All n parts together, on as
-            many machines, are the run without it; each is spread over all bounds.
-        study: Name of a study file, in which tests are stored as they arrive, about every second,
-            also when an interrupt, SIGTERM or a failure ends the run. The same call continues a
-            study that was interrupted, a larger ``n_points`` extends it, and no stored design is
-            evaluated again. With a ``share`` it is the name of a folder, in which each share has a
-            file; :func:`~pymoo_psi.read_table` reads it as one study.
-        study_key: What else the study depends on, such as a version or constants of the model; a
-            study rejects a changed key. The study itself compares name, variables, choices and
-            number of objectives, and the numbers and texts that the problem was created with and
-            keeps, or what its method ``fingerprint()`` returns; it cannot see into the model. Other
-            bounds, samplings or requirements are another run of the same study.
-        more: Whether ``n_points`` are more than the run has, in a study. Points that were asked for
-            before and are not tested yet, as the run was interrupted, are tested first: then, only
-            these.
+            see :class:`TestTable`. A design that exceeds a limit, or has no value for it, counts as
+            infeasible. The table keeps the design, so that other limits can be tried afterwards. A
+            limit on an unknown column is an error.
+        formulation: Used instead of ``limits`` to change objectives, directions, limits, computed
+            columns and constraints. The study keeps the original values; the table shows them under
+            the formulation.
+        share: ``(k, n)`` tests only the k-th of n parts of the points. The n parts together equal
+            the run without ``share``; each part covers all bounds.
+        study: Name of a study file. Tests are stored about every second, and also when an
+            interrupt, SIGTERM or a failure ends the run. The same call continues an interrupted
+            study, and a larger ``n_points`` extends it; no stored design is evaluated again. With a
+            ``share`` it is the name of a folder with a file for each share, which
+            :func:`~pymoo_psi.read_table` reads as one study.
+        study_key: A version or constants of the model; a study rejects a changed key. The study
+            itself compares name, variables, choices and number of objectives, and the numbers and
+            texts in the attributes of the problem, or what its method ``fingerprint()`` returns. It
+            does not know the code of the model. Other bounds, samplings or requirements start
+            another run in the same study.
+        more: Whether ``n_points`` counts additional points of a study. If an interrupted run left
+            points untested, the call tests only these.
         study_wait: Seconds to wait for other processes that are writing the study.
-        retry: ``"failed"`` evaluates stored tests that failed once more, ``"incomplete"`` those
-            that lack an objective, or an output with a limit, as they are older than it.
-        names: Your own names for variables, objectives and constraints, by their default names:
-            ``{"x1": "width", "f2": "efficiency", "g1": "stress"}``. Tables, studies, files, plots
-            and limits use them. By default those of the problem's attribute ``names``.
-        maximize: The objectives to maximize, by these names. pymoo minimizes, so that ``out["F"]``
-            holds such an objective with the opposite sign; values by name are in the original
-            direction. By default those of the problem's attribute ``maximize``; a list that omits
-            one of these is refused, an empty one turns all of them off.
+        retry: ``"failed"`` evaluates failed tests again; ``"incomplete"`` evaluates tests that lack
+            a newer objective or a newer output with a limit.
+        names: Names for variables, objectives and constraints, by their default names: ``{"x1":
+            "width", "f2": "efficiency", "g1": "stress"}``. Tables, studies, files, plots and limits
+            use them. By default those of the problem's attribute ``names``.
+        maximize: The objectives to maximize, by these names. pymoo minimizes, so ``out["F"]`` holds
+            their negatives; columns in tables have the original values. By default the problem's
+            attribute ``maximize``; a list that omits one of these is an error, and an empty list
+            minimizes all.
         units: Units of columns by these names, also of further outputs. By default those of the
             problem's attribute ``units``.
         log: Variables with a logarithmic scale: points are spread evenly, and surrogates measure
@@ -147,11 +146,11 @@ class RunOptions:
             c = 1"}``, or functions; see :class:`Required`. The model never runs for a design that
             violates one: it counts as infeasible. By default those of the problem's attribute
             ``requirements``.
-        repeat: How many tests each design has, if the problem is ``noisy``; the designs are their
-            means. A larger number continues a study, too.
-        block_size: Points per iteration of ``PSI``, after each of which display, callback and
-            termination are called; by default the run has 32 iterations of at least 64 points. For
-            ``investigate``, how many points are evaluated together at most.
+        repeat: Number of tests for each design if the problem is ``noisy``; designs are compared by
+            their means. A larger number continues a study.
+        block_size: Points per iteration of ``PSI``; display, callback and termination are called
+            after each iteration. By default there are at most 32 iterations of at least 64 points.
+            For ``investigate``, the most points that are evaluated together.
 
     Raises:
         ArgumentValueError: A count is out of range, or there is no such action or share.

@@ -391,33 +391,31 @@ class _PointsTested(Termination):
 class PSI(PointAlgorithm):
     """Test the points of the LPτ sequence and return the feasible Pareto-optimal ones.
 
-    ``minimize(problem, PSI(4096))`` works on any pymoo problem with finite bounds, its variables
-    real, integer, binary or choices; it ends by itself when the points are used up, or earlier if
-    a termination says so. In the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible
+    ``minimize(problem, PSI(4096))`` works on any pymoo problem with finite bounds and real,
+    integer, binary or choice variables. It ends when all points are tested, or earlier by a
+    termination. In the result, ``res.X`` and ``res.F`` are the Pareto-optimal feasible
     designs, ``res.opt.get("test_point")`` their numbers, ``res.pop`` every tested design, and
     ``res.algorithm.table`` the table of all tests.
 
-    Asking and telling works as for every pymoo algorithm; ``ask()`` returns the same block until
-    its values are told, and ``None`` when no points are left. The table has its further outputs if
-    the algorithm's own ``evaluator`` has evaluated them.
+    Ask and tell works as for every pymoo algorithm. ``ask()`` returns the same block until
+    ``tell()`` receives its values, and ``None`` when no points are left. Evaluate with the
+    algorithm's own ``evaluator`` to keep further outputs in the table.
 
-    If a problem has a :class:`~pymoo_psi.JoblibRunner` or, for a cluster, an
-    :class:`~pymoo_psi.ExecutorRunner`, its workers do not wait for one another at
-    the end of a block: while one evaluates the slowest design of the block, the others evaluate the
-    next points. If a termination was given, each is at most eight designs ahead of the block that
-    the termination has seen. What was evaluated ahead when the run ends is in the study, if there
-    is one, and not in the result. Meanwhile no other process can test points for the same study.
+    With a :class:`~pymoo_psi.JoblibRunner` or, on a cluster, an :class:`~pymoo_psi.ExecutorRunner`,
+    workers do not wait at the end of a block: while one evaluates the slowest design, the others
+    evaluate the next points. If a termination was given, each worker is at most eight designs
+    ahead. Designs evaluated ahead when the run ends are kept in the study, if there is one, but are
+    not in the result. Only one process at a time tests points for a run of a study.
 
-    The model is assumed to be deterministic: a design that occurs again, which needs variables none
-    of which is real, is not evaluated again but has the known result, also that of a study
-    (:attr:`TestTable.repeats`). Values that a user tells are taken as they are.
+    The model is assumed to be deterministic: a discrete design that occurs again gets its known
+    result (:attr:`TestTable.repeats`). Values passed to ``tell()`` are not changed.
 
     Every further number that the model puts into ``out``, such as ``out["temperature"]``, is a
     column of the table; ``res.pop.get("temperature")`` gives it, too.
 
     Args:
         n_points: How many points to test.
-        **options: The options of a run; see :class:`RunOptions`. And those of pymoo's algorithms:
+        **options: The options of a run, see :class:`RunOptions`, and those of pymoo's algorithms:
             ``termination``, ``callback``, ``output``, ``save_history``, …
 
     Raises:
@@ -464,11 +462,11 @@ def investigate(
 ) -> TestTable:
     """Test the points of a uniform sequence and return the table of tests.
 
-    The result is that of ``minimize(problem, PSI(n_points)).algorithm.table``; a vectorised
-    problem is evaluated at millions of points in seconds, on ``n_jobs`` cores or the workers of a
-    ``runner``. Memory grows with what is kept, and with the size of a block and the number of
-    workers. As in :class:`PSI`, a design that occurs again is not evaluated again, unless other
-    processes evaluate a vectorised problem.
+    The result equals ``minimize(problem, PSI(n_points)).algorithm.table``. A vectorised problem is
+    evaluated at millions of points in seconds, on ``n_jobs`` cores or the workers of a ``runner``.
+    Memory grows with the number of kept tests, the size of a block and the number of workers. As in
+    :class:`PSI`, a design that occurs again is not evaluated again, unless other processes evaluate
+    a vectorised problem.
 
     Args:
         problem: A pymoo problem with finite bounds.
@@ -477,11 +475,11 @@ def investigate(
         n_jobs: Processes for a vectorised problem; -1 for as many as there are cores. The table
             does not depend on it. For a problem that is evaluated one design at a time, use a
             :class:`~pymoo_psi.JoblibRunner`.
-        runner: What evaluates a vectorised problem instead, such as an
+        runner: Evaluates a vectorised problem instead, such as an
             :class:`~pymoo_psi.ExecutorRunner` on a cluster. Each worker generates, evaluates and
             filters ranges of points.
-        progress: Show a progress bar in a terminal or a notebook, elsewhere a line a minute on
-            standard error.
+        progress: Show a progress bar in a terminal or a notebook; elsewhere print one line per
+            minute to standard error.
         **options: The options of a run; see :class:`RunOptions`.
 
     Returns:

@@ -43,38 +43,36 @@ _Key = tuple[str, ...]  # of a design; equal keys are equal bit for bit
 class Recorded(WithTable, WrappedProblem):
     """Any pymoo problem, with every evaluation kept in a study and answered from it.
 
-    Each design that an algorithm evaluates becomes a test of the study, numbered from 1 in the
-    order of the evaluations, and is stored before the algorithm sees its values. A design that is
-    stored already, bit for bit the same, is answered from the file. So a run with a seed that was
-    interrupted, even killed, is continued by running it again: it repeats what is stored without an
-    evaluation and goes on from there; the result is that of one run. More generations, another
-    seed or another algorithm add to the same study.
+    Each evaluated design becomes a test of the study, numbered from 1 in the order of evaluation.
+    It is stored before the algorithm receives its values. A design that is stored already, bit for
+    bit the same, is read from the file. To continue a run that was interrupted or killed, run it
+    again with the same seed: stored designs are not evaluated again, and the result is that of one
+    run. More generations, another seed or another algorithm add to the same study.
 
-    It works with every algorithm that draws its random numbers from the seed, in ``minimize``, with
-    ask and tell (evaluate by ``algorithm.evaluator.eval(problem, designs, algorithm=algorithm)``),
-    and from a checkpoint. pymoo breaks ties of NSGA-III and U-NSGA-III without the seed; here they
+    It works with every algorithm whose random numbers follow the seed: in ``minimize``, with ask
+    and tell (evaluate by ``algorithm.evaluator.eval(problem, designs, algorithm=algorithm)``), and
+    from a checkpoint. pymoo breaks ties of NSGA-III and U-NSGA-III without the seed; here they
     follow it. ``res.pop.get("test_point")`` gives the numbers of the designs.
 
-    Values must depend on the design alone. The study keeps F, G, H and whatever else the model
-    gives as one number for each design. A design that fails is stored with its reason, as are all
-    others evaluated together with it, before it ends the run by an error; with
-    ``Recorded(FailureTolerant(problem), ...)`` the run goes on. A stored failure is repeated from
-    the file unless ``retry`` says otherwise.
+    Values must depend on the design alone. The study keeps F, G, H and every other output that is
+    one number per design. A design that fails is stored with its reason and ends the run with an
+    error; all designs evaluated together with it are stored, too. With
+    ``Recorded(FailureTolerant(problem), ...)`` the run continues. A stored failure is repeated from
+    the file unless ``retry`` is set.
 
-    A copy shares what is known of the study. Worker processes receive the wrapped problem and never
-    the study.
+    A copy shares the study. Worker processes receive the wrapped problem only.
 
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables with
             bounds; or a :class:`~pymoo_psi.FailureTolerant`.
         study: Name of the study file, which is created if it does not exist. One process at a time
-            adds to it; another waits for the end of its batch, and takes over what it has stored.
+            writes; others wait for the end of its batch and then use its tests.
         **options: Options of the study; see :class:`RunOptions`. With ``retry``, a failed test is
             evaluated again when an algorithm asks for its design.
 
     Attributes:
         wrapped: The problem.
-        n_evaluated: How many designs were evaluated by this object, not answered from the study.
+        n_evaluated: How many designs this object evaluated rather than read from the study.
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.

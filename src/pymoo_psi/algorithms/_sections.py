@@ -35,15 +35,15 @@ def sections(
     columns: Sequence[str] | None = None,
     n_values: int = 33,
 ) -> pd.DataFrame:
-    """Return what objectives do when one variable of a design changes, predicted by surrogates.
+    """Predict by surrogates how objectives change with one variable of a design.
 
-    For each column a Gaussian process is fitted to the tests, as :class:`SurrogatePSI` does, and
-    evaluated on lines through the design within the bounds. Nothing is evaluated. Where designs
-    were tested nearby, the band is narrow; between tests that differ without a pattern it is wide.
+    For each column a Gaussian process is fitted to the tests, as in :class:`SurrogatePSI`, and
+    predicts along lines through the design within the bounds. The model does not run. The band is
+    narrow near tested designs and wide where tests follow no pattern.
 
     Args:
         table: Tests. Those that failed do not count; infeasible ones do.
-        design: The number of its test, or its label; the chosen design unless given, or the
+        design: The number of its test, or its label; by default the chosen design, or the
             Salukvadze optimum if none is chosen.
         row: Its row in the table, from 0, instead of ``design``.
         columns: Objectives, constraints or outputs; the objectives unless given.
@@ -52,9 +52,9 @@ def sections(
     Returns:
         A frame with the columns ``column``, ``variable``, ``value`` of the variable, ``design``,
         its value in the design, ``expected``, and the band from ``low`` to ``high``, two standard
-        deviations to both sides, in the original units and direction. ``error`` is the error with
-        which tests are predicted from all others, in standard deviations of the column: near 0 a
-        section can be relied upon, near 1 nothing is known.
+        deviations to both sides, in the original units and direction. ``error`` is the error of
+        predicting each test from all others, in standard deviations of the column: near 0 the
+        section is reliable, near 1 it says nothing.
 
     Raises:
         ArgumentValueError: There are no variables, there are fewer than 8 tests, or a column or

@@ -50,55 +50,53 @@ _LEAST = 4  # known tests, below which there is no surrogate
 class SurrogatePSI(PointAlgorithm):
     """Test points of a sequence first, then designs that surrogates propose.
 
-    It begins as :class:`PSI`. Then it builds surrogates of all objectives and constraints from all
-    tests, a search on them proposes a batch of designs, these are tested, and so on. Surrogates are
-    Gaussian processes, searched everywhere and, in every third round, near the best tests. The
-    outputs of a :class:`~pymoo_psi.ProgramProblem` that are expressions are computed from the
-    variables and from surrogates of its other outputs.
+    It begins as :class:`PSI`. Then each round fits surrogates of all objectives and constraints to
+    all tests, searches them for a batch of designs, and tests these. Surrogates are Gaussian
+    processes; every third round searches near the best tests. Outputs of a
+    :class:`~pymoo_psi.ProgramProblem` that are expressions are computed from the variables and from
+    surrogates of its other outputs.
 
     Result and table are those of :class:`PSI`: every test is numbered and kept, and limits can be
     set afterwards. The tests of the sequence come first; the output ``proposal_round`` of the table
     is 0 for them and the number of the round for proposals.
 
-    Unless it is asynchronous, the run is determined by its arguments and the seed, 0 by default:
-    with a study, a run that was interrupted or killed makes the same tests when it is called again,
-    and a larger ``n_evaluations`` adds to them. In any case, proposals are stored before they are
-    tested, and no stored test is made again.
+    Unless it is asynchronous, the run is determined by its arguments and the seed, 0 by default.
+    With a study, an interrupted run makes the same tests when it is called again, and a larger
+    ``n_evaluations`` adds to them. Proposals are always stored before they are tested, and no
+    stored test is repeated.
 
     A ``formulation`` directs the proposals, not the tests: a study of one formulation continues
     under another one, such as a decision made after the first tests. The table, and the designs of
     the result, are those of the formulation; ``res.F`` has the problem's objectives of these
     designs.
 
-    If a model gives infinity, or one large number, as an objective of meaningless designs,
-    surrogates use the worst of the other values instead, provided that several tests of the
-    sequence show it. A constraint may be the amount of a violation, 0 where it is met; constraints
-    that also say by how much they are met are learned better.
+    Some models return infinity, or one large number, as the objective of a meaningless design.
+    Surrogates use the worst of the other values instead if several tests of the sequence show this
+    number. Surrogates learn a constraint better if it also states by how much it is met, instead of
+    0.
 
-    With a study, it learns from the tests of all its runs, those within other bounds too; then it
-    needs fewer points of the sequence, or none.
+    With a study, it learns from the tests of all runs, also within other bounds, and needs fewer
+    points of the sequence, or none.
 
-    Use it where a test takes seconds or more, and where many variables leave most of the space
-    empty; from some hundred tests on, proposals take longer than cheap models. It tests designs
-    between and beyond the known ones, so that the tests are no longer a uniform sample: histograms
-    and correlations of the table describe where it has searched.
+    Use it if a test takes seconds or more, or if there are many variables. After a few hundred
+    tests, a proposal takes longer than a cheap model. The tests are no longer a uniform sample:
+    histograms and correlations of the table show where it has searched.
 
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.
         n_points: How many points of the sequence come first, 20 by default.
-        batch: How many designs a round proposes; by default 4 while fewer than 64 tests keep all
-            constraints and limits, then 8. A smaller batch learns more from each test.
-        asynchronous: Whether the workers of a runner do not wait for the end of a round. As soon as
-            one has nothing to do, the next round is proposed, as far as possible from designs that
-            are being tested. Then proposals depend on the order in which tests end, and the study
-            keeps with each proposal which earlier tests were ``pending``. By default it is on where
-            there are more workers than ``batch``, or 8, and where they may join and leave, as those
-            of an :class:`~pymoo_psi.ExecutorRunner`.
-        **options: As for :class:`PSI`, without ``share`` and ``block_size``. Designs are
-            proposed for the objectives, limits and ranges of a ``formulation``, or for those of the
-            problem under ``limits``, as far as surrogates can tell. Columns that it computes are
-            computed from surrogates, and not learned. ``retry`` does not change earlier proposals.
-            Designs near failed ones are avoided in three rounds of four.
+        batch: How many designs a round proposes; by default 4 while fewer than 64 tests are
+            feasible, then 8. A smaller batch learns more from each test.
+        asynchronous: Whether the next round starts as soon as one worker is free, instead of when
+            all have finished. New designs keep away from those being tested. Proposals then depend
+            on the order in which tests end, and the study keeps with each proposal which earlier
+            tests were ``pending``. By default it is on with more workers than ``batch``, or 8, and
+            with workers that may join and leave, such as those of an
+            :class:`~pymoo_psi.ExecutorRunner`.
+        **options: As for :class:`PSI`, without ``share`` and ``block_size``. Proposals follow the
+            objectives, limits and ranges of a ``formulation``, or those of the problem under
+            ``limits``. Computed columns are computed from surrogates. ``retry`` does not change
+            earlier proposals. Three rounds of four avoid designs near failed ones.
 
     Raises:
         ArgumentValueError: As for :class:`PSI`.

@@ -1,9 +1,8 @@
 """PSI compared with other algorithms: runs at equal cost, one reference, statistical tests.
 
-When does an even investigation of the bounds beat an evolutionary search, and when not?
-:func:`compare` runs both at equal cost, counted by the problem, and measures all runs against one
-reference: hypervolume, IGD+, additive epsilon and the distance to the best known Salukvadze
-optimum. The result has medians, quartiles, tests and effect sizes.
+:func:`compare` runs algorithms with equal numbers of evaluations, counted by the problem, and
+measures all runs against one reference: hypervolume, IGD+, additive epsilon and the distance to the
+best known Salukvadze optimum. The result has medians, quartiles, tests and effect sizes.
 
 Example:
     >>> from pymoo.problems import get_problem
@@ -24,9 +23,9 @@ the folder contains each finished run as a study with all its tests, which any c
 ``pymoo-psi compare bnh --out comparison`` prints medians and tests, and writes tables and a figure
 (:func:`pymoo_psi.plots.plot_indicators`).
 
-The p values are corrected for all pairs and budgets. With the four algorithms and three budgets of
-the default, fewer than six seeds cannot show any difference, and fewer than nine none from ``psi``,
-which has a single run.
+The p values are corrected for all pairs and budgets. With the default of four algorithms and three
+budgets, six seeds are the fewest that can show a difference, and nine for a difference from
+``psi``, which has a single run.
 
 Public names: :func:`compare` and its :class:`Comparison`, whose ``reference`` is the front
 against which indicators are measured.

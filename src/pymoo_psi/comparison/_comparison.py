@@ -202,13 +202,13 @@ def compare(
 ) -> Comparison:
     """Run algorithms on a problem with equal numbers of evaluations and measure the results.
 
-    Every algorithm works on the same problem with the same bounds; the problem itself counts the
-    evaluations and ends a run that exceeds its budget. There are separate runs for each budget, so
-    that an algorithm may adapt its settings to it. Default terminations of pymoo's algorithms are
+    Every algorithm works on the same problem with the same bounds. The problem counts the
+    evaluations and ends a run that exceeds its budget. Each budget has separate runs, because
+    algorithms may adapt their settings to it. Default terminations of pymoo's algorithms are
     ignored; those that you set are kept. All runs are measured against one reference, built from
-    the union of their designs (:class:`Reference`). The non-dominated feasible designs among all
-    that a run evaluated are measured, even if the algorithm returns only its last population. A run
-    without a feasible design has hypervolume 0 and infinite distances.
+    the union of their designs (:class:`Reference`). The measures use the non-dominated feasible
+    designs among all that a run evaluated, even if the algorithm returns only its last population.
+    A run without a feasible design has hypervolume 0 and infinite distances.
 
     Args:
         problem: A pymoo problem with two or more objectives and finite bounds. If designs may fail,
@@ -217,23 +217,23 @@ def compare(
             ``"surrogate"`` 64, 128 and 256.
         seeds: The seeds, or their number n for 1 to n; fewer than about six cannot show a
             difference between two algorithms. A deterministic algorithm, such as ``"psi"``, has one
-            run. If your own algorithm returns the same with every seed, one run counts.
+            run; so has your own algorithm if every seed returns the same result.
         algorithms: Names, or a mapping from your own names to such names, to pymoo algorithms, or
-            to functions that take the number of evaluations and return an algorithm:
-            ``{"psi": "psi", "a": NSGA2(pop_size=20), "b": lambda n: NSGA2(pop_size=n // 9)}``. An
-            algorithm is copied for each run. The names are ``"psi"``, ``"surrogate"``
+            to functions that take the number of evaluations and return an algorithm: ``{"psi":
+            "psi", "a": NSGA2(pop_size=20), "b": lambda n: NSGA2(pop_size=n // 9)}``. An algorithm
+            is copied for each run. The names are ``"psi"``, ``"surrogate"``
             (:class:`pymoo_psi.SurrogatePSI`, for a few hundred evaluations), ``"nsga3"``,
             ``"nsga2"`` and ``"psi+nsga3"`` (half the budget for PSI, whose best designs start
             NSGA-III). ``"psi-scrambled"``, ``"surrogate-scrambled"`` and ``"psi-scrambled+nsga3"``
-            use scrambled Sobol' points instead of LPτ points; the latter begin with the corner and
-            the middle of the bounds, where many test problems have optimal designs.
+            use scrambled Sobol' points. LPτ points begin with the corner and the middle of the
+            bounds, where many test problems have optimal designs.
         reference_front: ``(k, m)`` points known to be attainable, such as the true Pareto front;
             they are added to the union.
-        folder: A folder in which every finished run is stored, as a study of all its tests. After
-            an interruption or an error, the same call continues; further budgets, seeds or
-            algorithms are added. Without a folder nothing is stored. Runs are identified by the
-            name of their algorithm: give a changed algorithm a new name. Use a new folder for other
-            versions of pymoo or of this package, in which a seed may give other designs.
+        folder: A folder for the finished runs, each a study of all its tests. After an interruption
+            or an error, the same call continues; further budgets, seeds or algorithms are added.
+            Without a folder nothing is stored. Runs are identified by the name of their algorithm,
+            so give a changed algorithm a new name. Use a new folder for other versions of pymoo or
+            of this package, because a seed may give other designs there.
         n_jobs: Number of processes, -1 for one per core; each performs whole runs. Times are
             comparable if there are no more processes than idle cores.
         progress: Print the number of runs before the first one, then show a progress bar.
@@ -245,8 +245,7 @@ def compare(
         ArgumentValueError: A number is out of range, a name is unknown, or the problem has a single
             objective.
         ArgumentTypeError: An argument has the wrong type.
-        RunError: The problem or an algorithm raised an exception. An algorithm that does not suit
-            the problem does so in its first run; finished runs stay in ``folder``.
+        RunError: The problem or an algorithm raised an exception; finished runs stay in ``folder``.
         StudyError: The folder contains runs on another problem, or a damaged file.
         OSError: The folder cannot be created or written to.
 

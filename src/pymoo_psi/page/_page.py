@@ -38,7 +38,7 @@ class DecisionPage(Framed):
         table: The designs on the page.
         prototype: Existing designs to compare with; None if there are none.
         formulation: The objectives, limits, choice and reason that the page opens with.
-        cautions: How sure the optimum of all designs is, which limits do not affect.
+        cautions: Reasons not to rely on the optimum of all designs, independent of limits.
         origin: Name of the file with the designs, for the print; empty if there is none.
 
     Example:
@@ -64,7 +64,7 @@ class DecisionPage(Framed):
         """Return the page as one HTML document that needs no network.
 
         Args:
-            live: What the script of a page that a server extends needs to know; None for a file.
+            live: Settings of a page that a server extends; None for a file.
 
         Example:
             >>> import pandas as pd
@@ -121,18 +121,18 @@ def decision_page(
 ) -> DecisionPage:
     """Return a page for deciding on a Pareto set, to be saved as one HTML file.
 
-    Its reader sets limits. On top is the best compromise among the designs within these limits (see
-    :func:`pymoo_psi.rank_of_efficiency`), why it is the best, and what others would cost. It is
-    proposed until the reader chooses a design. Linked plots and a table show the designs within the
-    limits; the reader can compare them and export them as CSV. Limits, choice and reason are kept
-    in the page when its reader saves it, and in a decision file.
+    The reader sets limits. The page proposes the best compromise among the designs within these
+    limits (see :func:`pymoo_psi.rank_of_efficiency`) and states why it is the best and what others
+    would cost, until the reader chooses a design. Linked plots and a table show the designs within
+    the limits; the reader can compare them and export them as CSV. A saved page and a decision file
+    contain limits, choice and reason.
 
     Designs that failed or violate constraints are left out; the page says how many.
 
     Args:
         source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
-            with one row for each design, an array of objectives, a study, a file. Or a ranking, or
-            a result of pymoo: its ``F``, minimised, beside its ``X`` if these are numbers.
+            with one row for each design, an array of objectives, a study, a file. Or a ranking; or
+            a result of pymoo, whose ``F`` is minimised.
         formulation: Objectives, directions, computed columns, and the limits, choice and reason
             that the page opens with, such as ``Formulation.read_json`` of a decision file. Or names
             of the objectives, all minimised. By default that of the source.

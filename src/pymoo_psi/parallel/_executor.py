@@ -67,28 +67,28 @@ class ExecutorRunner(Runner):
 
     Such executors are ``client.get_executor()`` of ``dask.distributed``,
     ``mpi4py.futures.MPIPoolExecutor``, those of executorlib and parsl, and ``ProcessPoolExecutor``;
-    the guide "More than one machine" has a few lines for Ray. Of an executor only ``submit`` is
-    used; futures that can only be polled, as submitit's, are polled.
+    the guide "More than one machine" has a few lines for Ray. The executor only needs ``submit``;
+    futures that can only be polled, such as submitit's, are polled.
 
-    Designs go to the workers as one stream: none waits for the slowest design of a block, and all
-    algorithms and studies work as with :class:`~pymoo_psi.JoblibRunner`. Only this process writes
-    the study. The workers must be able to import ``pymoo_psi`` of the same version, and what the
-    model imports; what is defined in the main script or in a notebook is sent.
+    With PSI, no worker waits for the slowest design of a block. Algorithms and studies work as with
+    :class:`~pymoo_psi.JoblibRunner`; only this process writes the study. The workers must be able
+    to import the same version of ``pymoo_psi`` and what the model imports; definitions in the main
+    script or in a notebook are sent.
 
-    Each worker evaluates in a process of its own, which is kept for the next designs, so that a
-    design that raises, exits, hangs or kills its process is lost alone, with the reason; one whose
-    process died is tried once more before. The designs of a worker that is lost run elsewhere, and
-    those of a task that the engine gives up are sent once more. If the executor itself is gone, the
-    run ends with a :class:`~pymoo_psi.errors.WorkerError`; a study keeps what was evaluated, and
-    the same call continues it. On Windows the designs are evaluated in the engine's own workers.
+    Each worker evaluates in a separate process, which is kept for the next designs. A design that
+    raises, exits, hangs or kills its process fails alone, with the reason; if the process died, the
+    design is first tried once more. Designs of a lost worker run elsewhere, and a task that the
+    engine gives up is sent once more. If the executor itself is gone, the run ends with a
+    :class:`~pymoo_psi.errors.WorkerError`; the study is kept, and the same call continues it. On
+    Windows designs are evaluated in the engine's own workers.
 
-    A copy is the same runner; a pickle has no executor, as executors cannot be sent.
+    A copy is the same runner; a pickle has no executor, because executors cannot be sent.
 
     Args:
         executor: The executor. It stays open.
         workers: How many tasks it runs at the same time: a number, or a function that returns it
-            and is asked several times a second, as workers may join and leave. By default the
-            number that the executor has, for Dask the threads of all workers.
+            and is called several times a second, because workers may join and leave. By default the
+            number that the executor has; for Dask the threads of all workers.
         timeout: Seconds that the evaluation of one design may take; then its process is replaced.
 
     Attributes:

@@ -161,37 +161,34 @@ class JoblibRunner(Runner):
     """An ``elementwise_runner`` that evaluates the designs of any pymoo problem on many workers.
 
     The workers are separate processes. They stay alive between generations and receive chunks of
-    designs, sized by the measured cost of a design. If a model is so cheap that sending its designs
-    would cost more than it saves, it is evaluated in this process, as are the first designs of a
-    run, which measure the cost. Results come in the order of the designs and do not depend on this.
+    designs, sized by the measured cost of a design. The first designs of a run are evaluated in
+    this process to measure this cost; very cheap models stay there. Results come in the order of
+    the designs and do not depend on this.
 
     On a cluster use an :class:`~pymoo_psi.ExecutorRunner`, or give each machine a ``share`` of the
     points. Inside ``joblib.parallel_config`` with the backend "dask" or "ray" the workers are those
     of the cluster.
 
-    If a worker process dies or runs out of time, at most one design is lost; the others are
-    evaluated by the worker that replaces it. A design whose process died is tried once more before
-    it is lost, with the reason. The problem decides what follows:
-    :class:`~pymoo_psi.FailureTolerant` records the reason, any other problem stops with an
+    If a worker process dies or runs out of time, at most one design fails; another worker evaluates
+    the rest. A design whose process died is tried once more before it fails. PSI and
+    :class:`~pymoo_psi.FailureTolerant` record the reason; other problems stop with an
     :class:`~pymoo_psi.errors.EvaluationError`. On Windows the workers are those of joblib's loky,
     which end together if one dies, and there is no time limit.
 
-    The workers import from where this process does. They are kept for some minutes for the next
-    call of any runner, unless a file has changed from which they have imported a module, or the
-    environment, the current folder, the number of workers, or what ``fingerprint()`` of the problem
-    returns; code that is defined in the main script or a notebook has new ones with a new runner.
-    They end with this process, however it ends, with all that a model has started in them. If a
-    model changes the current folder, the change is undone: in a worker after every design, in this
-    process within milliseconds.
+    The workers import modules from the same places as this process. They are kept for some minutes
+    for the next call of any runner. New workers start if an imported file, the environment, the
+    current folder, the number of workers or ``fingerprint()`` of the problem has changed; code of
+    the main script or a notebook gets new workers with a new runner. Workers, and all processes
+    that a model started in them, end with this process. If a model changes the current folder, the
+    change is undone: in a worker after every design, in this process within milliseconds.
 
     Args:
         n_jobs: Number of workers; -1 is the number of ``joblib.parallel_config``, or else of
             cores.
         timeout: Seconds that the evaluation of one design may take; then its worker process is
             replaced. With a timeout no design is evaluated in this process.
-        in_process: Whether designs may be evaluated in this process, to measure their cost and
-            while they are cheap. Use ``False`` if a design takes minutes or may crash: then none
-            is, even if there is one worker.
+        in_process: Whether designs may be evaluated in this process, to measure their cost or
+            because they are cheap. Use ``False`` if a design takes minutes or may crash.
 
     Raises:
         ArgumentValueError: A number is out of range.
@@ -232,7 +229,7 @@ class JoblibRunner(Runner):
         return self._cluster() is not None
 
     def moments(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield results, and ``None`` after moments without one."""
+        """Yield results, and ``None`` after intervals without one."""
         count = self.n_workers
         overhead = _START_SECONDS
         if self._started:
@@ -263,7 +260,7 @@ class JoblibRunner(Runner):
         yield from Tasks(self, executor, f, waiting).results()
 
     def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
-        """Do the tasks of a queue, a single worker's in this process; see :meth:`Runner.tasks`."""
+        """Do the tasks of a queue, here if there is one worker; see :meth:`Runner.tasks`."""
         if self.n_workers > 1 or self.elastic:
             yield from super().tasks(function, waiting)
         while waiting:

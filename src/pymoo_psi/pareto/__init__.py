@@ -1,11 +1,12 @@
 """Geometry of Pareto sets: dominance, distances, ranks of efficiency, explanations.
 
-The rank of efficiency follows from three distances to the utopian point U (the best value of every
-objective) and the line from U to its opposite N: μ1 to U, μ2 to the line, μ3 from U to the
-projection onto the line. A design scores 3 if no other dominates it in (μ2, μ3), 2 in (μ1, μ3), 1
-in (μ1, μ2); rank 6, all three, is the Salukvadze optimum. Most designs have rank 0. What orders all
-of them is the place: 1 plus the number of Pareto-optimal designs that are nearer to U. Dominated
-rows have rank 0, no place and no effect.
+The place orders the Pareto-optimal designs: it is 1 plus the number of Pareto-optimal designs that
+are nearer to the utopian point U, which has the best value of every objective. Place 1 is the
+Salukvadze optimum. Dominated rows have no place and no effect. The rank of efficiency, 0 to 6, is a
+number of the literature and no order of all designs: most designs have rank 0. It follows from
+three distances: μ1 to U, μ2 to the line from U to its opposite N, and μ3 from U to the projection
+onto this line. A design scores 3 if no other dominates it in (μ2, μ3), 2 in (μ1, μ3) and 1 in (μ1,
+μ2); rank 6, the sum of all three, is the Salukvadze optimum.
 
 Any ``(n, m)`` array or data frame of objectives can be ranked. All are minimised unless
 ``maximize=["yield"]`` (names of a data frame's columns, or indices from 0) says otherwise. By
@@ -25,10 +26,11 @@ Example:
     3      3   1.0  0.00  1.000  0.707  0.707                0    True
     4   <NA>   0.9  0.90  1.273  0.000  1.273                0   False
 
-:func:`cautions` returns reasons not to rely on the optimum, :func:`explain` why it is this design
-and what another would cost, :func:`acceptability` for how many weights of the objectives each
-design is the best, :func:`compare_designs` gains and losses, :func:`representatives` a few
-designs that cover the set. They take arrays, frames, test tables, rankings and results of pymoo.
+:func:`cautions` returns reasons not to rely on the optimum. :func:`explain` states why a design is
+the optimum and what another would cost. :func:`acceptability` returns for which share of the
+weights each design is the best, :func:`compare_designs` gains and losses, :func:`representatives` a
+few designs that cover the set. All of them accept arrays, frames, test tables, rankings and results
+of pymoo.
 
 For the other subpackages: the rule of feasibility (:func:`meets_constraints`, :func:`competes`),
 indicators of the quality of a set, :class:`Objectives` and :class:`UtopianFrame` behind a ranking,

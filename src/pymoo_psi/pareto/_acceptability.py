@@ -114,11 +114,11 @@ def acceptability(
     normalize: bool = True,
     maximize: Collection[Any] = (),
 ) -> Array:
-    """Return the share of the weights for which each design is the best, the second, the third.
+    """Return for which share of the weights each design is the best, the second, the third.
 
     The distance is that of :class:`pymoo_psi.CompromiseProgramming`: the L_p norm of the weighted
-    differences from the ideal point. The weights have the sum 1 and are uniformly distributed:
-    8192 LPτ points, 2048 for more than 10 000 optimal designs.
+    differences from the ideal point. The weights sum to 1 and are uniformly distributed: 8192 LPτ
+    points, or 2048 for more than 10 000 optimal designs.
     :class:`pymoo_psi.pareto.Acceptability` has the errors, usually below 0.003, and central
     weights.
 

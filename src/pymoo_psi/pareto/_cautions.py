@@ -42,7 +42,7 @@ _ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
 
 class Caution(NamedTuple):
-    """A reason not to rely on the optimum of a ranking without a second look.
+    """A reason to check the optimum of a ranking.
 
     Attributes:
         kind: ``"sign"``, ``"suspect"``, ``"unlike"``, ``"constant"``,
@@ -90,12 +90,12 @@ def cautions(
     ``unstable``    The same without such a range.
     =============== ============================================================================
 
-    ``tie`` to ``unstable`` are left out for sets that are ``equidistant``, where all of them hold.
-    To leave out a design means to rank the others anew, including those that it dominated; this is
-    not tried where ``ideal`` or ``nadir`` are your own. The designs left out in turn are those that
-    are best or worst in an objective, except the optimum itself. In a Pareto set no other design
-    can move the optimum; with dominated designs one other can, and is not tried: the only one that
-    dominates a design beyond N.
+    ``tie`` to ``unstable`` are omitted for ``equidistant`` sets, where all of them hold. For
+    ``outlier`` and ``unstable``, each design that is best or worst in an objective, except the
+    optimum, is left out in turn, and the others are ranked again, including those that it
+    dominated. In a Pareto set no other design can move the optimum. With dominated designs one
+    other can: the only design that dominates one beyond N, which is not tried. Nothing is tried if
+    you give ``ideal`` or ``nadir``.
 
     Args:
         F: A ranking, which has its own ``normalize`` and ``maximize``; or ``(n, m)`` objective

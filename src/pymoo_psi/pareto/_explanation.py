@@ -37,8 +37,8 @@ class DesignComparison:
         rows: ``(k,)`` the rows of the designs in the ranking; the others are compared with the
             first.
         gains: ``(k, m)`` by how much each design is better than the first, in the units of the
-            objectives; below 0 where it is worse, 0 where both are equal up to rounding. More is
-            better for each objective, whether it is minimised or maximised.
+            objectives; negative where it is worse, 0 where both are equal up to rounding. Positive
+            is better for minimised and maximised objectives.
         shares: ``(k, m)`` the gains as shares of the ranges of the Pareto set; NaN where a design
             differs in an objective in which all Pareto-optimal designs are equal.
 
@@ -131,10 +131,8 @@ class Explanation:
             Pareto set, more only for a dominated design. 0 in an objective that is equal for all,
             NaN if a dominated design differs in it.
         neighbours: ``(m,)`` for each objective the row of the Pareto-optimal design that gives up
-            least: of the designs that are better in it by 1 % of its range or, if there is none,
-            better at all, the one whose greatest loss in another objective, in units of the ranges,
-            is the least; of those that tie the nearest, then the one that gains most; -1 where none
-            is better.
+            least, see :func:`explain`; of those that tie the nearest, then the one that gains most;
+            -1 where none is better.
         steps: The neighbours compared with the design: their gains and losses. The design itself
             is first, then the neighbours, each once, in the order of the objectives.
         dominated_by: The row of the nearest Pareto-optimal design that is nowhere worse and
@@ -160,7 +158,7 @@ class Explanation:
 
     @property
     def weakest(self) -> tuple[Any, ...]:
-        """The objective with the greatest share of its range lost; all of them if several tie.
+        """The objective that loses the greatest share of its range; all of them if several tie.
 
         Empty if the design is the best in each.
 
@@ -176,8 +174,9 @@ class Explanation:
     def sentences(self) -> tuple[str, ...]:
         """What the design is, how far from the best, and what each step costs.
 
-        First what it is among the others, second its distances from the best, the weakest
-        objective first, then one sentence for the step towards each objective, in the same order.
+        The first sentence places it among the others. The second gives its distances from the best,
+        the weakest objective first. One sentence for the step towards each objective follows, in
+        the same order.
 
         Example:
             >>> for line in explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1).sentences:
@@ -271,21 +270,21 @@ def explain(
 ) -> Explanation:
     """Explain a design: how far it is from the best, and what improving an objective costs.
 
-    The range of an objective is that of the Pareto-optimal designs, from the best to the worst
-    value. Towards an objective, of the Pareto-optimal designs that are better in it by 1 % of its
-    range or more (if there is none, better at all), the explanation names the one that gives up
-    least: its greatest loss in another objective, in units of the ranges, is the least. Of designs
-    that tie it is the nearest, in the Euclidean distance in these units. Values that are equal up
-    to rounding are equal.
+    The range of an objective extends from its best to its worst value among the Pareto-optimal
+    designs. For each objective the explanation names the design that gives up least. Candidates are
+    the Pareto-optimal designs that are better in this objective by 1 % of its range or more, or, if
+    there is none, better at all. The one with the smallest greatest loss in another objective, in
+    units of the ranges, is named; of those that tie, the nearest in Euclidean distance in these
+    units. Values that are equal up to rounding are equal.
 
     Args:
         F: A test table, of which the feasible designs count; ``(n, m)`` objective values, an array
             or a data frame, whose names and labels are used; a ranking, which has its own
             ``normalize`` and ``maximize``; or anything else that
             :func:`pymoo_psi.rank_of_efficiency` takes.
-        design: The design, the Salukvadze optimum by default: the number of its test or its label,
-            for an array its row from 0. A data frame whose labels are 0, 1, … is like an array;
-            write other labels that are integers as texts, since ``3`` may be a label or a row.
+        design: The number of the design's test or its label; for an array its row from 0. By
+            default the Salukvadze optimum. A data frame with the labels 0, 1, … is like an array;
+            write other integer labels as texts, because ``3`` may be a label or a row.
         row: The row of the design in ``F``, from 0, instead of ``design``.
         normalize: Affects the rank in the sentences, as for :func:`pymoo_psi.rank_of_efficiency`;
             distances here are always in units of the ranges.
@@ -353,7 +352,7 @@ def compare_designs(
     maximize: Collection[Any] = (),
     units: Mapping[Any, str] | None = None,
 ) -> DesignComparison:
-    """Compare designs with the first of them: gains and losses.
+    """Compare designs with the first of them by gains and losses.
 
     Args:
         F: A test table, objective values or a ranking, as for :func:`explain`; the ranges are those

@@ -35,11 +35,11 @@ _PROBES = 2**11  # points of each shift
 def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
     """Return the share of a cube that a set dominates, 0 to 1, and its standard error.
 
-    It is exact, its error 0, where that takes about a second at most (Zitzler and Thiele 1998): up
-    to four objectives for any set, and with eight for 95 points, as the time grows with a power of
-    the number of points about as high as the number of objectives. Beyond, it is the share of 2^15
-    LPτ points that are dominated, in 16 shifts of 2^11 points modulo 1 (Cranley and Patterson
-    1976), which are the same for all sets.
+    The value is exact, with error 0, if it takes about a second at most (Zitzler and Thiele 1998):
+    for up to four objectives always, for eight objectives up to 95 points. The time grows with a
+    power of the number of points about as high as the number of objectives. For larger sets it is
+    the share of 2^15 LPτ points that are dominated, in 16 shifts of 2^11 points modulo 1 (Cranley
+    and Patterson 1976), the same for all sets.
 
     Args:
         F: ``(n, m)`` points, n >= 0; only those below the reference point count.
@@ -131,8 +131,8 @@ class Representatives(Shown):
         ranking: The ranking of all n designs, with their objectives, names and labels.
         rows: ``(k,)`` the rows of the representatives in the ranking, the Salukvadze optimum first;
             fewer than requested if the Pareto set has fewer different designs.
-        shares: ``(k,)`` the share of the Pareto-optimal designs that each represents: those nearer
-            to it than to the others, or equally near to it and to later ones. They sum to 1.
+        shares: ``(k,)`` the share of the Pareto-optimal designs that each represents, the nearest
+            ones; equally near designs belong to the first. The shares sum to 1.
         radius: The greatest distance of a Pareto-optimal design from its representative.
 
     Example:
@@ -166,10 +166,10 @@ def representatives(
 ) -> Representatives:
     """Choose k designs that cover the Pareto set, the Salukvadze optimum among them.
 
-    Farthest first: after the optimum always the design that is farthest from those chosen
-    (Gonzalez, Theoretical Computer Science 38, 1985). So no design is farther from its
-    representative than twice the distance that the best k designs could reach. The choice is
-    deterministic: of equally distant designs the first is chosen.
+    After the optimum, each step chooses the design that is farthest from those chosen (Gonzalez,
+    Theoretical Computer Science 38, 1985). No design is farther from its representative than twice
+    the distance that the best k designs could reach. Of equally distant designs the first is
+    chosen.
 
     Args:
         F: ``(n, m)`` objective values, an array or a data frame, or a ranking of them, which has

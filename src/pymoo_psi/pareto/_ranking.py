@@ -216,8 +216,8 @@ class EfficiencyRanking(Shown):
             is empty and all of them are listed here.
         rows: ``(n,)`` the rows of the table or array that are ranked; 0, 1, … for an array, of
             which all rows are.
-        whole: The points U and N of all Pareto-optimal designs, where the ranking is under limits;
-            None where it is not, or where the ranges are fixed.
+        whole: The points U and N of all Pareto-optimal designs if the ranking is under limits; None
+            if it is not, or if the ranges are fixed.
 
     Example:
         The last row is dominated; of the others, the second is nearest to U = (0, 0).
@@ -409,13 +409,13 @@ def rank_of_efficiency(
 ) -> EfficiencyRanking:
     """Rank the rows of any objective matrix by efficiency.
 
-    Dominated rows get rank 0 and no place, and do not affect U or N. Values of a criterion that are
-    equal up to rounding count as equal, so that rounding noise decides nothing.
+    Dominated rows have rank 0 and no place, and do not affect U or N. Values of a criterion that
+    are equal up to rounding count as equal.
 
     Args:
-        F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n,
-            m >= 1. A pandas data frame keeps the names of its columns and rows. A result of pymoo,
-            a ranking and a test table work, too; the last two have their own directions, and only
+        F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n, m >=
+            1. A pandas data frame keeps the names of its columns and rows. A result of pymoo, a
+            ranking and a test table work, too. Rankings and tables have their own directions; only
             the feasible designs of a table are ranked.
         normalize: Measure each objective in units of its range N − U, which makes the ranks
             independent of the objectives' units. ``False`` measures plain Euclidean distances,

@@ -1,18 +1,18 @@
 """Figures of test tables, rankings and comparisons, and the paper's figures.
 
-This is the only subpackage that imports matplotlib. Figures are made to be saved: nothing here
-opens a window, needs ``pyplot`` or changes matplotlib's settings. Each figure is a
-:class:`Drawing`, a matplotlib figure with panel letters, and with a ``caption`` instead of a title.
+Figures are made to be saved: nothing here opens a window, needs ``pyplot`` or changes matplotlib's
+settings. Each figure is a :class:`Drawing`, a matplotlib figure with panel letters, and with a
+``caption`` instead of a title. No other subpackage imports matplotlib.
 
 Test tables, under the limits of their formulation:
     :func:`plot_table`: histograms of the variables, and objectives against variables.
     :func:`plot_objectives`: the objectives in pairs.
     :func:`plot_sensitivities`: the share of a column's variance that each variable explains.
-    :func:`plot_sections`: objectives where one variable of a design changes, from surrogates.
+    :func:`plot_sections`: objectives while one variable of a design changes, from surrogates.
     :func:`plot_identification`: the best designs' curves over measured series.
 
 Rankings:
-    :func:`plot_ranking`: parallel coordinates, by rank.
+    :func:`plot_ranking`: parallel coordinates, by place.
 
 Comparisons of algorithms:
     :func:`plot_indicators`: quality against evaluations.

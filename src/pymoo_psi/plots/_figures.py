@@ -515,7 +515,7 @@ def plot_identification(
     best: int = 3,
     title: str = "",
 ) -> Drawing:
-    """Return the best designs' curves over the measurements, one panel for each measured column.
+    """Return the curves of the best designs over the measurements, one panel per measured column.
 
     Args:
         problem: The model and its experiments.

@@ -82,9 +82,9 @@ def paper_figures(
 ) -> Iterator[tuple[str, Drawing]]:
     """Make the paper's figures one by one; :func:`save_figures` writes them.
 
-    Figure 2 is for μ = 0.2 and 0.6, Figures 3 to 8 for μ = 0.4, or for the first case of the model
-    if none has this μ. Figure 7 shows the motion under the full model, with slip, for the design
-    that is the Salukvadze optimum under ``model``.
+    Figure 2 is for μ = 0.2 and 0.6. Figures 3 to 8 are for μ = 0.4, or for the first case of the
+    model if none has this μ. Figure 7 shows the motion under the full model, with slip, of the
+    Salukvadze optimum under ``model``.
 
     Args:
         reproduction: The ranked cases; Figure 8 takes as many test points as they do.

@@ -67,7 +67,7 @@ _SETTINGS: Any = {
 class Drawing(Figure):
     """A figure with a caption, which stands beside it in reports and files.
 
-    A notebook shows it without pyplot, which would register it as a window.
+    A notebook shows it without pyplot.
 
     Attributes:
         caption: Description of the figure in plain text.

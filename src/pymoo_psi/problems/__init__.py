@@ -19,8 +19,8 @@ problem promises.
 With many variables, screen first: :func:`pymoo_psi.table.sensitivities` of some tests shows which
 variables matter, and :class:`Restricted` fixes the others.
 
-Two subsystems that share a variable can be investigated separately, with few variables each. Their
-feasible designs are then combined: pairs that agree on that variable, with objectives of the whole.
+Two subsystems that share a variable can be investigated separately, with few variables each. Pairs
+of their feasible designs that agree on this variable are then designs of the whole.
 
 Example:
     >>> import pandas as pd

@@ -338,27 +338,27 @@ def value_column(values: list[Any] | AnyArray) -> AnyArray:
 
 
 class FailureTolerant(WrappedProblem):
-    """Any pymoo problem, with failed designs as infeasible ones, so that a run continues.
+    """Any pymoo problem; failed designs become infeasible ones, so that the run continues.
 
     A design fails if its evaluation raises, runs out of time or loses its worker process (see
     :class:`~pymoo_psi.JoblibRunner`), or gives values that are missing, masked, complex, NaN or of
     the wrong shape, or an infinite objective although it is feasible. pymoo's algorithms would
-    stop, or give wrong results without a warning after NaN. Here such a design gets infinite
-    objectives and violates one more inequality constraint, the last column of ``G``, which is 0 for
-    every other design. A failed design is never in the ``res.F`` of an algorithm.
+    stop, or return wrong results without a warning after NaN. Here such a design gets infinite
+    objectives and violates an additional inequality constraint, the last column of ``G``, which is
+    0 for every other design. A failed design is never in the ``res.F`` of an algorithm.
 
     MOEAD, ParallelMOEAD, KGB and DNSGA2 accept no constraints. For these ``failed_as="penalty"``
     gives failed designs finite objectives instead, worse than all before and always the same for
     the same design; the number of constraints is the wrapped problem's.
 
-    The reason is kept with the individual, ``pop.get("failure")``, empty for a design that did not
-    fail, and with the design in ``problem.failures``, which also has designs that an algorithm
-    has dropped. PSI and ``investigate`` keep failures in their table instead.
+    ``pop.get("failure")`` returns the reason for each individual, empty if it did not fail;
+    ``problem.failures`` also lists designs that an algorithm has dropped. PSI and ``investigate``
+    keep failures in their table instead.
 
-    If a vectorised problem raises for many designs, they are evaluated again one by one, so that
-    only those that raise fail. The model gets copies of the designs, which it may change. Bounds,
-    variables, name, Pareto front, callback and runner are the wrapped problem's, and so is every
-    attribute that this class does not have.
+    If a vectorised problem raises, its designs are evaluated again one by one, so that only those
+    that raise fail. The model receives copies of the designs, which it may change. Bounds,
+    variables, name, Pareto front, callback, runner and all other attributes are those of the
+    wrapped problem.
 
     Args:
         problem: A pymoo problem, elementwise or not, with any constraints and variables.

@@ -208,14 +208,14 @@ def _by_name(rules: Iterable[Any]) -> Values:
 class Required(WrappedProblem):
     """Any pymoo problem whose model runs only for designs that meet requirements.
 
-    Each requirement is one more inequality constraint, the last columns of ``G``. A design that
-    violates one has infinite objectives and 0 for all other constraints, and the model does not
-    run for it. PSI, ``SurrogatePSI`` and ``investigate`` wrap a problem in this themselves if it
-    has an attribute ``requirements`` or if they are given some.
+    Each requirement is an additional inequality constraint, in the last columns of ``G``. The model
+    does not run for a design that violates one; its objectives are infinite and all other
+    constraints are 0. PSI, ``SurrogatePSI`` and ``investigate`` wrap a problem themselves if it has
+    an attribute ``requirements`` or if they receive this argument.
 
-    A linear equality of real variables makes one of them dependent on the others. The designs of
-    PSI, ``SurrogatePSI``, ``investigate`` and samplings then meet it and fill what is left of the
-    bounds evenly. Other algorithms of pymoo are refused, as their designs would not meet it.
+    A linear equality of real variables makes one of them dependent on the others. All designs of
+    PSI, ``SurrogatePSI``, ``investigate`` and samplings meet it and fill the remaining region
+    evenly. Other algorithms of pymoo are refused, because their designs would not meet it.
 
     Args:
         problem: A pymoo problem.

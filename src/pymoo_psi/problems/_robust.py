@@ -42,20 +42,20 @@ class Robust(WrappedProblem):
     """Any pymoo problem, with statistics over scenarios as its objectives.
 
     In each scenario the variables of a design differ from their nominal values within tolerances,
-    and parameters of the problem have other values. Each objective of a design becomes a statistic
-    over the scenarios, and all constraints together become one: the share of the scenarios in
-    which any is violated is at most ``failure_probability``. PSI, NSGA-III or any other algorithm
-    then searches for designs that are good by these statistics.
+    and parameters of the problem have other values. Each objective becomes a statistic over the
+    scenarios. All constraints together become one: the share of scenarios that violate any is at
+    most ``failure_probability``. PSI, NSGA-III or any other algorithm then optimises these
+    statistics.
 
-    The scenarios are LPτ points mapped by quantile functions. They are the same for all designs,
-    so that designs are compared under the same conditions and results can be repeated. In the first
-    scenario all quantities are at their medians. Designs are evaluated in all scenarios by as few
-    calls as possible: a vectorised model stays fast, an elementwise one is run by its runner.
+    The scenarios are LPτ points mapped by quantile functions. They are the same for all designs, so
+    that results are comparable and repeatable. In the first scenario all quantities have their
+    medians. Designs are evaluated in all scenarios by as few calls as possible: a vectorised model
+    stays fast, and an elementwise one uses its runner.
 
     A scenario in which the model fails, or an objective is not finite, counts as violated; the
-    statistics are those of the other scenarios. Designs within tolerances of a bound are evaluated
-    beyond it. If the model does not allow this, give this problem bounds with a margin by
-    :class:`~pymoo_psi.Restricted`. Further values of a model are not kept.
+    statistics are those of the other scenarios. Designs near a bound are evaluated beyond it,
+    within the tolerances. If the model does not allow this, narrow the bounds by
+    :class:`~pymoo_psi.Restricted`. Further outputs of a model are not kept.
 
     Args:
         problem: A pymoo problem of any kind; with ``uncertainty`` a function that is called with

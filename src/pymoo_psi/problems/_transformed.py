@@ -68,8 +68,8 @@ class Transformed(WrappedProblem):
 class LogScaled(Transformed):
     """Any pymoo problem, with common logarithms in place of its logarithmic variables.
 
-    It is for algorithms of pymoo, which search evenly between bounds. PSI, ``SurrogatePSI``,
-    ``investigate``, samplings and ``nsga3`` take such variables as they are.
+    Use it for algorithms of pymoo, which search evenly between bounds. PSI, ``SurrogatePSI``,
+    ``investigate``, samplings and ``nsga3`` do not need it.
 
     Args:
         problem: A pymoo problem.
@@ -118,15 +118,14 @@ class Restricted(Transformed):
 
     A variable whose bounds are equal in the problem itself is fixed, too.
 
-    Objectives and constraints of a design are bit-identical to the whole problem's. An algorithm
-    searches the free variables only, and its ``res.X`` has no others; :meth:`completed` adds the
-    fixed ones. In the table of PSI and ``investigate`` every variable keeps its column and its
-    name, so that one table can hold tests of several parts and of the whole; a fixed variable takes
+    Objectives and constraints of a design are bit-identical to those of the whole problem. An
+    algorithm searches the free variables only, and ``res.X`` contains only these; :meth:`completed`
+    adds the fixed ones. In the table of PSI and ``investigate`` every variable keeps its column and
+    name, so that one table can hold tests of several parts and of the whole. A fixed variable uses
     no dimension of the test points.
 
-    Constraints, runner, callback and name are the wrapped problem's, and so is every attribute that
-    this class does not have. Gradients and the known Pareto front, which belong to the whole
-    problem, are not.
+    Constraints, runner, callback, name and all other attributes are those of the wrapped problem.
+    Gradients and the known Pareto front are not, because they belong to the whole problem.
 
     Args:
         problem: A pymoo problem with finite bounds, elementwise or not, with variables of any

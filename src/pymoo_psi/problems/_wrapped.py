@@ -16,7 +16,7 @@ Evaluate = Callable[[Any], dict[str, Any]]
 
 
 class WrappedProblem(Problem):
-    """A problem around another one, and the protocol of all wrappers.
+    """A problem that wraps another one; the base class of all wrappers.
 
     A wrapper has the wrapped problem's sizes, variables, bounds, runner and name. Attributes that
     it does not have, such as ``names``, ``units``, ``maximize`` and ``log``, are the wrapped
@@ -24,7 +24,7 @@ class WrappedProblem(Problem):
 
     - ``designs_within(X)`` if the wrapped problem takes other designs. If variables differ in more
       than their values, an attribute ``space`` is the :class:`DesignSpace` of a table's columns.
-    - ``values_from(X, evaluate)`` if values differ, or if some designs need no evaluation.
+    - ``values_from(X, evaluate)`` if values differ, or if some designs are not evaluated.
     - ``do`` or ``_evaluate`` if it evaluates in its own way. The package then calls it like any
       model.
     - ``fingerprint()`` if values depend on arguments of the wrapper: a study compares them.
@@ -38,14 +38,14 @@ class WrappedProblem(Problem):
 
     Attributes:
         wrapped: The other problem.
-        same_front: Whether the Pareto front and set are the wrapped problem's; unless a class says
-            so, they are unknown.
+        same_front: Whether the Pareto front and set are those of the wrapped problem; by default
+            they are unknown.
         same_columns: Whether variables, objectives and outputs in a table are the wrapped
             problem's, so that expressions between them hold, too.
         checks_requirements: Whether its last constraints are requirements, with the methods and
             attributes of :class:`Required`.
-        tolerates_failures: Whether it gives values to designs that failed, by a method
-            ``tolerated`` as that of :class:`FailureTolerant`.
+        tolerates_failures: Whether failed designs get values, by a method ``tolerated`` like that
+            of :class:`FailureTolerant`.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -117,7 +117,7 @@ class WrappedProblem(Problem):
 
     @property
     def elementwise_runner(self) -> Any:
-        """The wrapped problem's runner; to assign another one changes that of both."""
+        """The runner of the wrapped problem; assigning another one changes both."""
         return self.wrapped.elementwise_runner
 
     @elementwise_runner.setter

@@ -1,8 +1,7 @@
-"""A report on an investigation and its choice, for those who must agree: one file to be printed.
+"""A report on an investigation and its choice: one file to read or print.
 
 :func:`decision_report` describes the chosen or proposed design, the reasons against it, the costs
-of limits, the Pareto set, alternatives, and the tests. Its sentences are those of the commands
-``rank``, ``analyze`` and ``solve``.
+of limits, the Pareto set, alternatives, and the tests.
 
 Public names: :func:`decision_report` and its :class:`DecisionReport`.
 """

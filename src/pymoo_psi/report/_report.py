@@ -208,7 +208,7 @@ def decision_report(
 ) -> DecisionReport:
     """Report on tests and on the design that is chosen or proposed among them.
 
-    The first page has all that a decision needs, the others what it is based on.
+    The first page is for the decision; the others show the evidence.
 
     Args:
         table: The tests, with names, directions and units; :func:`~pymoo_psi.table.read_table`
@@ -218,7 +218,7 @@ def decision_report(
         reason: Reason for the choice.
         title: Heading of the report.
         about: Lines below the heading, such as the origin of the tests.
-        prototype: Existing designs, of any source, beside which the sheet puts the design.
+        prototype: Existing designs, from any source, to compare the design with.
 
     Raises:
         ArgumentValueError: The table has no test or no objective, or the design is not feasible.

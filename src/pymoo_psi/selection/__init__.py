@@ -1,9 +1,8 @@
 """Selection of designs from a Pareto set: selectors and robustness.
 
-Every selector has a method ``.do(F)``, which returns the rows that it chooses.
-:class:`EfficientSubset` returns exactly one rank; for rank 5 and the optimum, use
-``ranking.rank >= 5``. Methods of other packages accept arrays, too:
-``pymcdm.methods.TOPSIS()(res.F, weights, -np.ones(m))`` returns scores.
+Every selector has a method ``.do(F)``, which returns the rows that it chooses. Methods of other
+packages accept arrays, too: ``pymcdm.methods.TOPSIS()(res.F, weights, -np.ones(m))`` returns
+scores.
 
 Example:
     >>> import numpy as np
@@ -19,8 +18,8 @@ Example:
     {'Salukvadze': array([2]), 'sum': array([1]), 'worst': array([2])}
 
     If parameters of the problem are uncertain, :func:`robustness` evaluates the designs in
-    quasi-random scenarios and ranks them in each: how often is a design the optimum, and how much
-    worse is it than the best design of the scenario (regret)?
+    quasi-random scenarios and ranks them in each. It returns how often a design is the optimum, and
+    how much worse it is than the best design of the scenario (regret).
 
     >>> from scipy.stats import uniform
     >>> from pymoo_psi import VectorizedSphereChute, robustness

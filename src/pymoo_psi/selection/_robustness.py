@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 class Robustness(Shown):
     """The results of n designs in S scenarios.
 
-    The regret of a design in a scenario is how much farther it is from that scenario's U than the
-    nearest design, in the scale of that scenario. Shares refer to all S scenarios; regret refers to
-    those in which the design is feasible and is NaN if there are none.
+    The regret of a design in a scenario is its distance from U beyond that of the nearest design,
+    in the scale of the scenario. Shares refer to all S scenarios. Regret refers to those in which
+    the design is feasible; it is NaN if there are none.
 
     Attributes:
         X: ``(n, n_var)`` the designs, or ``(n,)`` mappings.

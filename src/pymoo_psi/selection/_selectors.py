@@ -186,7 +186,7 @@ class ReferencePoint(RankingSelector):
     may be out of reach, or worse than some designs in every objective.
 
     Args:
-        point: ``(m,)`` the wanted value of each objective, in the original directions: the sign of
+        point: ``(m,)`` the aspired value of each objective, in the original directions: the sign of
             an objective to be maximised is not changed.
         weights: ``(m,)`` weights >= 0, not all 0; by default all 1. Only their ratios matter.
         normalize: As for :class:`SalukvadzeOptimum`.

@@ -52,28 +52,29 @@ def switching_values(
     weights: Mapping[str, float] | None = None,
     aspiration: Mapping[str, float] | None = None,
 ) -> pd.DataFrame:
-    """Return at which values of limits, objectives and weights another design is recommended.
+    """Return the values of limits, objectives and weights at which the recommendation changes.
 
-    Limits that are in force are tightened and loosened, and those that no objective has on its
-    worse side are set; the objectives of the recommended design are changed as if it were offered
-    otherwise; all else stays. The value is that of the next change in a direction. As ranges follow
-    the limits, there may be more changes beyond it.
+    Each limit is tightened and loosened; an objective without a limit on its worse side gets one.
+    Each objective value of the recommended design, and each weight, is changed in both directions.
+    Everything else stays as it is. The returned value is the nearest change in a direction; more
+    changes may follow beyond it, because ranges follow the limits.
 
     Args:
         table: The tests, under the formulation with the limits.
         kinds: What changes: "limit", "value", "weight".
-        weights: Weights of objectives by name, 1 unless given; with these or an aspiration, what
-            changes the first design of the achievement function, see :class:`ReferencePoint`.
-        aspiration: Wanted values of objectives by name, the best ones unless given.
+        weights: Weights of objectives by name, 1 by default. With weights or an aspiration, the
+            recommendation is the first design of the achievement function, see
+            :class:`ReferencePoint`.
+        aspiration: Aspired values of objectives by name, by default the best ones.
 
     Returns:
         One row for each change: ``kind``, "limit", "value" or "weight"; ``column``; ``end``,
         "lower" or "upper", of a limit; ``direction``, "tighter" or "looser" of a limit, "better" or
         "worse" of a value, "less" or "more" of a weight; ``present``, NaN for a limit that is not
-        set; ``value``, up to which the design stays recommended, or of a looser limit, from which
-        it does not; NaN if it stays at any; ``design`` that is recommended then, None if it is
-        none or the same; ``exact``, whether every value was tried. Values and weights are tried in
-        fine steps, of which those between the 64 parts of the way are searched by halving.
+        set; ``value``, up to which the design stays recommended, or, for a looser limit, from which
+        it no longer is; NaN if it stays at any value; ``design``, which is recommended then, None
+        if it is none or the same; ``exact``, whether every value was tried. Values and weights are
+        tried in 64 steps, between which the change is found by bisection.
 
     Raises:
         ArgumentValueError: No design is feasible, a weight names no objective, or a kind is none.

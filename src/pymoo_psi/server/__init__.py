@@ -1,16 +1,16 @@
-"""A study that grows, watched in a browser, and the run that is steered there.
+"""The page of a study that grows, to watch and steer a run in a browser.
 
-:func:`live` shows a study in a notebook, or gives the address of its page; the command
-``pymoo-psi live`` does the same. This needs the extra ``live``.
+:func:`live` shows a study in a notebook and returns the address of its page; the command
+``pymoo-psi live`` does the same in a terminal. Both need the extra ``live``.
 
-The page is the decision page. A server of its own process reads the study again when it has changed
-and sends new designs as server-sent events; the page ranks them. What people ask of the run is
-written into the study, and the run reads it there between two proposals. So the run needs neither
-page nor server, may be at work on another machine, and goes on when they end.
+It is the decision page. A server in a separate process reads the study when it has changed and
+sends new designs as server-sent events; the page ranks them. Requests to the run are stored in the
+study, and the run reads them between two proposals. The run does not depend on page or server: it
+may be on another machine, and continues when they end.
 
-The server listens on 127.0.0.1 unless it is asked otherwise. Its address has a token; requests of
-other pages and names of hosts are refused, whatever comes is bounded, and nothing is read or
-written but the study and the file with the address beside it.
+The server listens on 127.0.0.1 by default. Its address contains a token. Requests from other pages
+or for other host names are refused, and the size of requests is bounded. The server accesses only
+the study and the file with the address beside it.
 """
 
 from pymoo_psi.server._server import live

@@ -380,7 +380,8 @@ def live(study: str | PathLike[str], *, steer: bool = False, port: int | None = 
 
     Args:
         study: The file, which may not exist yet.
-        steer: Whether the page can steer the run: direct its search, pause, continue, extend, end.
+        steer: Whether the page can steer the run: direct its search, pause, continue, extend or end
+            it.
         port: The port of the server on this machine; by default 8741 or, if it is taken, any.
 
     Raises:

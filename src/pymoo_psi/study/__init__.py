@@ -1,14 +1,13 @@
-"""Studies on disk: what was evaluated is kept, whatever happens to the process that did it.
+"""Studies: files on disk that keep evaluated designs, even if the process is killed.
 
-Each test is on the disk within a second or two of its arrival. A study is an ordinary SQLite
-database with a row for each test, which is read without this package, too:
-``pandas.read_sql("SELECT * FROM tests", sqlite3.connect("chute.db"))``. The files of several
-machines in one folder are read as one study.
+Each test is on the disk within a second or two. A study is an ordinary SQLite database with a row
+for each test, which can be read without this package: ``pandas.read_sql("SELECT * FROM tests",
+sqlite3.connect("chute.db"))``. The files of several machines in one folder are read as one study.
 
 - `Study`: the tests and proposals of one file, block after block; one process writes at a time.
 - `write_study`: a whole file at once.
-- `Share`, `read_folder`: the points of one investigation divided among machines, and read again;
-  `ALL` is the share that has every point, `LAST` the largest number of a test point.
+- `Share`, `read_folder`: divide the points of one investigation among machines, and read their
+  files; `ALL` is the share that has every point, `LAST` the largest number of a test point.
 """
 
 from pymoo_psi.study._study import Study

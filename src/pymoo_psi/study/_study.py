@@ -68,7 +68,7 @@ class Study:
     The tests of a block are committed together, or none of them. They stay, whatever happens to
     the process later. Reading changes nothing and waits for a commit at most.
 
-    A study knows no tables, only their heads, of values that JSON can hold, and their columns.
+    A study stores no table objects but their heads, as JSON, and their columns.
 
     Attributes:
         path: The absolute path of the file.
@@ -140,7 +140,7 @@ class Study:
 
     @contextmanager
     def writing(self, run: int = 1) -> Iterator[None]:
-        """Keep other processes from adding to a run while the body does, so none repeats its work.
+        """Keep other processes from adding to a run during the body.
 
         Without it, :meth:`append` does so for each block. It may be nested. Threads of this process
         wait for one another. Other runs of the study can be added to meanwhile.
@@ -162,10 +162,10 @@ class Study:
     ) -> int:
         """Commit a block of n tests; after the return they are on the disk.
 
-        A test that is already stored with the same values is skipped, even if one of the two lacks
-        an output. A test that is stored as failed is replaced by its repetition. No other stored
-        test can be changed. A design that another run has tested meanwhile is not stored again: its
-        test is that of the point, too.
+        A test that is stored already with the same values is skipped, even if one of the two lacks
+        an output. A failed test is replaced by its repetition. No other stored test can be changed.
+        A design that another run has tested meanwhile is not stored again; both points share its
+        test.
 
         Args:
             columns: Columns of n cells: ``test_point``, the numbers of the points in the run; the
@@ -195,7 +195,7 @@ class Study:
             return database.append(run, columns | more)
 
     def facts(self) -> Facts:
-        """Return what is known of the study as a whole.
+        """Return the facts of the study as a whole.
 
         Raises:
             StudyMismatchError: Another study has taken the place of this one.
@@ -245,9 +245,9 @@ class Study:
             return database.test_points(run, first, failed=failed)
 
     def statuses(self) -> tuple[Integers, Mask, int]:
-        """Return the ``(n,)`` numbers of all tests, increasing, and which have not failed.
+        """Return the ``(n,)`` numbers of all tests, increasing, and a mask of those that succeeded.
 
-        And how often a test was corrected or withdrawn.
+        The third result is how often a test was corrected or withdrawn.
 
         Raises:
             StudyError: As :meth:`facts`.
@@ -259,7 +259,7 @@ class Study:
         return rows[:, 0], rows[:, 1] == 1, n_changes
 
     def propose(self, proposals: Sequence[Proposal], run: int = 1) -> list[Proposal]:
-        """Commit designs that are going to be tested, unless others are stored under their numbers.
+        """Commit designs to be tested, unless others are stored under their numbers.
 
         Args:
             proposals: The proposals in the order of their test points.
@@ -288,7 +288,7 @@ class Study:
             return database.proposals(run, first, min(first + count - 1, LAST))
 
     def reading(self) -> AbstractContextManager[Database]:
-        """Return a context in which the study can be read; it stays as it is meanwhile."""
+        """Return a context in which the study can be read and does not change."""
         return self._transaction(_READ)
 
     def changes(self) -> AbstractContextManager[Database]:

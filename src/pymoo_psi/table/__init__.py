@@ -1,10 +1,10 @@
 """The test table: tested designs under limits, their analysis, and their files.
 
 A :class:`TestTable` holds tests or designs: arrays, and a :class:`Layout` that says which column is
-a variable, objective, constraint or output, its unit and direction. :func:`read_table` makes one of
-any source, :func:`pymoo_psi.investigate` of a problem. A :class:`Formulation` says what is asked:
-objectives, directions, limits, constraints left out, computed columns. A table carries one, and all
-questions are asked under it; ``table.under(...)`` is the same tests under another one.
+a variable, objective, constraint or output, with its unit and direction. :func:`read_table` reads
+any source into a table; :func:`pymoo_psi.investigate` tests a problem. A :class:`Formulation`
+states objectives, directions, limits, omitted constraints and computed columns. Every table has
+one, which its methods use; ``table.under(...)`` returns the same tests under another one.
 
 Example:
     A cantilever of 1 m with 5 kN at its end. Names, units and directions come from the problem;
@@ -27,8 +27,8 @@ Example:
     ...         out["stress"] = 3e7 / (width * height**2)
     >>> table = investigate(Beam(), 256)
 
-    Limits on any column, ``(lower, upper)`` for both ends, and what each of them costs: how many
-    tests it rejects, and how many it alone.
+    Limits on any column, ``(lower, upper)`` for both ends, and what each costs: how many tests it
+    rejects, and how many it alone rejects.
 
     >>> limited = table.under(limits={"mass": 45, "stress": 60})
     >>> print(constraint_costs(limited)[["rejects", "alone"]].rename_axis(None))
@@ -37,8 +37,8 @@ Example:
     mass<=45         49     48
     stress<=60      161    138
 
-    More points where designs are feasible, the tests of both experiments in one table, and the
-    stress an objective from now on:
+    Test more points where designs are feasible, join the tests of both experiments in one table,
+    and make the stress an objective:
 
     >>> part = Restricted(Beam(), limited.refined_bounds(margin=0.1))
     >>> both = TestTable.combined({"whole": table, "part": investigate(part, 256)})
@@ -50,16 +50,17 @@ Example:
     Behind the best in mass by 7.321 kg (11 % of its range), stiffness by 831.8 N/mm (6.6 %), stress
     by 4.744 (0.52 %); weakest in mass.
 
-Tables and what is asked of them: TestTable, Layout, Kind, Formulation, read_table.
-Analysis: histogram (a Histogram), constraint_costs; first-order sensitivities and convergence (a
-Convergence) of the decision with the number of tests, both of the tests that even_part returns: of
-points of a sequence, not of what an algorithm has chosen. :mod:`pymoo_psi.plots` draws
-sensitivities.
+Tables and formulations: TestTable, Layout, Kind, Formulation, read_table.
+
+Analysis: histogram (a Histogram), constraint_costs, first-order sensitivities, and convergence (a
+Convergence) of the decision with the number of tests. The last two use only tests that sample the
+bounds evenly, see even_part. :mod:`pymoo_psi.plots` draws sensitivities.
+
 Files: ``to_csv``, ``to_xlsx`` and ``to_study`` write what :func:`read_table` reads back without a
-change; ``pd.read_csv(path)`` and ``pd.read_excel(path)`` read the former two, without what
-``FILE.csv-metadata.json`` and the second sheet say of the columns.
-Formats of files: FORMATS is their registry, FileFormat a format, SourceFile the file that it reads
-as Cells.
+change. ``pd.read_csv(path)`` and ``pd.read_excel(path)`` read the first two without the metadata of
+``FILE.csv-metadata.json`` and of the second sheet.
+
+File formats: FORMATS is the registry; a FileFormat reads a SourceFile into Cells.
 """
 
 from pymoo_psi._names import attach_names

@@ -61,8 +61,8 @@ class Histogram:
 
     Attributes:
         variable: Name of the variable or column.
-        edges: ``(k + 1,)`` edges of the bins; the last bin holds its upper edge. If the variable
-            takes single values only, the places -1/2, 1/2, … at which these are drawn.
+        edges: ``(k + 1,)`` edges of the bins; the last bin includes its upper edge. For single
+            values the edges are -1/2, 1/2, …, between which they are drawn.
         values: The k values of an integer, a binary variable or a choice, one to a bin; empty
             where bins are intervals.
         tested: ``(k,)`` numbers of tested designs.
@@ -91,9 +91,9 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
 
     Args:
         table: The tests.
-        variable: Name or index of the variable; or name of an objective, constraint or output, the
-            bins of which span the feasible designs, and all if there is none, up to three times
-            the middle half's range beyond that half: what lies beyond is in no bin.
+        variable: Name or index of the variable; or name of an objective, constraint or output. Bins
+            of the latter span the feasible designs, or all if there are none, except for outliers
+            beyond three times the interquartile range, which are in no bin.
         bins: The number of equal bins between the bounds of a real variable, or of an integer with
             more than twice as many tested values; other columns have one bin for each value.
 
@@ -187,17 +187,17 @@ def alike(reasons: Iterable[str]) -> list[str]:
 
 
 def constraint_costs(table: TestTable) -> pd.DataFrame:
-    """Return what each constraint and limit costs, and what relaxing it would gain.
+    """Return the cost of each constraint and limit, and the gain of relaxing it.
 
     Returns:
         One row per constraint and then per limit, as it is written. Columns: ``lower`` and
         ``upper``, the least and the greatest value allowed; ``rejects``, how many designs violate
-        it; ``alone``, how many it alone rejects; and for each objective the best value among the
-        feasible designs (``f1_feasible``) and among those it alone rejects (``f1_alone``); NaN
-        where there are none.
+        it; ``alone``, how many designs violate nothing else; and for each objective the best value
+        among the feasible designs (``f1_feasible``) and among those that violate nothing else
+        (``f1_alone``); NaN if there are none.
 
     Example:
-        Test 2 violates the constraint only; without it f1 = 1 would be had instead of 2.
+        Test 2 violates only the constraint; without it f1 could be 1 instead of 2.
 
         >>> X, F, G = [[0.1], [0.5], [0.9]], [[2], [1], [4]], [[0.0], [0.5], [0.0]]
         >>> table = TestTable.of([1, 2, 3], X, F, G).under(limits={"f1": 3})
@@ -264,30 +264,29 @@ def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.
     """Return the first-order sensitivity of columns to each variable, from the tests at hand.
 
     The index S_i of a variable is the share of a column's variance that the variable explains by
-    itself: Var(E[y | x_i]) / Var(y). What their sum lacks to 1 is due to interactions. E[y | x_i]
-    is the mean for each value of a variable with few values, such as a binary one or a choice, and
-    else a sum of ten cosines of its rank, as in the given-data estimates of Plischke (Reliability
+    itself: Var(E[y | x_i]) / Var(y). The rest, 1 minus the sum, is due to interactions. For a
+    variable with few values, such as a choice, E[y | x_i] is the mean for each value; otherwise it
+    is a sum of ten cosines of its rank, as in the given-data estimates of Plischke (Reliability
     Engineering and System Safety 95, 2010). The share that as many terms explain by chance is
-    taken off; what a stronger variable explains is taken off before, as few points of a sequence
-    may confound two. So an estimate may be below 0 where a variable explains nothing. A jump in a
-    real variable loses up to 4 % of its share.
+    subtracted, so that an estimate may be negative. The effects of stronger variables are
+    subtracted first, because few points of a sequence may confound two variables. A jump in a real
+    variable loses up to 4 % of its share.
 
-    All tests whose value is finite count, feasible or not: the variables must be independent and
-    uniform within the bounds, which is not so of the feasible designs only, nor where many fail.
-    Of a surrogate's study the points before the first proposal count; see :func:`even_part`.
+    All tests with a finite value count, feasible or not, because the variables must be independent
+    and uniform within the bounds; this does not hold for the feasible designs alone, nor if many
+    fail. For the role of an algorithm's proposals see :func:`even_part`.
 
     Args:
         table: The tests of one investigation.
         columns: Names of objectives, constraints and further outputs; all of them unless given.
 
     Returns:
-        Index ``(column, variable)``; ``first_order``, the index S_i; ``lower`` and ``upper``, the
-        ends of its band, which holds the true value at 95 %. Variables with one value are left
-        out; NaN where a column is constant.
+        Index ``(column, variable)``; ``first_order``, the index S_i; ``lower`` and ``upper``, its
+        95 % confidence band. Variables with one value are omitted; NaN if a column is constant.
 
     Raises:
-        ArgumentValueError: The tests are no even sample; there is no such column, it is a
-            variable, or it has too few values.
+        ArgumentValueError: The tests are no even sample, or a column is unknown, a variable or has
+            too few values.
 
     Example:
         Of x1 + 2 x2 the first variable explains 1/5 of the variance, the second 4/5.
@@ -389,15 +388,15 @@ def _half_width(y: Array, fit: Array, p: int, free: int) -> float:
 def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tuple[str, ...]]:
     """Return the tests that sample the bounds evenly, and remarks on them.
 
-    Sensitivities and convergence use these tests only: designs that an algorithm has chosen show
-    where it searched. If it is unknown how designs were sampled, their values decide.
+    Sensitivities and convergence use these tests only, because designs chosen by an algorithm show
+    where it searched. If the sampling is unknown, the values of the designs decide.
 
     Args:
         table: Tests of any origin.
         ordered: Whether the first tests must be an even sample, too.
 
     Returns:
-        The tests, in their order, and sentences: which ones these are, and how many have failed.
+        The tests, in their order, and sentences on which they are and how many failed.
 
     Raises:
         ArgumentValueError: There is none.
@@ -509,11 +508,10 @@ def _uniformity(x: Array) -> float:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Convergence(Shown):
-    """What the first n tests would have decided, n doubling from row to row up to all of them.
+    """The decision that the first n tests give; n doubles from row to row up to all tests.
 
-    Distances are those of the ranking of all tests, so that rows can be compared. Where one design
-    is the best in every objective they have no unit, and ``mu1``, ``hypervolume`` and ``moved``
-    are NaN.
+    Distances use the scale of all tests, so that rows can be compared. If one design is the best in
+    every objective, there is no scale, and ``mu1``, ``hypervolume`` and ``moved`` are NaN.
 
     Attributes:
         tests: ``(k,)`` numbers n of tests, increasing.
@@ -524,9 +522,9 @@ class Convergence(Shown):
         optimum: ``(k,)`` the test point nearest to U by the ranking of the first n; 0 where no
             design is feasible.
         mu1: ``(k,)`` its distance to the U of all tests; infinite where there is none.
-        moved: ``(k,)`` how far it lies from that of the row before: the largest difference in an
-            objective, in units of the objective's range over the last front; NaN where there was
-            none before.
+        moved: ``(k,)`` how far it is from the optimum of the row before: the largest difference in
+            an objective, in units of the objective's range over the last front; NaN if there was
+            none.
         best: ``(k, m)`` its objectives, in the original directions; NaN where there is none.
         objectives: Their m names.
 
@@ -554,7 +552,7 @@ class Convergence(Shown):
         return f"Convergence({self.tests[-1]} tests: the best is no. {self.optimum[-1]})"
 
     def to_frame(self) -> pd.DataFrame:
-        """Return the rows, with index ``tests`` and a column for each other array.
+        """Return a frame with the index ``tests`` and a column for each other array.
 
         Example:
             >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -574,10 +572,10 @@ class Convergence(Shown):
         return frame.set_index(pd.Index(self.tests, name="tests"))
 
     def verdict(self) -> str:
-        """Say what the last doubling of the tests changed in the decision, and what is unknown.
+        """Return a sentence on what the last doubling of the tests changed in the decision.
 
-        The effect of the next doubling is not predicted: on problems with known solutions no
-        estimate from earlier doublings is right often enough.
+        The effect of the next doubling is not predicted, because no such estimate proved reliable
+        on problems with known solutions.
 
         Example:
             >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -626,14 +624,14 @@ class Convergence(Shown):
 
 
 def convergence(table: TestTable) -> Convergence:
-    """Return what a half, a quarter, … of the tests would have decided, in the order of testing.
+    """Return the decisions that the first half, quarter, … of the tests give.
 
     Args:
         table: The tests of an investigation.
 
     Raises:
-        ArgumentValueError: There is no feasible design, or fewer than eight tests; or the first
-            ones are no smaller investigation within the same bounds, see :func:`even_part`.
+        ArgumentValueError: There is no feasible design, there are fewer than eight tests, or the
+            first tests do not sample the bounds evenly, see :func:`even_part`.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate

@@ -98,11 +98,11 @@ class Cells:
         columns: The n cells of each column by its name, in the order of the source.
         lines: The line of the file on which each row ends; empty if there are no lines.
         separator: The mark between the cells of a text.
-        head: What the source says of its columns: of designs, as :func:`designs_head` returns it;
-            of a table of tests, as :meth:`FileFormat.write` gets it. Empty if it says nothing.
-        label: The column that names the designs, if the source tells.
+        head: What the source says about its columns: for designs as :func:`designs_head` returns
+            it, for a table of tests as :meth:`FileFormat.write` receives it; may be empty.
+        label: The column that names the designs, if the source says so.
         rows: The numbers of the rows; from 1 to n if empty.
-        metadata: The file that would be read as head, if it were there.
+        metadata: The file that is read as head if it exists.
     """
 
     columns: dict[str, list[Any]]

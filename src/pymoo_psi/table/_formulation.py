@@ -107,42 +107,42 @@ class FormulationFields(TypedDict, total=False):
 class Formulation(Shown):
     """A formulation of a problem, applied to tests by :meth:`TestTable.under`.
 
-    All columns are named, and all values are in the original direction. What is not said stays as
-    the table has it: the objectives, their directions, and the constraints.
+    All columns are named, and all values are in the original direction. Attributes that are not
+    given leave the table unchanged: its objectives, directions and constraints.
 
     Attributes:
-        objectives: Names of the objectives: any columns of numbers, the table's unless given. A
-            variable or constraint named here becomes an objective only (an equality counts by its
-            absolute value). The table's other objectives become outputs.
-        maximize: Objectives to be maximised, beside those of which the table says so.
+        objectives: Names of the objectives, any columns of numbers; by default the table's. A
+            variable or constraint named here becomes an objective only (an equality by its absolute
+            value). The table's other objectives become outputs.
+        maximize: Objectives to be maximised, in addition to those of the table.
         limits: Limits on objectives, variables and outputs by name, in the original direction,
-            ``{"mass": 30, "width": (0.2, 0.4), "gain": (0.9, None)}``: at most 30, from 0.2 to
-            0.4, and at least 0.9. A number is the greatest value allowed; for a maximised
-            objective it is refused, as it could mean either. On columns of texts, the text allowed
-            or a list: ``{"rail": "yes", "material": ["steel", "alu"]}``. Or texts,
-            ``"mass<=30, gain>=0.9, rail=yes, material in steel, alu"``.
-        relaxed: Constraints that are left out and become outputs; another bound than theirs is a
-            limit on such a column.
-        computed: Further columns by name, each an expression of others, such as
-            ``"mass / stress"``. Each may use those before it. Names of other than letters, digits
-            and ``_`` stand in backquotes; an expression knows + - * / ** and parentheses, abs,
-            sqrt, exp, log (natural), log2, log10, sin, cos, tan (of radians), asin, acos, atan,
-            sinh, cosh, tanh, min, max and pi, and nothing of Python.
-        units: Units of columns by name, those of the limits, too; a table that has a column in
-            another unit is refused.
+            ``{"mass": 30, "width": (0.2, 0.4), "gain": (0.9, None)}``: at most 30, from 0.2 to 0.4,
+            and at least 0.9. A number is the greatest value allowed; for a maximised objective it
+            is refused, because it is ambiguous. On columns of texts, the allowed text or a list:
+            ``{"rail": "yes", "material": ["steel", "alu"]}``. Or texts, ``"mass<=30, gain>=0.9,
+            rail=yes, material in steel, alu"``.
+        relaxed: Constraints that are omitted and become outputs; a limit on such a column replaces
+            the bound.
+        computed: Further columns by name, each an expression of others, such as ``"mass /
+            stress"``. Each may use those before it. Names with other characters than letters,
+            digits and ``_`` are written in backquotes. An expression may contain + - * / ** and
+            parentheses, abs, sqrt, exp, log (natural), log2, log10, sin, cos, tan (of radians),
+            asin, acos, atan, sinh, cosh, tanh, min, max and pi.
+        units: Units of columns by name, which are also those of the limits; a table with a column
+            in another unit is refused.
         normalize: Whether designs are ranked in units of the objectives' ranges.
-        ranges: The ranges ``(lower, upper)`` of all objectives, fixed whatever the limits; empty:
-            those of the Pareto set; None: as the table has it. Equal ends are refused for an
-            objective in which designs differ.
+        ranges: Fixed ranges ``(lower, upper)`` of all objectives, independent of the limits. An
+            empty mapping uses those of the Pareto set, None those of the table. Equal ends are
+            refused for an objective in which designs differ.
         chosen: Name of the chosen design, as in :attr:`TestTable.names`; None if none is chosen.
         reason: Why it was chosen.
-        positions: What people hold, one mapping for each person and date: ``name``; ``date``, as
-            ISO 8601 has it, or empty; ``chosen``, the name of a design or None; ``limits``,
-            ``weights`` and ``aspiration`` of objectives by name; ``reason``. Under one name they
-            are a history.
+        positions: Positions of people, one mapping for each person and date: ``name``; ``date`` in
+            ISO 8601, or empty; ``chosen``, the name of a design or None; ``limits``, ``weights``
+            and ``aspiration`` of objectives by name; ``reason``. Positions with the same name are a
+            history.
         decided: The decision of a group, None if there is none: ``date``; ``chosen``, the name of
             a design; ``agree`` and ``dissent``, lists of names.
-        page: What else the decision page showed; changes no decision.
+        page: Other settings of the decision page, without effect on the decision.
 
     Raises:
         ArgumentValueError: A name is given twice, or a limit or an expression cannot be read.
@@ -239,7 +239,7 @@ class Formulation(Shown):
         return f"Formulation({', '.join(arguments)})"
 
     def to_frame(self) -> pd.DataFrame:
-        """Return a table of the attributes that differ from their defaults, to read.
+        """Return a table of the attributes that differ from their defaults.
 
         Example:
             >>> print(Formulation(maximize=["gain"], limits={"mass": 30}).to_frame())
@@ -253,7 +253,7 @@ class Formulation(Shown):
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Names of the columns of numbers that it uses, apart from those that it computes.
+        """Names of the columns of numbers that it uses, without those that it computes.
 
         Example:
             >>> Formulation(["mass", "r"], limits={"x1": 3}, computed={"r": "f2 / f1"}).columns
@@ -268,7 +268,7 @@ class Formulation(Shown):
         return tuple(name for name in dict.fromkeys(names) if name not in self.computed)
 
     def without_columns(self) -> Formulation:
-        """Return it without what names or computes columns, for a table that has them already.
+        """Return it without objectives and computed columns, for a table that has them already.
 
         Example:
             >>> Formulation(["mass", "gain"], limits={"mass": 30}).without_columns().objectives
@@ -277,7 +277,7 @@ class Formulation(Shown):
         return replace(self, objectives=(), maximize=(), relaxed=(), computed={}, units={})
 
     def to_json(self, path: str | PathLike[str]) -> None:
-        """Write the formulation as JSON, which :meth:`read_json` reads and hands can edit.
+        """Write the formulation as JSON, to be read by :meth:`read_json` or edited by hand.
 
         Raises:
             OSError: The file cannot be written.
@@ -312,7 +312,7 @@ class Formulation(Shown):
         """Read a formulation, or a decision that the page saved; the file may be untrusted.
 
         Raises:
-            ArgumentValueError: The file is no formulation, or what it says is none.
+            ArgumentValueError: The file is not a formulation, or an entry is not valid.
             OSError: The file cannot be opened.
 
         Example:

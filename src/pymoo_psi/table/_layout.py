@@ -61,12 +61,11 @@ class Layout:
         upper: ``(n_var,)`` upper bounds, as for ``lower``.
         eq_tolerance: How far an equality constraint may be from 0.
         kinds: ``n_var`` kinds of the variables; empty where they follow from the designs.
-        outputs: ``k`` names of what else the model gives, numbers that are neither objectives nor
-            constraints.
-        maximize: The objectives to be maximised, and outputs that would be such objectives.
-            ``F`` holds these objectives with the sign turned, as pymoo minimises; whatever is
-            reached by their names is in the original direction.
-        units: Units of columns by name, also of outputs that no test has brought yet.
+        outputs: ``k`` names of further outputs of the model, neither objectives nor constraints.
+        maximize: The objectives to be maximised, and outputs that would be such objectives. ``F``
+            holds the negatives of these objectives, because pymoo minimises; columns that are
+            accessed by name have the original direction.
+        units: Units of columns by name, also of outputs without values so far.
         label: Name of the column in ``extra`` that names the designs, or None.
 
     Example:
@@ -115,9 +114,9 @@ class Layout:
 
     @property
     def words(self) -> Words:
-        """What sentences call rows: tests of a model, which may fail, or designs of a file.
+        """The words for rows in sentences: tests of a model, which may fail, or designs of a file.
 
-        Designs of a file are complete or not. A column names them, and no variable has bounds.
+        Designs of a file have a column of names and no bounds; they may be incomplete.
 
         Example:
             >>> Layout.of(["width"], ["mass"], lower=[1], upper=[2]).words.failed
@@ -169,7 +168,7 @@ class Layout:
         maximize: Sequence[str] = (),
         units: Mapping[str, str] | None = None,
     ) -> Layout:
-        """Return the layout with these names; a number stands for as many default names.
+        """Return a layout with these names; a number stands for as many default names.
 
         Args:
             variables: Names of the variables, or how many: x1, x2, …

@@ -76,29 +76,29 @@ def read_table(
 ) -> TestTable:
     r"""Return the table in a source of any kind, which is read once, so that it may be a pipe.
 
-    A table of tests keeps its layout. Other designs are feasible and have no bounds; their numbers
-    are the rows of the source, from 1. Their objectives are those that the formulation names, or
-    those that the source tells, as our rankings and exports of the page do; else f1, f2, … beside
-    x1, x2, …; else all columns of numbers except labels. Other columns of numbers become outputs,
-    all others ``extra``. ``remarks`` says what a reader must know about the rows, such as missing
-    shares.
+    A table of tests keeps its layout. Designs of other sources are feasible, have no bounds, and
+    are numbered by their rows, from 1. Their objectives are the first of these that exist: those
+    that the formulation names; those that the source states, as rankings and exports of the page
+    do; f1, f2, … beside x1, x2, …; all columns of numbers except labels. Other columns of numbers
+    become outputs, all others ``extra``. ``remarks`` states what a reader must know about the rows,
+    such as missing shares.
 
-    A number that can be read in two ways, such as ``1.250`` where nothing tells whether points
-    divide thousands, is refused; the message names the option that settles it. A column that looks
-    like numbers but holds others is refused, too. If the formulation names the objectives, only the
-    columns that it names must be readable.
+    An ambiguous number is refused, such as ``1.250`` if the point may be a thousands separator; the
+    message names the option that decides. A column of numbers with other cells is refused, too. If
+    the formulation names the objectives, only the columns that it names must be readable.
 
     Args:
         source: A path, a data frame, an ``(n, m)`` array of objectives, all minimised, or a
             :class:`TestTable`. A path leads to a study or a folder of studies; a text with commas,
             semicolons, tabs, bars or spaces between its cells; a workbook (.xlsx); a list of
             designs in JSON; or a file of a format that was added to ``FORMATS``.
-        formulation: What is asked; see :meth:`TestTable.under`.
-        variables: Names of the columns with design variables; as the source tells unless given.
-        repeats: The column that says which rows are tests of one design, which is then their mean,
-            or ``"variables"`` for all variables; see :meth:`TestTable.averaged`. Tests of a study
-            are averaged by variables if they differ, unless this is ``False``.
-        drop_incomplete: Let designs without a finite objective fail, instead of refusing them.
+        formulation: Objectives, directions and limits; see :meth:`TestTable.under`.
+        variables: Names of the columns with design variables; by default as the source says.
+        repeats: The column whose equal values mark tests of one design, or ``"variables"``; the
+            design is their mean, see :meth:`TestTable.averaged`. By default only repeated tests of
+            a study are averaged, by variables; ``False`` averages nothing.
+        drop_incomplete: Count designs without a finite objective as failed, instead of refusing the
+            source.
         decimal: The decimal mark of texts, ``"."`` or ``","``.
         thousands: The mark between thousands, ``"."``, ``","``, ``" "`` or ``"'"``.
         encoding: The encoding of a text; by its byte-order mark, or UTF-8, unless given.
@@ -107,8 +107,9 @@ def read_table(
 
     Raises:
         OSError: The file cannot be opened.
-        ArgumentValueError: The source is no table of named columns with one design or more, a row
-            summarises others, a required column cannot be read, or the formulation does not fit.
+        ArgumentValueError: The source is not a table of named columns with at least one design, a
+            row is a summary of others, a required column cannot be read, or the formulation does
+            not fit.
         StudyError: The file is a database but no study, or a damaged one.
         PsiError: A package that reads such files is not installed.
 

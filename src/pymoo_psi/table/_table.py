@@ -103,18 +103,17 @@ class TestTable(Tests, Shown):
     ) -> TestTable:
         """Return the table of the same tests under another formulation, without an evaluation.
 
-        It is the table that the problem so formulated would give: other objectives and directions,
-        other limits, and the rest among the outputs. Numbers and designs stay. A design with an
-        objective that cannot be computed has failed; one that failed in its evaluation stays
-        failed, as its values are not known.
+        The result is the table of a problem with these objectives, directions and limits; other
+        columns become outputs. Numbers and designs stay the same. A design fails if an objective
+        cannot be computed, and stays failed if its evaluation failed.
 
         The formulation replaces that of the table and applies to the tests as evaluated: limits can
         be loosened as well as tightened, and ``under(limits={})`` has none. What a formulation does
-        not say stays as the tests have it.
+        not state stays as the tests have it.
 
         Args:
             formulation: The formulation; that of the table unless given.
-            **fields: Attributes of :class:`Formulation`, in the place of those of the formulation:
+            **fields: Attributes of :class:`Formulation`, which replace those of the formulation:
                 ``under(limits={"mass": 30}, normalize=False)``. Limits on objectives may be given
                 by their index from 0.
 
@@ -207,7 +206,7 @@ class TestTable(Tests, Shown):
     # Sets of designs
 
     def feasible(self) -> Mask:
-        """``(n,)`` which designs are "ok": they keep all constraints and limits.
+        """``(n,)`` which designs are "ok": they meet all constraints and limits.
 
         Example:
             >>> X, F, G = [[0.1], [0.5], [0.9]], [[1], [2], [3]], [[0.5], [0.0], [0.0]]
@@ -231,7 +230,7 @@ class TestTable(Tests, Shown):
     def pareto(self) -> Mask:
         """``(n,)`` which designs are Pareto optimal among the eligible ones.
 
-        Of tests with the same design, see :attr:`repeats`, the first stands for all.
+        Tests of the same design count once, by the first of them; see :attr:`repeats`.
 
         Example:
             Without a limit on f1 no design beats another; with one there are fewer to compare.
@@ -251,7 +250,7 @@ class TestTable(Tests, Shown):
         return np.array(self._pareto)
 
     def know_pareto(self, mask: Mask) -> None:
-        """Take the answer of :meth:`pareto`, which then need not be searched.
+        """Set the result of :meth:`pareto` if it is known already.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0], [2.0]])
@@ -292,8 +291,8 @@ class TestTable(Tests, Shown):
     def feasible_ranking(self) -> EfficiencyRanking:
         """Rank all feasible designs, dominated ones among them, each design once.
 
-        Commands, page and report show this ranking: if an optimal design is dropped, designs that
-        it dominates may become optimal, which :func:`~pymoo_psi.cautions` report.
+        Commands, page and report show this ranking. It includes dominated designs because they may
+        become optimal if another design is dropped, which :func:`~pymoo_psi.cautions` report.
 
         Returns:
             The ranking of the eligible designs, as that of :meth:`ranking`; its labels are the
@@ -386,11 +385,10 @@ class TestTable(Tests, Shown):
         return explain(self, design, row=row)
 
     def sorted_by(self, objective: Key) -> TestTable:
-        """Return the ordered test table of an objective: the feasible designs, the best first.
+        """Return the feasible designs ordered by an objective, the best first.
 
-        The largest value is the best one if the objective is maximised. It is a table again, for
-        the next question, a frame or a file. Equal designs stay in the order of testing; those
-        whose value is NaN come last.
+        The largest value is the best one if the objective is maximised. Equal designs stay in the
+        order of testing; NaN comes last.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[2, 5], [1, 6], [3, 4]])
@@ -410,8 +408,7 @@ class TestTable(Tests, Shown):
         Returns:
             ``(n, k)`` mask, with a column for each constraint and then for each limit, and the k
             names, of limits as they are written. Rows of failed designs are False, and so are the
-            limits of designs that a requirement kept from running: a value that was not computed
-            violates nothing.
+            limits of designs that did not run because of a requirement.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]], G=[[2.0], [-2.0]])
@@ -469,15 +466,14 @@ class TestTable(Tests, Shown):
     # Repeated tests
 
     def averaged(self, by: str | None = None) -> TestTable:
-        """Return the table of designs whose tests have the same value in a column, averaged.
+        """Return the table of designs, each the mean of its tests.
 
-        Each design gets further outputs: ``tests``, their number, and the standard error of each
-        objective, whose variance is pooled over all designs. Tests that failed do not count. Extra
-        columns in which tests of a design differ are left out.
+        Tests with the same value in a column are tests of one design. Further outputs are
+        ``tests``, their number, and the standard error of each objective. Failed tests do not
+        count. Extra columns in which tests of a design differ are omitted.
 
         Args:
-            by: Name of the column that says which tests are of one design; ``"variables"``, or not
-                given: those with the same variables.
+            by: Name of the column; by default, and for ``"variables"``, all variables.
 
         Raises:
             ArgumentValueError: There is no such column, it has gaps, no value recurs in it, or
@@ -497,12 +493,13 @@ class TestTable(Tests, Shown):
     def confidence(self, *, noise: Mapping[str, float] | None = None) -> pd.DataFrame:
         """Return how probable it is that each design is Pareto optimal, the best, or near it.
 
-        By samples of the true values given the means and their standard errors, as
-        :meth:`averaged` returns them. Noise is normal and independent; of five designs or more for
-        each objective, means are shrunk towards those of all designs. Limits are taken as kept.
+        The probabilities come from samples of the true values, given the means and standard errors
+        of :meth:`averaged`. Noise is assumed to be normal and independent. With five designs or
+        more for each objective, means are shrunk towards those of all designs. All designs are
+        assumed to meet the limits.
 
         Args:
-            noise: Standard deviation of one test, by objective, if it is known otherwise.
+            noise: Standard deviation of one test, by objective, if it is known from elsewhere.
 
         Returns:
             Index: the names of the feasible designs. Columns: the expected true values of the
@@ -556,7 +553,7 @@ class TestTable(Tests, Shown):
         return tested.under(self.formulation)
 
     def merge(self, other: TestTable) -> TestTable:
-        """Return the tests of this and another run of the same problem, by number of test point.
+        """Return the tests of this and another run of the same problem, ordered by test point.
 
         ``PSI(1024)`` and ``PSI(3072, first=1025)`` merged are ``PSI(4096)``. A test point in both
         tables counts once, with the outputs and extra columns of both.
@@ -592,12 +589,11 @@ class TestTable(Tests, Shown):
 
     @classmethod
     def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
-        """Return the tests of several experiments on one problem: other bounds, sequences, methods.
+        """Return the tests of several experiments on one problem, with any bounds and sequences.
 
         Test points are numbered consecutively across experiments; the extra columns ``experiment``
-        and ``number`` say where each is from. Sets, ranks and plots cover all experiments. The
-        bounds enclose those of all, and are unknown where one has none; an output that an
-        experiment lacks is NaN for its tests.
+        and ``number`` state the origin of each. The bounds enclose those of all experiments, and
+        are unknown if one has none. An output that an experiment lacks is NaN for its tests.
 
         Args:
             experiments: The tables by a name for each.
@@ -605,7 +601,7 @@ class TestTable(Tests, Shown):
         Raises:
             ArgumentValueError: The tables differ in names, directions, units, kinds, tolerance or
                 problem, or in the results of a design.
-            ArgumentTypeError: The experiments are no mapping of one table or more.
+            ArgumentTypeError: The experiments are not a mapping with at least one table.
 
         Example:
             >>> coarse = TestTable.of([1, 2], [[0.0], [0.5]], [[3.0], [1.0]])
@@ -649,7 +645,7 @@ class TestTable(Tests, Shown):
         return tables[0]._asked_as_before(whole)
 
     def equals(self, other: object) -> bool:
-        """Say whether another table has the same tests in everything; NaN is equal to NaN.
+        """Whether another table is equal in every value and attribute; NaN is equal to NaN.
 
         Example:
             >>> table = TestTable.of([1, 2], [[0.0], [0.5]], [[1], [2]])
@@ -718,9 +714,9 @@ class TestTable(Tests, Shown):
 
         The columns are those of :meth:`to_frame`, with units in the header, such as ``mass [kg]``.
         ``FILE.csv-metadata.json`` beside the file holds names, directions, units, bounds and
-        tolerance, in the W3C's vocabulary for tabular data (CSVW); keep both together. Before 3.1
-        pandas wants ``float_precision="round_trip"`` to read the last digit. An interrupted writing
-        leaves the old files as they were.
+        tolerance, in the W3C's vocabulary for tabular data (CSVW); keep both together. Before
+        version 3.1 pandas needs ``float_precision="round_trip"`` to read the last digit. If writing
+        is interrupted, the old files stay as they were.
 
         Raises:
             ArgumentValueError: Another program has written metadata of the file.
@@ -744,8 +740,8 @@ class TestTable(Tests, Shown):
     def to_xlsx(self, path: str | PathLike[str]) -> None:
         """Write the table as a workbook, which :func:`read_table` reads back without a change.
 
-        The tests are on the first sheet, the columns those of :meth:`to_frame` with units in the
-        header; what they mean and which design is chosen is on the second.
+        The first sheet has the tests, in the columns of :meth:`to_frame` with units in the header.
+        The second describes the columns and the chosen design.
 
         Args:
             path: A file with the suffix ``.xlsx``.
@@ -767,13 +763,12 @@ class TestTable(Tests, Shown):
         WORKBOOK.save_tests(path, self)
 
     def to_study(self, path: str | PathLike[str]) -> None:
-        """Write the table as a new study, which a run continues, whole or not at all.
+        """Write the table as a new study that a run can continue, whole or not at all.
 
-        So a run continues the tests of several tables: ``a.merge(b).to_study("all.db")``, then
+        To continue several tables in one run, use ``a.merge(b).to_study("all.db")``, then
         ``minimize(problem, PSI(n, study="all.db"))``. A table whose problem is unknown, such as one
-        made by :meth:`of`, can be read again, but no run continues it. Durations and origins of
-        designs, ``seconds`` and ``origin`` of a study, are not columns of a table and stay in the
-        studies that it was read from; ``extra`` columns are not written.
+        made by :meth:`of`, can be read again, but not continued. ``extra`` columns and the columns
+        ``seconds`` and ``origin`` of an original study are not written.
 
         Raises:
             StudyAccessError: There is a file of that name, or none can be written.

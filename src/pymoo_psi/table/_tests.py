@@ -44,18 +44,18 @@ _ARRAYS = ("X", "F", "G", "H", "outputs", "_codes")  # with a row for each test
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tests:
-    """Every tested point of an investigation, in the order of testing.
+    """A table of tests or designs, in the order of testing.
 
     Made by :meth:`of` from arrays, by :meth:`empty` and :meth:`extended` block after block, or by
     :func:`read_table`. A table never changes; its arrays are read-only.
 
-    A table carries its :class:`Formulation`: objectives, limits, whether distances are normalised.
-    :meth:`under` returns the same tests under another one, without an
-    evaluation: ``table.under(limits={"mass": 30}).pareto()``.
+    A table has a :class:`Formulation`: objectives, limits, normalisation. :meth:`under` returns the
+    same tests under another one, without an evaluation: ``table.under(limits={"mass":
+    30}).pareto()``.
 
-    ``F`` is pymoo's: all objectives are minimised, and those to be maximised (``layout.maximize``)
-    have the opposite sign. Everything named after an objective is in its original direction:
-    ``table["mass"]``, limits, frames, files, plots.
+    ``F`` is as in pymoo: all objectives are minimised, and those to be maximised
+    (``layout.maximize``) have the opposite sign. Everywhere else, objectives are in the original
+    direction: ``table["mass"]``, limits, frames, files, plots.
 
     Attributes:
         layout: Names and units of all columns, directions of the objectives, kinds and bounds of
@@ -67,15 +67,14 @@ class Tests:
         G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
         H: ``(n, n_eq)`` equality constraints, met where ``|h|`` is within the tolerance.
         reasons: Why designs failed, for the numbers of their test points.
-        outputs: ``(n, k)`` other results of the model, under the names ``layout.outputs``; NaN
-            where a design failed, or an earlier version of the model did not return it.
+        outputs: ``(n, k)`` further outputs of the model, named ``layout.outputs``; NaN if a design
+            failed, or an earlier version of the model did not return it.
         problem: The identity of the problem: name, parameters, sampling and key, by which studies
             distinguish problems; ``None`` if unknown.
-        extra: ``(n,)`` columns of any other content, such as texts of a foreign file.
-        remarks: What a reader must know about the rows, in sentences; they are not written.
-        formulation: What is asked of the tests: limits, ranges, normalisation, a chosen design;
-            and how :meth:`under` has made objectives and computed columns of others.
-        decimal: The decimal mark of the source, with which the page shows numbers.
+        extra: ``(n,)`` columns with other content, such as texts of a file.
+        remarks: Sentences on what a reader must know about the rows; they are not written to files.
+        formulation: Objectives, limits, ranges, normalisation, computed columns, a chosen design.
+        decimal: The decimal mark of the source, which the page uses.
 
     Example:
         >>> table = TestTable.of(
@@ -189,7 +188,7 @@ class Tests:
     def excess(self, name: str, limit: Allowed) -> Array:
         """``(n,)`` by how much tests exceed a limit on a column.
 
-        It is infinite where a number is not finite, and 1 where a text is none of those allowed.
+        It is infinite if a number is not finite, and 1 if a text is not allowed.
 
         Raises:
             ArgumentValueError: The column has no such values.
@@ -232,9 +231,9 @@ class Tests:
 
     @property
     def limits(self) -> dict[str, Allowed]:
-        """What the formulation allows, by column: the least and the greatest value, or texts.
+        """The limits by column: the least and the greatest value, or the allowed texts.
 
-        In the order of the columns, columns of texts last; infinite for an end that is open.
+        They are in the order of the columns, columns of texts last; an open end is infinite.
 
         Example:
             >>> table = TestTable.of([1, 2], [["oak"], ["tin"]], [[1.0], [2.0]])
@@ -266,25 +265,25 @@ class Tests:
     ) -> Self:
         """Return a table of evaluated designs; their status follows from the constraints.
 
-        A design with a reason has failed. A design that meets its constraints but whose objectives
-        are not all finite has failed as well, for that reason.
+        A design with a reason has failed, as has one that meets its constraints but has an
+        objective that is not finite.
 
         Args:
             numbers: ``(n,)`` numbers of the test points, from 1, each once.
             X: ``(n, n_var)`` designs, or n mappings from variable to value.
-            F: ``(n, m)`` objectives, all minimised, those that the layout says are maximised with
-                the sign turned; NaN and infinity are allowed.
+            F: ``(n, m)`` objectives, all minimised: negatives of those that the layout maximises.
+                NaN and infinity are allowed.
             G: ``(n, n_ieq)`` inequality constraints, met where <= 0.
             H: ``(n, n_eq)`` equality constraints, met within the tolerance.
-            outputs: ``(n,)`` values of what else the model gives, by name; they follow those
-                that the layout names, which are NaN where they are not given.
+            outputs: ``(n,)`` further outputs of the model, by name. They are added to those of the
+                layout, which are NaN if not given.
             reasons: Why designs failed, for their numbers.
-            layout: Names, directions, units, kinds, bounds and tolerance; default names, all
-                objectives minimised and no bounds unless given.
-            extra: ``(n,)`` columns carried along that are neither, by name.
+            layout: Names, directions, units, kinds, bounds and tolerance. By default names are x1,
+                f1, …, all objectives are minimised, and there are no bounds.
+            extra: ``(n,)`` other columns, by name.
 
         Raises:
-            ArgumentValueError: The arrays do not fit each other or the layout.
+            ArgumentValueError: The arrays do not fit one another or the layout.
             ArgumentTypeError: An array holds what it cannot.
 
         Example:
@@ -392,7 +391,7 @@ class Tests:
 
     @property
     def names(self) -> list[str]:
-        """Unique names of the n designs: the label, or else the test point or number of the test.
+        """Unique names of the n designs: labels, or otherwise test points or numbers of tests.
 
         Designs that share a label get their number appended; a label that is a number is preceded
         by the name of its column.
@@ -480,8 +479,7 @@ class Tests:
     def repeats(self) -> Mask:
         """``(n,)`` which tests repeat the design and the objectives of an earlier one.
 
-        PSI calls the model once for each design, and in a Pareto set the first test of a design
-        stands for all.
+        PSI calls the model once for each design, and a Pareto set contains the first test only.
 
         Example:
             >>> table = TestTable.of([1, 2, 3], [[4], [5], [4]], [[0.3], [0.2], [0.3]])

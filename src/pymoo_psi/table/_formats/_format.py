@@ -105,8 +105,8 @@ class FileFormat(ABC):
         """Return the content of a file.
 
         Returns:
-            The cells of each column by its name. Where the file holds what :meth:`write` got as
-            ``head``, it is the head of the cells, and they may be a table of tests.
+            The cells of each column by its name. If the file holds the ``head`` that :meth:`write`
+            received, it is the head of the cells, which may then be a table of tests.
 
         Raises:
             UnfitError: The file holds no table.
