@@ -94,9 +94,9 @@ def _choice(name: str, options: str, text: str, default: str | None = None) -> c
 _FORMULATION = [
     _names("objectives", "A,B,…", "Objective columns [f1,f2,… or all numeric columns]."),
     _names("maximize", "A,…", "Objectives to maximize."),
-    _names("limits", '"A<=2.5,T=yes"', "Limits A<=2.5, 1<=X<=2, T=yes, T in a, b, quoted."),
+    _names("limits", '"A<=2.5,T=yes"', "Limits in quotes: A<=2.5, 1<=X<=2, T=yes, T in a, b."),
     _names("compute", '"NAME=A/B"', "Add a column computed from others."),
-    _file("decision", "FILE.json", "Read these from a decision (page, Formulation.to_json)."),
+    _file("decision", "FILE.json", "Read these options from a decision saved on the page."),
     _flag("no-normalize", text="Measure distances in original units."),
 ]
 # How a source is read: the roles of its columns and the format of its numbers.
@@ -108,7 +108,7 @@ _READING = [
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
     _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units."),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
-    _option("repeats", "LABEL", "Column that names the designs of repeated tests; variables: all."),
+    _option("repeats", "LABEL", "Column whose equal values mark tests of one design."),
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
     *_FORMULATION,
 ]
@@ -210,14 +210,14 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
     _file("study", "FILE.db", "Keep every test here; a later run continues it."),
     _flag("live", text="Watch and steer the run in the browser; see 'pymoo-psi live'."),
-    _file("from", "FILE", "Take the tests in this file into the study first ({sources})."),
-    _names("from-names", "X=A,…", "Columns of --from for names of the problem, where they differ."),
+    _file("from", "FILE", "First add the tests in this file to the study ({sources})."),
+    _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
     _option("share", "K/N", "Test part K of N only; --study is a folder."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
     _choice(
         "retry",
         "failed|incomplete",
-        "Test designs of the study again that failed, or that lack a value.",
+        "Test failed designs again, or those that lack a value.",
     ),
     _file("out", "FILE", "Write the Pareto set here ({designs})."),
     _flag("new", text="Write an example FILE.toml to edit."),
@@ -262,16 +262,16 @@ def solve(options: Options) -> int:
     _option("seed", "S", "Random seed (surrogate).", type=click.IntRange(0), default=1),
     _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),
-    _file("from", "FILE", "Take the tests in this file into the study first ({sources})."),
-    _names("from-names", "X=A,…", "Columns of --from for names of the problem, where they differ."),
+    _file("from", "FILE", "First add the tests in this file to the study ({sources})."),
+    _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
 )
 def ask(options: Options) -> int:
-    """Ask for designs that people are to test.
+    """Propose designs for people to test.
 
-    The results are given by 'pymoo-psi tell'. PROBLEM is that of solve, such as a FILE.toml without
-    [program]; it is not evaluated. Designs that the study has, or that are pending, are not asked
-    for again.
+    'pymoo-psi tell' adds the results. PROBLEM is as for solve, such as a FILE.toml without
+    [program]; it is not evaluated. Designs that are tested or pending are not proposed
+    again.
 
     Examples:
       pymoo-psi ask bnh --points 4 --study lab.db --out next.csv
@@ -290,10 +290,11 @@ def ask(options: Options) -> int:
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
 )
 def tell(options: Options) -> int:
-    """Take the results of tests by people into their study.
+    """Add the results of tests that people made to their study.
 
-    FILE is the file of ask with results. Rows without results stay pending; several rows of a test
-    are repeats; a changed variable is what was tested. A second time changes nothing.
+    FILE is the file from ask with results filled in. Rows without results stay pending. Several
+    rows of one test are repeats. If a variable was changed, its new value is what was tested. The
+    same file may be added again; it changes nothing.
 
     Examples:
       pymoo-psi ask bnh --study lab.db --out next.csv
@@ -309,10 +310,9 @@ def tell(options: Options) -> int:
 def rank(options: Options) -> int:
     """Rank the designs of any Pareto set, the best compromise first.
 
-    Each Pareto-optimal design has a place: 1 is the nearest, equal distances share one. Beside it
-    is the rank of efficiency, 0 to 6. FILE is a table or study ({sources}), or a folder of
-    shares. In a list, put a name that has a
-    comma in quotation marks: --objectives '"time, s",mass'.
+    Each Pareto-optimal design has a place. Place 1 is the nearest to the ideal point; equal
+    distances share a place. FILE is a table or study ({sources}), or a folder of shares. In a list,
+    put a name with a comma in quotation marks: --objectives '"time, s",mass'.
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv
@@ -332,7 +332,7 @@ def rank(options: Options) -> int:
     *_READING,
 )
 def page(options: Options) -> int:
-    """Make an interactive page for choosing a design, also offline.
+    """Make an interactive page for choosing a design, which works offline.
 
     FILE is a table or study ({sources}), or a folder of shares.
 
@@ -356,9 +356,9 @@ def page(options: Options) -> int:
 def live(options: Options) -> int:
     """Watch a study in the browser while it grows, and steer its run.
 
-    FILE is a study that a run of any process or machine adds to. The first line is the address,
-    which is for this machine alone and holds a secret; the page is that of the command page, and
-    gets tests as they come. Ctrl-C ends it; the run goes on.
+    FILE is a study, to which a run on this or another machine adds tests; the page shows them as
+    they arrive. The first line printed is the address of the page. It contains a secret and works
+    on this machine only. Ctrl-C ends the page; the run continues.
 
     Examples:
       pymoo-psi solve bnh --algorithm surrogate --points 64 --study bnh.db --live
@@ -398,8 +398,8 @@ def report(options: Options) -> int:
 def analyze(options: Options) -> int:
     """Analyze sensitivities, feasibility and convergence of tests.
 
-    Sections through the chosen design show each objective where one variable
-    changes, as surrogates of the tests expect it.
+    Sections through the chosen design show how each objective changes with one variable, as
+    predicted by surrogates of the tests.
 
     FILE is a table or study ({sources}), or a folder of shares.
 
@@ -448,8 +448,8 @@ def compare(options: Options) -> int:
 def export(options: Options) -> int:
     """Export tests from one or several sources as one table or study.
 
-    Sources are studies, folders of shares and tables with tests of one problem. Name them if their
-    bounds or samplings differ; each is then an experiment under its name.
+    Sources are studies, folders of shares and tables with tests of one problem. Sources with
+    different bounds or samplings need names; each is then an experiment of that name.
 
     Examples:
       pymoo-psi solve bnh --points 64 --study parts --share 1/2
@@ -475,7 +475,7 @@ def export(options: Options) -> int:
     _JOBS,
 )
 def reproduce(options: Options) -> int:
-    """Compute the tables of the paper on the chute and compare them.
+    """Compute the tables and figures of the paper on the chute.
 
     Examples:
       pymoo-psi reproduce

@@ -155,9 +155,9 @@ def say_best(
     elif len(frame) > _N_PRINTED:
         say(f"({len(frame) - _N_PRINTED} more; --out FILE.csv writes all)")
     say(
-        "place: by mu1, the distance to the ideal point; equal distances share a place, dominated "
-        "designs have none. eff_rank: a number of the literature, no order; see 'pymoo-psi guide "
-        "method'."
+        "place: 1 is nearest to the ideal point, by the distance mu1; equal distances share a "
+        "place, dominated designs have none. eff_rank: a number of the literature, no order; see "
+        "'pymoo-psi guide method'."
     )
     option = "(--no-normalize)"
     if ranking.frame.normalize:
@@ -386,7 +386,7 @@ def _sections(table: TestTable) -> pd.DataFrame:
         lines[name] = [float(f"{value:.4g}") for value in lines[name]]
     ends = lines.groupby(["column", "variable"], sort=False)["expected"].agg(["min", "max"])
     texts = ends["min"].map("{:.4g}".format) + " … " + ends["max"].map("{:.4g}".format)
-    title = "Sections through the design: each objective where one variable changes, as expected"
+    title = "Sections through the design: predicted objectives while one variable changes"
     _print_by_variable(texts, lines["variable"].unique().tolist(), title)
     errors = lines.groupby("column", sort=False)["error"].first()
     errors_by_name = ", ".join(f"{column} {error:.2g}" for column, error in errors.items())
