@@ -155,9 +155,8 @@ def say_best(
     elif len(frame) > _N_PRINTED:
         say(f"({len(frame) - _N_PRINTED} more; --out FILE.csv writes all)")
     say(
-        "place: 1 is nearest to the ideal point, by the distance mu1; equal distances share a "
-        "place, dominated designs have none. eff_rank: a number of the literature, no order; see "
-        "'pymoo-psi guide method'."
+        "place: 1 is nearest to the ideal point (distance mu1). Equal distances share a place; "
+        "dominated designs have none. eff_rank: not an order, see 'pymoo-psi guide method'."
     )
     option = "(--no-normalize)"
     if ranking.frame.normalize:
