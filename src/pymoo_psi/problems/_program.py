@@ -294,18 +294,17 @@ class ProgramRun:
 class ProgramProblem(NamedProblem):
     r"""An external program as a problem: a simulator with its input files.
 
-    For each design a template folder is copied, values are written into its files, the command
-    runs there, and numbers are read from the files that it leaves. Each design has a folder of its
-    own, so that workers can run at the same time. A design whose program fails, hangs or leaves no
-    number counts as failed, with a reason that names its folder, which is kept.
+    For each design the template folder is copied, values are written into its files, the command
+    runs there, and numbers are read from the files that it writes. Each design has its own folder,
+    so that workers can run at the same time. A design fails if its program fails, hangs or writes
+    no number; the reason names its folder, which is kept.
 
     The arguments are the sections of the TOML file that :meth:`from_toml` reads.
 
     Args:
         variables: By name: ``{"bounds": [20, 60]}`` with ``"unit"``, ``"scale": "log"`` or
             ``"kind": "integer"``, or ``{"choices": ["S235", "S355"]}``; see :class:`Setting`.
-        program: See :class:`Program`; ``None`` if people make the tests, which
-            :func:`~pymoo_psi.algorithms.ask_tests` and ``pymoo-psi ask`` ask them for.
+        program: See :class:`Program`; ``None`` if people make the tests, see ``pymoo-psi ask``.
         outputs: By name; see :class:`Output`.
         objectives: ``{"minimize": [...], "maximize": [...]}``, names of outputs.
         limits: On outputs, such as ``{"stress": "<= 250", "f": ">= 1, <= 5"}``: constraints.
@@ -314,15 +313,15 @@ class ProgramProblem(NamedProblem):
             algorithms take a :class:`Required` problem.
         name: Name of the problem.
         key: Version of the model, part of the study's key.
-        noisy: Whether two runs for a design differ. ``{seed}`` in the command or in files says so,
-            too: it is replaced by an integer, another one for each test.
+        noisy: Whether two runs of a design differ. This is also implied by ``{seed}`` in the
+            command or in files, which is replaced by an integer, another one for each test.
         base: Folder from which relative paths start.
         **kwargs: pymoo's own, such as ``elementwise_runner``.
 
     Attributes:
         names: The names of all columns by pymoo's names.
         noisy: Whether two runs for a design differ.
-        by_people: Whether people make the tests, as there is no program.
+        by_people: Whether people make the tests because there is no program.
         units: Units by name.
         maximize: Objectives whose sign is changed in ``F``.
         log: Variables of logarithmic scale.
