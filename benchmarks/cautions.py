@@ -8,9 +8,6 @@ the same sequence, which stand for the truth. Wrong is a proposed design that di
 all designs by more than a tenth of a range. For each caution: how often the choice is wrong with it
 and without it, and the difference within the same problem, the mean over problems weighted by how
 much each of them says. The number behind it is that of the pairs of runs that are compared.
-
-The caution "weights" is not one of the package: it says that another design is the best for more
-of the weights within a factor of two, which ``rank`` says without a judgement.
 """
 
 from __future__ import annotations
@@ -26,7 +23,7 @@ from pymoo.problems import get_problem
 from scipy.stats import qmc
 
 from benchmarks.engineering import TenBarTruss
-from pymoo_psi import VectorizedSphereChute, acceptability, cautions, rank_of_efficiency
+from pymoo_psi import VectorizedSphereChute, cautions, rank_of_efficiency
 
 TIMES = 8
 ELSEWHERE = 0.1
@@ -70,9 +67,6 @@ def choices(n_seeds: int) -> Iterator[dict[str, Any]]:
                 chosen = few[before.salukvadze[0]]
                 steps = np.abs(F[ok][after.salukvadze] - chosen) / np.where(ranges, ranges, np.inf)
                 kinds = {caution.kind for caution in cautions(before)}
-                shares = acceptability(before, factor=2, places=1)[:, 0]
-                if shares[before.salukvadze[0]] < shares.max():
-                    kinds.add("weights")
                 wrong = steps.max(axis=1).min() > ELSEWHERE
                 yield {"problem": name, "designs": n, "kinds": kinds, "wrong": float(wrong)}
 

@@ -14,6 +14,7 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     PSI,
     PsiError,
+    acceptability,
     cautions,
     compare_designs,
     explain,
@@ -250,3 +251,12 @@ def test_a_point_of_the_users_own_stays_where_it_is():
     F = np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-1.0, 1.5]]])
     assert "outlier" in kinds(F, normalize=False)
     assert "outlier" not in kinds(F, normalize=False, ideal=[-1.5, -1])
+
+
+def test_another_design_may_be_the_best_for_more_of_the_weights():
+    F = pd.DataFrame({"f1": [0, 0.05, 0.6, 1], "f2": [1, 0.9, 0.6, 0]}, index=list("LABR"))
+    last = cautions(F)[-1]
+    assert last.kind == "weights"
+    shares = acceptability(F, factor=2)[:, 0]
+    assert f"B is the best for {100 * shares[2]:.0f} %" in last.sentence
+    assert f"A for {100 * shares[1]:.0f} %" in last.sentence

@@ -4,10 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import Formulation, TestTable, read_table
+from pymoo_psi import Formulation, TestTable, acceptability, decision_page, read_table
 from pymoo_psi.cli import main
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table import Layout
+from tests.page.documents import payload_of
 
 COST = {"A": [10.0, 12.0, 11.0], "B": [20.0, 21.0, 22.0], "C": [15.0, 16.0]}
 MASS = {"A": [5.0, 5.4, 5.2], "B": [2.0, 2.4, 2.2], "C": [3.0, 3.2]}
@@ -129,6 +130,22 @@ def test_rank_and_report_count_designs(file, tmp_path, capsys):
         assert "3 designs, 8 tests" in text
         assert "By the repeated tests, C is the best with a probability of" in text
         assert "of the weights within a factor of two of equal ones" in text
+
+
+def test_the_page_shades_designs_by_their_chances():
+    table = read_table(FRAME, ASKED, repeats="variant")
+    chances = {
+        "share of the weights": acceptability(table, factor=2)[:, 0],
+        "probability of being optimal": table.confidence()["pareto"],
+    }
+    shades = payload_of(decision_page(table))["shades"]
+    assert [shade["label"] for shade in shades] == [*chances]
+    for shade, shares in zip(shades, chances.values(), strict=True):
+        ends = [float(text.split()[-2]) / 100 for text in shade["texts"]]
+        assert ends == sorted(ends)
+        assert [ends[place] for place in shade["values"]] == [
+            min(end for end in ends if end >= share) for share in shares
+        ]
 
 
 @pytest.mark.parametrize(("gap", "is_open"), [(0.02, True), (0.4, False)])

@@ -142,8 +142,9 @@ def say_best(
         ranking: The ranking.
         out: The file to which the frame was written, if it was.
     """
-    for caution in cautions(ranking):
-        say(f"Attention: {caution}")
+    reasons = [str(caution) for caution in cautions(ranking)]
+    for reason in reasons:
+        say(f"Attention: {reason}")
     best = frame.head(_N_PRINTED).round({"mu1": 4}).rename(columns={"efficiency_rank": "eff_rank"})
     # Place and number lead each part of a wide table, as dominated designs have no place.
     place = best.pop("place").astype("string").fillna("").str.ljust(len("place  "))
@@ -164,7 +165,7 @@ def say_best(
     say(f"{measured_in(ranking)} {option}.")
     say(*explain(ranking).sentences[:_N_REASONS])
     weights = weights_sentence(ranking, int(ranking.salukvadze[0]))
-    if weights:
+    if weights and weights not in reasons:
         say(weights)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
-from pymoo_psi.page._payload import payload
+from pymoo_psi.page._payload import payload, shades_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions, weights_sentence
 from pymoo_psi.table import Formulation, TestTable, confidence_sentence, read_table
 
@@ -76,7 +76,11 @@ class DecisionPage(Framed):
         """
         opens_with = self._opens_with()
         content = payload(self.title, self.table, self.prototype, opens_with, self.cautions)
-        return _html_of(self.title, content | {"origin": self.origin, "live": live})
+        shades = []
+        if live is None:  # all designs are there
+            shades = shades_of(self.table)
+        content |= {"origin": self.origin, "live": live, "shades": shades}
+        return _html_of(self.title, content)
 
     def _opens_with(self) -> Values:
         """Return the formulation as the page writes it into decision files.
@@ -208,7 +212,7 @@ def _cautions(designs: TestTable) -> tuple[str, ...]:
     optimum = int(ranking.salukvadze[0])
     weights = weights_sentence(ranking, optimum)
     noise = confidence_sentence(designs, optimum)
-    return tuple(filter(None, [*map(str, cautions(ranking)), weights, noise]))
+    return tuple(dict.fromkeys(filter(None, [*map(str, cautions(ranking)), weights, noise])))
 
 
 def designs_of_page(tests: TestTable) -> TestTable:

@@ -8,14 +8,15 @@ from __future__ import annotations
 import re
 from base64 import b64encode
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Array, Entries, Mask, Names
-from pymoo_psi.pareto import SENTENCES, nondominated
-from pymoo_psi.table import Kind, TestTable, number_column
+from pymoo_psi.pareto import SENTENCES, nondominated, weight_shares
+from pymoo_psi.table import Kind, TestTable, has_errors, number_column
 
 Content: TypeAlias = dict[str, Any]
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
@@ -27,6 +28,15 @@ _DIGITS = 4  # that a written number resolves within the range of its column
 # penalties. These are one in a thousand of an exponential distribution, and none of a normal one.
 _FENCE = 5.0
 _DECADES = 2.0  # a logarithmic scale spans at least these
+# The colours of shares up to some values.
+_SHADES = {
+    "#C9D3E0": 0.01,
+    "#9DB4D3": 0.05,
+    "#6F94C4": 0.2,
+    "#4272AE": 0.5,
+    "#1F528F": 0.9,
+    "#08306B": 1.0,
+}
 _LARGEST = np.finfo(float).max
 
 
@@ -75,6 +85,30 @@ def payload(
         "optimal": _base64(optimal.view(np.uint8)),
         "head": _csv_head(table),
     }
+
+
+def shades_of(table: TestTable) -> list[Content]:
+    """Return shares of designs by which the page shades them, in classes from light to dark.
+
+    Args:
+        table: Feasible designs, one or more.
+    """
+    ranking = table.feasible_ranking()
+    shares = {"share of the weights": weight_shares(ranking)}
+    if has_errors(table):
+        shares["probability of being optimal"] = table.confidence()["pareto"].to_numpy()
+    bounds = [f"{100 * bound:g} %" for bound in _SHADES.values()]
+    texts = [f"up to {bounds[0]}"]
+    for low, high in pairwise(bounds):
+        texts.append(f"{low} to {high}")
+    looks = [{"colour": colour, "shape": "dot", "size": 4} for colour in _SHADES]
+    shades = []
+    for label, values in shares.items():
+        classes = np.zeros(len(table), dtype=np.intp)
+        classes[ranking.rows] = np.searchsorted(list(_SHADES.values()), values)
+        shade = {"label": label, "texts": texts, "looks": looks, "values": classes.tolist()}
+        shades.append(shade)
+    return shades
 
 
 def rows_of(designs: TestTable) -> Content:

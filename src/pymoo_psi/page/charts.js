@@ -41,7 +41,6 @@ const Charts = (() => {
   const HUES = [["#D55E00", "down"], ["#00795A", "plus"], ["#B07800", "hexagon"], ["#7F3C8D", "bar"],
     ["#C4568F", "column"], ["#5F6B00", "glass"], ["#8C4A2F", "half"], ["#0E8080", "arrow"]]
     .map(([colour, shape]) => ({colour, shape, size: 4}))
-  const hue = (k) => HUES[k % HUES.length]
   const FONT = '11px system-ui, "Segoe UI", "DejaVu Sans", sans-serif'
 
   // Outlines of the shapes, in units of their size, for canvas and SVG.
@@ -763,5 +762,5 @@ const Charts = (() => {
     }
   }
 
-  return {LOOKS, HUES, dye, hue, broken, icon, raised, parallel, scatter, place, valueAt, tickTexts}
+  return {LOOKS, HUES, dye, broken, icon, raised, parallel, scatter, place, valueAt, tickTexts}
 })()

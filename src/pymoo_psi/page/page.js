@@ -688,14 +688,15 @@ const page = (() => {
   const parallel = Charts.parallel($("parallel-chart"), axes, {limit: dragged, pick: inspect, hover})
 
   function buildColours() {
-    const columns = data.columns.filter(({texts}) => texts && texts.length <= Charts.HUES.length) // so many hues
+    const columns = [...data.columns.filter(({texts}) => texts && texts.length <= Charts.HUES.length), ...data.shades] // so many hues
     $("colour").append(make("option", "rank of efficiency"), ...columns.map(({label}) => make("option", label)))
     $("colour").onchange = () => {
       const column = columns[$("colour").selectedIndex - 1]
-      hues = column ? (row) => Charts.hue(column.values[row]) : null
+      const looks = column?.looks ?? Charts.HUES
+      hues = column ? (row) => looks[column.values[row] % looks.length] : null
       show("colours", column)
       $("colours").replaceChildren(...(column?.texts ?? []).map((text, k) =>
-        make("span.key", icon(Charts.hue(k)), text || "(missing)")))
+        make("span.key", icon(looks[k % looks.length]), text || "(missing)")))
       soon()
     }
   }

@@ -18,6 +18,7 @@ from ._ranking import rank_of_efficiency as rank_of_efficiency
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
+from ._acceptability import weight_shares as weight_shares
 from ._acceptability import weights_sentence as weights_sentence
 from ._dominance import EQ_TOLERANCE as EQ_TOLERANCE
 from ._dominance import LAST_PLACES as LAST_PLACES

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -148,6 +149,18 @@ def acceptability(
     return Acceptability.of(ranking, factor=factor, p=p, places=places).shares
 
 
+@lru_cache(maxsize=1)
+def weight_shares(ranking: EfficiencyRanking) -> Array:
+    """Return ``(n,)`` shares of the weights within a factor of two for which designs are the best.
+
+    They are 0 for all designs where there is nothing to weigh.
+    """
+    line = ranking.frame.line
+    if np.count_nonzero(line) < 2 or ranking.pareto.sum() < 2 or len(line) > MAX_DIMENSIONS:
+        return np.zeros(len(ranking.pareto))
+    return Acceptability.of(ranking, factor=_FACTOR, places=1).shares[:, 0]
+
+
 def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
     """Say for how many weights within a factor of two a design is the best, and which one else.
 
@@ -158,21 +171,19 @@ def weights_sentence(ranking: EfficiencyRanking, row: int) -> str:
     Returns:
         The sentence; none if there is nothing to weigh.
     """
-    m = np.count_nonzero(ranking.frame.line)
-    if m < 2 or ranking.pareto.sum() < 2 or len(ranking.frame.line) > MAX_DIMENSIONS:
+    shares = weight_shares(ranking)
+    if not shares.any():
         return ""
-    shares = Acceptability.of(ranking, factor=_FACTOR, places=1).shares[:, 0]
-    share = shares[row]
-    if share == 1.0:
-        return sentence("all weights", design=capital(ranking.name_of(row)))
-    others = shares.copy()
-    others[row] = 0.0
+    design = capital(ranking.name_of(row))
+    others = np.delete(shares, row)
     other = int(others.argmax())
+    if not others.any():
+        return sentence("all weights", design=design)
     return sentence(
         "weights",
-        design=capital(ranking.name_of(row)),
-        share=percent(share),
-        other=ranking.name_of(other),
+        design=design,
+        share=percent(shares[row]),
+        other=ranking.name_of(other + (other >= row)),
         rest=percent(others[other]),
     )
 

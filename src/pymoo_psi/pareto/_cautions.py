@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pymoo_psi._validation import Array, Rows
+from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
 from pymoo_psi.pareto._dominance import nondominated, unit_lengths
 from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of, ranking_from
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
@@ -37,6 +38,7 @@ OUTLIER = 2.0
 FAR = 10.0
 """A value farther from all others than ten times their range is not of the same kind."""
 
+_MORE = 0.05  # of the weights, as many designs share those of a dense front
 _OTHERS = 4  # the fewest values that show what is usual
 _ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
@@ -46,8 +48,8 @@ class Caution(NamedTuple):
 
     Attributes:
         kind: ``"sign"``, ``"suspect"``, ``"unlike"``, ``"constant"``,
-            ``"equidistant"``, ``"tie"``, ``"near tie"``, ``"extreme"``, ``"outlier"`` or
-            ``"unstable"``; see :func:`cautions`.
+            ``"equidistant"``, ``"tie"``, ``"near tie"``, ``"extreme"``, ``"outlier"``,
+            ``"unstable"`` or ``"weights"``; see :func:`cautions`.
         sentence: The reason, in one sentence.
 
     Example:
@@ -88,6 +90,9 @@ def cautions(
     ``outlier``     Without a single other design that more than doubles a range, the optimum would
                     be elsewhere, by more than a tenth of a range.
     ``unstable``    The same without such a range.
+    ``weights``     A design that differs by more than a tenth of a range is the best for more of
+                    the weights within a factor of two of equal ones, by 5 % of them; see
+                    :func:`acceptability`.
     =============== ============================================================================
 
     ``tie`` to ``unstable`` are omitted for ``equidistant`` sets, where all of them hold. For
@@ -120,7 +125,7 @@ def cautions(
         design 1, which differs by 60 % of the range in f2.
     """
     checks = _Checks(ranking_from(F, normalize, maximize))
-    return (*checks.of_values(), *checks.of_optimum())
+    return (*checks.of_values(), *checks.of_optimum(), *checks.of_weights())
 
 
 def _caution(kind: str, **values: object) -> Caution:
@@ -223,6 +228,14 @@ class _Checks:
         if len(self.rows) > 2:  # of two designs each is an extreme
             yield from self.worst()
         yield from self.moved()
+
+    def of_weights(self) -> Iterator[Caution]:
+        """Yield the caution that another design is the best for more of the weights."""
+        shares = weight_shares(self.ranking)[self.rows]
+        other = shares.argmax()
+        is_elsewhere = self.steps[other].max() > ELSEWHERE
+        if is_elsewhere and shares[other] > shares[self.best] + _MORE:
+            yield Caution("weights", weights_sentence(self.ranking, int(self.rows[self.best])))
 
     def tie(self, near: Rows) -> Iterator[Caution]:
         """Yield the caution about the nearest design far from the optimum, if there is one."""

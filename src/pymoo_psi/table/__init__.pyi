@@ -65,4 +65,5 @@ from ._layout import Key as Key
 from ._layout import number_column as number_column
 from ._repeats import averaged_repeats as averaged_repeats
 from ._repeats import confidence_sentence as confidence_sentence
+from ._repeats import has_errors as has_errors
 from ._source import source_columns as source_columns

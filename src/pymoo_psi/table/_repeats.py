@@ -294,6 +294,12 @@ def _errors(designs: TestTable, noise: Mapping[str, float] | None) -> Array:
     return errors
 
 
+def has_errors(table: TestTable) -> bool:
+    """Whether designs are means with numbers of tests and standard errors."""
+    names = map(error_column, table.layout.objectives)
+    return {*names, N_TESTS} <= {*table.layout.outputs}
+
+
 def confidence_sentence(table: TestTable, row: int) -> str:
     """Say how sure it is that a design is the best; nothing if no errors are known.
 
@@ -301,8 +307,7 @@ def confidence_sentence(table: TestTable, row: int) -> str:
         table: The designs.
         row: Row of the design in the ranking of the feasible designs.
     """
-    names = map(error_column, table.layout.objectives)
-    if not {*names, N_TESTS} <= {*table.layout.outputs}:
+    if not has_errors(table):
         return ""
     frame = confidence(table, None)
     chances = frame.iloc[row]
