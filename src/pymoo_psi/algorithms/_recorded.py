@@ -12,7 +12,7 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._output import WithTable
-from pymoo_psi._validation import Designs, Mask, Numbers, Received, invalid
+from pymoo_psi._validation import Designs, Numbers, Received, invalid
 from pymoo_psi.algorithms._executor import Model, executor_of
 from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
 from pymoo_psi.algorithms._run import Run, table_of_run
@@ -124,9 +124,16 @@ class Recorded(WithTable, WrappedProblem):
         table = table_of_run(self._model, run_options, lambda: "an algorithm (Recorded)")
         self._store = StudyStore(table, run_options, self._model)
         self._executor = executor_of(self._model, run_options)
-        self._answers = _Answers(self._model)
+        self._values: dict[_Key, Values] = {}  # of the first test of each design, by the design
+        self._retried: dict[_Key, int] = {}  # the test points to be evaluated again, by the design
+        self._test_points: set[int] = set()  # of all tests of the run
+        self._n_others = 0  # how many tests of other runs are known
         self._read()
         self.n_evaluated = 0
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Recorded:
+        """Return the problem itself, as pymoo copies problems often."""
+        return self
 
     @property
     def table(self) -> TestTable:
@@ -167,17 +174,16 @@ class Recorded(WithTable, WrappedProblem):
             ArgumentValueError: What is asked for is not kept.
         """
         layout = self._store.empty.layout
-        answers = self._answers
         designs = self._model.space.to_matrix(X)
         keys = design_keys(design_matrix("X", designs, layout.variables, layout.kinds))
-        if answers.missing(keys):
+        if self._missing(keys):
             # The inner context has the lock, which is given back before the process ends.
             with stored_at_termination(self._store), self._store.writing():
                 self._read()  # what another process stored before this one got the lock
-                rows = answers.missing(keys)
-                if rows:
-                    self._evaluate(designs[rows], [keys[row] for row in rows])
-        out = columns_of_values(self._model.problem, [answers.values[key] for key in keys])
+                missing = self._missing(keys)
+                if missing:
+                    self._evaluate(designs[[*missing.values()]], [*missing])
+        out = columns_of_values(self._model.problem, [self._values[key] for key in keys])
         if "test_point" not in return_values_of:
             del out["test_point"]
         for name in return_values_of:  # pymoo would fill in infinity
@@ -192,14 +198,43 @@ class Recorded(WithTable, WrappedProblem):
                 raise EvaluationError(x, reason)
         return self.formatted(X, out, return_values_of)
 
+    def _missing(self, keys: list[_Key]) -> dict[_Key, int]:
+        """Return the designs whose values are not known, and where they first occur."""
+        missing: dict[_Key, int] = {}
+        for row, key in enumerate(keys):
+            if key not in self._values:
+                missing.setdefault(key, row)
+        return missing
+
+    def _free(self) -> Iterator[int]:
+        """Yield the test points of the run that no test has."""
+        return (point for point in count(1) if point not in self._test_points)
+
     def _read(self) -> None:
         """Take over stored tests that are not known yet, of this run or others."""
-        answers = self._answers
-        stored, is_retried = self._store.stored(next(answers.free()))
-        answers.add(stored, is_retried, self._store.numbers(stored.numbers))
+        tests, is_retried = self._store.stored(next(self._free()))
+        self._test_points.update(tests.numbers.tolist())
+        retried = tests.rows(is_retried)
+        self._retried.update(zip(design_keys(retried.X), retried.numbers.tolist(), strict=True))
+        self._learn(tests.rows(~is_retried))
         others = self._store.others()
-        if len(others) > answers.n_others:
-            answers.add_others(others)
+        if len(others) > self._n_others:
+            self._n_others = len(others)
+            self._learn(others, others.numbers)
+
+    def _learn(self, tests: TestTable, numbers: Numbers | None = None) -> None:
+        """Learn the values of tests, unless they are known.
+
+        Args:
+            tests: The tests.
+            numbers: ``(n,)`` their numbers in the study, if they are of other runs.
+        """
+        if numbers is None:
+            self._test_points.update(tests.numbers.tolist())
+            numbers = self._store.numbers(tests.numbers)
+        columns = numbers.tolist(), design_keys(tests.X), self._model.values(tests)
+        for number, key, values in zip(*columns, strict=True):
+            self._values.setdefault(key, values | {"test_point": number})
 
     def _evaluate(self, designs: Designs, keys: list[_Key]) -> None:
         """Evaluate designs that no test has; what arrives is stored within a second or so.
@@ -207,10 +242,10 @@ class Recorded(WithTable, WrappedProblem):
         A batch that was interrupted may have been stored in part. The missing designs then get the
         numbers that they would have had, as these are the free ones in between.
         """
-        free = self._answers.free()
+        free = self._free()
         test_points = []
         for key in keys:
-            test_point = self._answers.retried.get(key)
+            test_point = self._retried.get(key)
             if test_point is None:
                 test_point = next(free)
             test_points.append(test_point)
@@ -218,68 +253,5 @@ class Recorded(WithTable, WrappedProblem):
         points = Points(np.array(test_points)[order], 0, designs=designs[order])
         run = Run(self._model, PlannedPoints(points), self._executor, self._store)
         block = run.block(len(points))
-        none = np.zeros(len(block.tests), dtype=bool)
-        self._answers.add(block.tests, none, self._store.numbers(block.tests.numbers))
+        self._learn(block.tests)
         self.n_evaluated += block.n_called
-
-
-class _Answers:
-    """What this process knows of a study.
-
-    A copy is the same object, as pymoo copies problems often.
-
-    Attributes:
-        values: By design the values of its first test, and its number as ``test_point``.
-        retried: The test points of failed tests by design that are to be evaluated again.
-        test_points: The test points of all tests of the run.
-        n_others: How many tests of other runs are known.
-    """
-
-    def __init__(self, model: Model) -> None:
-        self._model = model
-        self.values: dict[_Key, Values] = {}
-        self.retried: dict[_Key, int] = {}
-        self.test_points: set[int] = set()
-        self.n_others = 0
-
-    def add(self, tests: TestTable, retried: Mask, numbers: Numbers) -> None:
-        """Add tests of the run; values that are known stay.
-
-        Args:
-            tests: The tests.
-            retried: ``(n,)`` which of them are to be evaluated again.
-            numbers: ``(n,)`` their numbers in the study.
-        """
-        test_points = tests.numbers.tolist()
-        self.test_points.update(test_points)
-        for test_point, key, is_retried in zip(
-            test_points, design_keys(tests.X), retried.tolist(), strict=True
-        ):
-            if is_retried:
-                self.retried[key] = test_point
-        self._learn(tests.rows(~retried), numbers[~retried])
-
-    def add_others(self, tests: TestTable) -> None:
-        """Add the tests of other runs."""
-        self.n_others = len(tests)
-        self._learn(tests, tests.numbers)
-
-    def _learn(self, tests: TestTable, numbers: Numbers) -> None:
-        columns = numbers.tolist(), design_keys(tests.X), self._model.values(tests)
-        for number, key, values in zip(*columns, strict=True):
-            self.values.setdefault(key, values | {"test_point": number})
-
-    def missing(self, keys: list[_Key]) -> list[int]:
-        """Return where designs first occur whose values are not known."""
-        rows: dict[_Key, int] = {}
-        for row, key in enumerate(keys):
-            if key not in self.values:
-                rows.setdefault(key, row)
-        return list(rows.values())
-
-    def free(self) -> Iterator[int]:
-        """Yield the test points of the run that no test has."""
-        return (point for point in count(1) if point not in self.test_points)
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> _Answers:
-        return self
