@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -16,7 +16,7 @@ import numpy as np
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import AnyArray, Designs, Received, counted, invalid, known_name
 from pymoo_psi.algorithms._asked import under_known
-from pymoo_psi.algorithms._executor import Model
+from pymoo_psi.algorithms._executor import Model, table_of_values
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import Points, unit_points
@@ -53,14 +53,14 @@ class _Request(NamedTuple):
         run: Its run.
         proposal: How it is stored.
         design: The design, values by name.
-        of: The number of the test that it repeats, if it was not asked for.
+        of: The number of the test that it is, or repeats.
         test: The number of its test in the study, or 0; another run may have tested the design.
     """
 
     run: int
     proposal: Proposal
     design: dict[str, Any]
-    of: int | None
+    of: int
     test: int
 
 
@@ -72,54 +72,35 @@ class _Requests:
 
     Attributes:
         head: Its head.
-        tests: The columns of all tests.
+        tests: All tests, by number.
         asked: The requests by the number of the test.
     """
 
     def __init__(self, database: Database) -> None:
+        import pandas as pd
+
         self.head = database.facts.head
-        self.tests = database.tests()
+        self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
         self.asked: dict[int, _Request] = {}
-        stored = {*self.tests[TEST].tolist()}
         for run in database.facts.runs:
-            proposals = []
             for proposal in database.proposals(run.number):
-                if "design" in proposal[3]:
-                    proposals.append(proposal)
-            if not proposals:
-                continue
-            points = np.array([proposal[0] for proposal in proposals])
-            designs = [proposal[3]["design"] for proposal in proposals]
-            columns = {}
-            for name in self.head["variables"]:
-                columns[name] = np.array([design[name] for design in designs])
-            database.adopt(run.number, {"test_point": points} | columns)
-            tests = database.numbers_of(run.number, points)
-            for proposal, test in zip(proposals, tests.tolist(), strict=True):
                 content = proposal[3]
-                if test not in stored:
+                if "design" not in content:
+                    continue
+                point = np.array([proposal[0]])
+                columns = {name: np.array([cell]) for name, cell in content["design"].items()}
+                database.adopt(run.number, {"test_point": point} | columns)
+                (test,) = database.numbers_of(run.number, point).tolist()
+                if test not in self.tests.index:
                     test = 0
-                request = _Request(run.number, proposal, content["design"], content.get("of"), test)
-                self.asked[run.start + proposal[0]] = request
+                number = run.start + proposal[0]
+                of = content.get("of", number)
+                self.asked[number] = _Request(run.number, proposal, content["design"], of, test)
 
     @property
     def pending(self) -> list[int]:
         """The numbers of the tests that were asked for and have no result."""
-        pending = []
-        for number, request in self.asked.items():
-            if request.of is None and not request.test:
-                pending.append(number)
-        return pending
-
-    def results(self, names: Collection[str]) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Yield stored tests of requests, the number that was asked for and some cells of each."""
-        unknown = np.full(len(self.tests[TEST]), np.nan)
-        columns = {name: self.tests.get(name, unknown).tolist() for name in names}
-        rows = {test: row for row, test in enumerate(self.tests[TEST].tolist())}
-        for number, request in self.asked.items():
-            if request.test:
-                row = rows[request.test]
-                yield request.of or number, {name: columns[name][row] for name in names}
+        return [n for n, request in self.asked.items() if request.of == n and not request.test]
 
     def frame(self, numbers: Sequence[int]) -> pd.DataFrame:
         """Return requests as a table to be filled in."""
@@ -207,7 +188,7 @@ def ask_tests(
         search = _Search(model, options, requests, n_points)
         n_first = n_tests
         if with_surrogates:
-            n_known = len(requests.tests[TEST]) + len(requests.pending)
+            n_known = len(requests.tests) + len(requests.pending)
             n_first = min(n_tests, max(0, _POINTS - n_known))
         new = search.points(n_first, store.origin)
         if n_first < n_tests:
@@ -237,8 +218,8 @@ class _Search:
         self._options = options
         self._requests = requests
         self._pending = [requests.asked[number].design for number in requests.pending]
-        cells = [requests.tests[name].tolist() for name in model.layout.variables]
-        self._seen = {*zip(*cells, strict=True)}
+        designs = requests.tests[[*model.layout.variables]]
+        self._seen = {*designs.itertuples(index=False, name=None)}
         for request in requests.asked.values():
             self._seen.add(tuple(request.design.values()))
 
@@ -333,7 +314,7 @@ def tell_tests(
     """
     sentences: list[str] = []
     with Study(study).changes() as database:
-        stored = [*map(str, _Requests(database).tests[TEST])]
+        stored = [*map(str, _Requests(database).tests.index)]
         for test in withdraw:
             known_name("a test to withdraw", str(test), stored)
             database.discard("tests", {TEST: test}, test, "withdrawn")
@@ -370,53 +351,59 @@ def _rows_of(
     results = _results(head)
     kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE} | dict.fromkeys(results, Kind.REAL)
     kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
-    missing = kinds.keys() - columns.keys()
-    if missing:
-        rule = "those of the file that was written for these tests"
-        raise invalid("the columns", rule, Received(f"none named {min(missing)!r}"))
     options: dict[str, Any] = {}
     for run in database.facts.runs:
         options |= run.record.get("options", {})
+    values = []
+    for name, kind in kinds.items():
+        if name not in columns:
+            rule = "those of the file that was written for these tests"
+            raise invalid("the columns", rule, Received(f"none named {name!r}"))
+        values.append(_read(cells, columns[name], kind, options.get(name)))
     rows = []
-    for i in range(len(cells.rows)):
-        row: dict[str, Any] = {}
-        for name, kind in kinds.items():
-            cell = columns[name].cells[i]
-            if is_blank(cell):
-                continue
-            place = f"{cells.where(i)}, {name}"
-            value: Any = str(cell).strip()
-            if name in options:
-                if kind is Kind.BINARY:  # TRUE in spreadsheets
-                    value = value.capitalize()
-                value = options[name][known_name(place, value, options[name])]
-            elif name != FAILURE:
-                value = columns[name].require_numbers()[i].item()
-                is_whole = kind is not Kind.INTEGER or value % 1 == 0
-                if not (math.isfinite(value) and is_whole):
-                    raise invalid(place, f"one {kind.value} number", cell)
-            row[name] = value
+    for i, row_values in enumerate(zip(*values, strict=True)):
+        row = {name: v for name, v in zip(kinds, row_values, strict=True) if v is not None}
         where = cells.where(i)
         reason = row.pop(FAILURE, "")
         n_results = len(row.keys() & {*results})
         if n_results == 0 and not reason:
             continue
-        if TEST not in row or (n_results and reason):
-            rule = "a number of a test, and either results or the reason of a failure"
-            raise invalid(where, rule, Received(", ".join(row)))
-        number = int(row[TEST])
+        number = row.get(TEST)
+        if n_results and reason:
+            raise invalid(where, "either results or the reason of a failure", Received(reason))
+        if number not in requests.asked or requests.asked[number].of != number:
+            rule = "that of a test that was asked for and is not cancelled"
+            raise invalid(f"{where}, {TEST}", rule, number)
         if n_results < len(results) and not reason:
             remarks.append(f"Test {number} stays pending, as it lacks some results.")
             continue
-        if number not in requests.asked or requests.asked[number].of is not None:
-            rule = "that of a test that was asked for and is not cancelled"
-            raise invalid(f"{where}, {TEST}", rule, number)
         for name, value in requests.asked[number].design.items():
             if _text(row.get(name, value)) == _text(value):
                 row[name] = value  # with all its digits
-        unknown = dict.fromkeys(results, np.nan)
-        rows.append(unknown | row | {TEST: number, "reason": reason, "where": where})
+        rows.append(dict.fromkeys(results, np.nan) | row | {"reason": reason, "where": where})
     return rows
+
+
+def _read(cells: Any, column: Any, kind: Kind, options: Mapping[str, Any] | None) -> list[Any]:
+    """Return the values of a column, ``None`` where a cell is blank."""
+    values: list[Any] = []
+    for i, cell in enumerate(column.cells):
+        place = f"{cells.where(i)}, {column.name}"
+        value: Any = str(cell).strip()
+        if is_blank(cell):
+            value = None
+        elif options is not None:
+            if kind is Kind.BINARY:  # TRUE in spreadsheets
+                value = value.capitalize()
+            value = options[known_name(place, value, options)]
+        elif kind is not Kind.CHOICE:
+            value = column.require_numbers()[i].item()
+            if not math.isfinite(value) or (kind is Kind.INTEGER and value % 1):
+                raise invalid(place, f"one {kind.value} number", cell)
+            if kind is Kind.INTEGER:
+                value = int(value)
+        values.append(value)
+    return values
 
 
 def _text(value: Any) -> str:
@@ -434,39 +421,39 @@ def _new_tests(
     Raises:
         ArgumentValueError: A row has other results than the study.
     """
-    if not rows:
-        return []
-    names = sorted(rows[0].keys() - {TEST, "where"})
-    stored = Counter((number, *map(_text, c.values())) for number, c in requests.results(names))
+    names = [*requests.head["variables"], *_results(requests.head), "reason"]
+    stored: dict[int, list[list[str]]] = defaultdict(list)
+    for request in requests.asked.values():
+        if request.test:
+            cells = requests.tests.loc[request.test, names]
+            stored[request.of].append([*map(_text, cells)])
     new = []
     for row in rows:
-        key = (row[TEST], *(_text(row[name]) for name in names))
-        if stored[key] > 0:
-            stored[key] -= 1
+        texts = [_text(row[name]) for name in names]
+        if texts in stored[row[TEST]]:
+            stored[row[TEST]].remove(texts)
         else:
-            new.append((row, key))
-    others = {number: texts for number, *texts in stored.elements()}
+            new.append((row, texts))
     free = {*requests.pending}
     tests = []
-    for row, (number, *texts) in new:
-        if number in others:
+    for row, texts in new:
+        test = row[TEST]
+        for others in stored[test]:
             differences = []
-            for name, text, other in zip(names, texts, others[number], strict=True):
+            for name, text, other in zip(names, texts, others, strict=True):
                 if text != other:
                     differences.append(f"{name} = {text} where it has {other}")
-            rule = f"as the study has test {number}"
-            received = Received("; ".join(differences))
             remedy = (
-                f"--withdraw {number} with this file replaces it; a repeat needs the stored row "
+                f"--withdraw {test} with this file replaces it; a repeat needs the stored row "
                 "beside it; nothing was taken"
             )
-            raise invalid(row["where"], rule, received, remedy)
-        request = requests.asked[number]
-        test = number
-        if number not in free:
-            content = {"design": request.design, "of": number}
+            received = Received("; ".join(differences))
+            raise invalid(row["where"], f"as the study has test {test}", received, remedy)
+        if test not in free:
+            request = requests.asked[test]
+            content = {"design": request.design, "of": test}
             (test,) = _add(database, request.run, [(*request.proposal[1:3], content)])
-        free.discard(number)
+        free.discard(test)
         tests.append(row | {TEST: test})
     return tests
 
@@ -486,7 +473,7 @@ def _keep(database: Database, tests: Sequence[Mapping[str, Any]], remarks: list[
         columns[PROPOSAL_ROUND] = rounds
     for test, request in zip(tests, requests, strict=True):
         title = f"Test {test[TEST]}"
-        if request.of is not None:
+        if request.of != test[TEST]:
             title += f", a repeat of {request.of}"
         for name, value in request.design.items():
             if test[name] != value:
@@ -572,21 +559,15 @@ def import_tests(
     for name, column in names.items():
         if name not in layout.variables and column in table.layout.columns:
             results[name] = table.column(column)
-    place = {number: row for row, number in enumerate(table.numbers.tolist(), 1)}
+    reasons = [table.reasons.get(number, "") for number in table.numbers.tolist()]
     none = np.zeros((len(table), 0))
     F = np.column_stack([results[name] for name in layout.objectives]) * layout.sign
     G = np.column_stack([none, *(results[name] for name in inequalities), model.violations(X)])
     H = np.column_stack([none, *(results[name] for name in layout.equalities)])
-    tests = TestTable.of(
-        list(place.values()),
-        X,
-        F,
-        G,
-        H,
-        outputs={name: results[name] for name in results if name not in layout.columns},
-        reasons={place[number]: reason for number, reason in table.reasons.items()},
-        layout=layout,
-    )
+    points = Points(np.arange(1, len(table) + 1), 0, designs=X)  # tests of other runs are theirs
+    outputs = {name: results[name] for name in results if name not in layout.columns}
+    values = {"F": F, "G": G, "H": H, "failure": np.array(reasons, dtype=object), **outputs}
+    tests = table_of_values(layout, points, X, values)
     origin = "a table"
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
@@ -595,9 +576,7 @@ def import_tests(
     identity = f"tests of {origin} ({fingerprint})"
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
     with store.session() as recall:
-        recall(
-            Points(tests.numbers, 0, designs=X)
-        )  # designs that other runs have tested are theirs
+        recall(points)
         store.keep(tests)
     return replace(tests, remarks=table.remarks)
 
