@@ -214,7 +214,7 @@ def test_a_run_answers_in_the_study(tmp_path):
     search, pause, more = Study(path).facts().steering
     assert "refused" in search.answer
     assert "surrogates" in search.answer
-    assert pause.answer == "no run was at work"
+    assert pause.answer.startswith("over")
     assert more.answer == "17 tests in all"
     # The same call goes on as before.
     assert len(table) == len(investigate(get_problem("bnh"), 9, study=path)) == 17

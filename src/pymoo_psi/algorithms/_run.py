@@ -177,16 +177,14 @@ class Run:
     def _follow_requests(self) -> None:
         """Do what people ask of the run, and say so in the study."""
         for request in self.store.requests():
-            is_late = request.run == 0 and not self._has_looked
-            if is_late and request.content["action"] not in ("search", "more"):
-                self.store.answer(request._replace(answer="no run was at work"))
-                continue
             content = dict(request.content)
-            try:
-                answer = self._follow(content, request.number)
-            except (PsiError, LookupError, TypeError) as error:
-                answer = f"refused: {error}"
-            if request.run == 0:
+            answer = "over, as it was asked before the run began"
+            if self._has_looked or content["action"] in ("search", "more"):
+                try:
+                    answer = self._follow(content, request.number)
+                except (PsiError, LookupError, TypeError) as error:
+                    answer = f"refused: {error}"
+            if answer != request.answer:
                 self.store.answer(request._replace(content=content, answer=answer))
         self._has_looked = True
 
@@ -209,10 +207,9 @@ class Run:
                 self.source.extend(total - self.n_points)
                 self.n_points = content["points"] = total
             return f"{total} tests in all"
-        if self._has_looked:  # what was asked of an interrupted run is over
-            self._is_paused = action == "pause"
-            self._is_stopped = action == "stop"
-            self.executor.hold(action != "continue")
+        self._is_paused = action == "pause"
+        self._is_stopped = action == "stop"
+        self.executor.hold(action != "continue")
         return "done"
 
     def _forget(self, numbers: Numbers) -> None:

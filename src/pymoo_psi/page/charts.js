@@ -261,8 +261,7 @@ const Charts = (() => {
   const DARKEST = 1000 // marks at a pixel
   function clouds(g, groups, total, [least, alpha], count, former) {
     const {width, height} = g.canvas
-    if (!width || !height) return former
-    const next = new Map()
+    if (!width || !height) return
     const many = 2 ** ceil(Math.log2(Logic.sum(groups.map(([, rows]) => rows.length)) || 1))
     for (const [colour, rows] of groups) {
       const drawn = new Uint8Array(total)
@@ -282,7 +281,7 @@ const Charts = (() => {
       const image = last?.image ?? new ImageData(width, height)
       const pixels = new Uint32Array(image.data.buffer)
       for (let k = 0; k < pixels.length; k++) pixels[k] = shades[counts[k] < DARKEST ? counts[k] : DARKEST]
-      next.set(colour, {image, counts, rows, drawn})
+      former.set(colour, {image, counts, rows, drawn})
       if (groups.length === 1) g.putImageData(image, 0, 0)
       else { // above one another
         const canvas = new OffscreenCanvas(width, height)
@@ -293,7 +292,6 @@ const Charts = (() => {
         g.restore()
       }
     }
-    return next
   }
 
   // A drag on an element: down(x, y) returns {move(x, y), up(x, y, moved)}. Places are those of
@@ -340,8 +338,8 @@ const Charts = (() => {
     const plot = document.createElement("div")
     plot.className = "plot"
     parent.append(heads, plot)
-    let [model, marked] = [null, -1]
-    let former = new Map() // densities of what is left
+    let [model, marked, context] = [null, -1, null]
+    const former = new Map() // densities
     let boxes = [] // of the names
     const {size, clean, fit, top} = layers(plot, 4, () => model && draw(true))
 
@@ -391,11 +389,10 @@ const Charts = (() => {
     }
 
     // Plain lines: a few as the browser draws them best, many as a density.
-    function plain(g, groups, least, before) {
+    function plain(g, groups, least) {
       const many = Logic.sum(groups.map(([, rows]) => rows.length))
-      if (many > MOST_LINES) return clouds(g, groups, model.total, [least, 120], countLines, before)
+      if (many > MOST_LINES) return clouds(g, groups, model.total, [least, 120], countLines, former)
       for (const [colour, rows] of groups) lines(g, rows, {strokeStyle: colour, globalAlpha: many > 40 ? 0.5 : 0.75, lineWidth: 1})
-      return new Map()
     }
 
     function countLines(counts, rows, step) {
@@ -423,7 +420,7 @@ const Charts = (() => {
 
     function drawLeft() {
       const g = clean(1)
-      former = plain(g, byColour(model, model.left), 0.2, former)
+      plain(g, byColour(model, model.left), 0.2)
       drawMarks(g)
     }
 
@@ -506,10 +503,10 @@ const Charts = (() => {
     function draw(all) {
       if (!size.width) return
       if (all) {
-        former = new Map()
-        plain(clean(0), [[INK.context, model.context]], 0.5, former)
+        former.clear()
         drawAxes()
       }
+      if (all || context !== model.context) plain(clean(0), [[INK.context, context = model.context]], 0.5)
       drawLeft()
       if (marked >= 0) mark(-1)
     }
@@ -563,9 +560,10 @@ const Charts = (() => {
   function scatter(parent, on) {
     const [TOP, RIGHT, BOTTOM] = [8, 14, 40]
     let LEFT = 68
-    let [x, y, model] = [null, null, null]
+    let [x, y, model, context] = [null, null, null, null]
     let [boxes, drawn] = [[], {}]
-    let former = new Map() // densities of what is left
+    const former = new Map() // densities
+    let half // of a square
     const {size, clean, top} = layers(parent, 3, () => model && draw(true))
     const frame = () => [size.width - LEFT - RIGHT, size.height - TOP - BOTTOM]
 
@@ -588,14 +586,17 @@ const Charts = (() => {
     }
     const isKnown = ([u, v]) => u === u && v === v
 
-    function drawContext() {
+    function drawContext(all) {
       const g = clean(0)
       const [across, up] = scales()
       const ty = tickTexts(up, max(2, frame()[1] / (y.texts ? 15 : 45)), y.texts)
       LEFT = ceil(max(52, ...ty.texts.map((text) => g.measureText(text).width + 10))) + 16
       const [w, h] = frame()
-      former = new Map()
-      points(g, [[INK.context, model.context]], former) // below all else
+      if (all) {
+        former.clear()
+        half = round((model.total > 5000 ? 1 : 1.5) * devicePixelRatio)
+      }
+      points(g, [[INK.context, context = model.context]]) // below all else
       const tx = tickTexts(across, max(2, w / (x.texts ? 120 : 80)), x.texts)
       const [px, py] = [place(across), place(up)]
       tx.values.forEach((value, k) => {
@@ -625,9 +626,8 @@ const Charts = (() => {
     }
 
     // Points as squares of a density.
-    function points(g, groups, before) {
+    function points(g, groups) {
       const {u: across, v: up} = placed()
-      const half = round((model.total > 5000 ? 1 : 1.5) * devicePixelRatio)
       const {width} = g.canvas
       const squares = (counts, rows, step) => {
         for (let k = 0; k < rows.length; k++) {
@@ -639,7 +639,7 @@ const Charts = (() => {
           }
         }
       }
-      return clouds(g, groups, model.total, [0.5, 2000], squares, before)
+      clouds(g, groups, model.total, [0.5, 2000], squares, former)
     }
 
     function drawLeft() {
@@ -647,7 +647,7 @@ const Charts = (() => {
       const at = placed()
       const {left, marks} = model
       const few = left.length <= MOST_SHAPES
-      if (!few) former = points(g, byColour(model, left), former)
+      if (!few) points(g, byColour(model, left))
       for (const row of few ? left : model.hues ? [] : model.ranked) {
         const look = model.look(row)
         const spot = at(row)
@@ -723,7 +723,8 @@ const Charts = (() => {
 
     function draw(all) {
       if (!size.width || !x) return
-      if (all || [x, y].some(isGeometric)) drawContext()
+      all ||= [x, y].some(isGeometric)
+      if (all || context !== model.context) drawContext(all)
       drawLeft()
     }
 

@@ -67,25 +67,33 @@ function grow(data, more) {
       Object.assign(column, {values: all, ends: null, isWhole: null}) // of charts.js
     })
   }
-  const {n, names, objectives, optimal} = data
+  const {n, names, objectives} = data
   const all = new Uint8Array(names.length).fill(1)
-  const F = objectives.map(({maximize, values}) => settled(maximize ? values.map((value) => -value) : values))
+  const F = objectives.map(({maximize, values}) => { // equal where they are equal up to rounding
+    const {least, group} = grouped(maximize ? values.map((value) => -value) : values)
+    return taken(least, group)
+  })
+  const dominator = new Int32Array(n).fill(-1)
+  // What was found stays so, unless new values change which ones are equal up to rounding.
+  const isSame = data.F?.every((column, j) => column.every((value, i) => value === F[j][i]))
+  const {boxes, optimal, last} = isSame || !more.length ? data : {optimal: []}
+  if (isSame) dominator.set(data.dominator)
   Object.assign(data, {
     F,
     total: names.length,
     designs: upTo(n),
     prototypes: upTo(names.length).subarray(n),
     rowOf: new Map(names.map((name, row) => [name, row])),
-    dominator: new Int32Array(n).fill(-1), // found last, see `frontOf`
+    dominator, // of each design, found last, see `frontOf`
     more: [...data.more, ...more],
     alphabetic: null,
-    boxes: null, // made when dominators are looked for
-    last: null, // the front before
+    last, // the front before
   })
   if (more.length) {
     // What was dominated stays so; what was optimal is compared with the new designs only.
     const added = boxesOf(F, data.designs.subarray(optimal.length))
-    data.boxes = boxesOf(F, data.designs)
+    const halves = boxes?.halves ?? []
+    data.boxes = halves.length % 50 ? {low: [], rows: [], halves: [...halves, added]} : boxesOf(F, data.designs)
     data.optimal = Uint8Array.from(data.designs, (i) => optimal[i] !== 0 &&
       dominatorOf(optimal[i] ? added : data.boxes, F.map((column) => column[i]), all) < 0)
   }
@@ -146,17 +154,6 @@ function endOf(array, sign, rows = null) {
 }
 const leastOf = (array, rows) => endOf(array, 1, rows)
 
-// How many of some ascending numbers are below a value, or not above it.
-function countBelow(sorted, value, orEqual) {
-  let [low, high] = [0, sorted.length]
-  while (low < high) {
-    const middle = (low + high) >>> 1
-    if (sorted[middle] < value || (orEqual && sorted[middle] === value)) low = middle + 1
-    else high = middle
-  }
-  return low
-}
-
 // The rows in the order of their values, missing ones last; equal ones stay as they are. They are
 // sorted by the leading bits of their numbers first, as a comparing function takes thirty times as
 // long and then has next to nothing left to do.
@@ -186,25 +183,21 @@ function argsort(values, rows) {
 }
 
 // The least values of the groups of values that are equal up to a tolerance, of their own size by
-// default, ascending. A group reaches from its least value, so that no chain is taken for one.
-function leasts(values, tolerance) {
-  const sorted = values.slice().sort()
-  const found = new Float64Array(sorted.length)
-  let count = 0
-  let reach = -Infinity
-  for (let k = 0; k < sorted.length; k++) {
-    const value = sorted[k]
-    if (!(value > reach || (count === 0 && value === reach))) continue
-    found[count++] = value
-    reach = value + (tolerance ?? NOISE * abs(value))
+// default, ascending, and the group of each value. A group reaches from its least value, so that no
+// chain is taken for one.
+function grouped(values, tolerance) {
+  const least = []
+  let reach = NaN
+  const group = new Int32Array(values.length)
+  for (const row of argsort(values, upTo(values.length))) {
+    const value = values[row]
+    if (!(value <= reach)) {
+      least.push(value)
+      reach = value + (tolerance ?? NOISE * abs(value))
+    }
+    group[row] = least.length - 1
   }
-  return found.subarray(0, count)
-}
-
-// Values in which those that are equal up to rounding are the same.
-function settled(values) {
-  const found = leasts(values)
-  return values.map((value) => (Number.isNaN(value) ? NaN : found[countBelow(found, value, true) - 1] + 0))
+  return {least, group}
 }
 
 // The rows that no row left dominates, in ascending order. What is Pareto optimal among all is so
@@ -352,11 +345,7 @@ function candidates(rows, a, b, [noiseA, noiseB]) {
 // The rows whose points (a, b) no other dominates; of equal ones those of the least `other`.
 function nondominatedPair(front, columns, noise) {
   const rows = candidates(front, columns[0], columns[1], noise)
-  const [a, b, other] = columns.map((values, k) => { // numbered from 0, those equal up to rounding alike
-    const own = taken(values, rows)
-    const found = leasts(own, noise[k])
-    return own.map((value) => countBelow(found, value, true) - 1)
-  })
+  const [a, b, other] = columns.map((values, k) => grouped(taken(values, rows), noise[k]).group)
   const first = new Int32Array(rows.length).fill(-1) // by a, the place of the least b, then other
   for (let k = 0; k < rows.length; k++) {
     const j = first[a[k]]

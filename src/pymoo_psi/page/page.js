@@ -49,7 +49,7 @@ const page = (() => {
   // Make the children of an element, or of that of an id, like others. What stays is neither laid out
   // nor announced again, and keeps the focus.
   function renew(place, ...children) {
-    const element = $(place) ?? place
+    const element = typeof place === "string" ? $(place) : place
     children.forEach((child, k) => {
       const node = typeof child === "string" ? new Text(child) : child
       const old = element.childNodes[k]
@@ -604,7 +604,6 @@ const page = (() => {
   // Charts.
 
   let context = []
-  let contextOf = null
   let scales = new Map()
   let drawn = []
   const plots = []
@@ -643,15 +642,13 @@ const page = (() => {
   const later = new Map() // charts out of view, and whether they are drawn with their axes
   function showCharts(everything) {
     const {dominated} = state
-    const isOther = contextOf !== dominated
-    if (isOther) context = dominated ? data.designs : data.whole.front
-    contextOf = dominated
+    context = dominated ? data.designs : data.whole.front
     drawn = dominated ? ranking.rows : ranking.front
     const model = modelOfCharts()
     const ends = () => limitable.map((column) => Object.values(scaleOf(column)).join()).join()
     const former = ends()
     scales = new Map()
-    const all = everything || isOther || former !== ends()
+    const all = everything || former !== ends()
     for (const chart of [parallel, ...plots]) {
       const whole = all || later.get(chart) === true
       later.delete(chart)
@@ -740,9 +737,9 @@ const page = (() => {
     const length = (column) => column.texts ? longest(column.texts) : column.role === "geometric" ? 9
       : longest([1, -1].map((sign) => written(column, Logic.endOf(column.values, sign))))
     // A name of which, where it is too long, the end stays: it is what tells such names apart.
-    const ended = (row) => called(row).match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", part))
+    const ended = (name) => name.match(/^(.*?)(.{0,12})$/su).slice(1).map((part) => make("span", part))
     const columns = [
-      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: ended, kind: ".label"},
+      {text: data.label, width: longest(data.names), order: {by: "label"}, cell: called, kind: ".label"},
       {text: "place", width: 10, order: {by: "distance"}, cell: (row) => placeText(row).replace("place ", ""), kind: ""},
       ...[...limitable, ...mus].map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column), order: {by: "column", name: column.name},
@@ -773,9 +770,14 @@ const page = (() => {
       const marks = {row: true, hovered: row === hovered, chosen: row === chosenRow(), inspected: row === inspected, cursor: k === cursor, pinned: isPinned(row)}
       const attributes = {id: `row-${k}`, class: Object.keys(marks).filter((mark) => marks[mark]).join(" "),
         "aria-rowindex": k + 2, "aria-selected": marks.chosen, "data-k": k}
+      const [name, ...texts] = columns.map(({cell}) => cell(row))
+      const content = JSON.stringify([attributes, look(row), name, texts])
+      if (line.content === content) return
+      line.content = content
       for (const [name, value] of entriesOf(attributes)) line.setAttribute(name, value)
       line.style.top = `${k * HEIGHT}px`
-      columns.forEach(({cell}, j) => renew(line.children[j], ...(j === 1 ? [icon(look(row))] : []), ...[cell(row)].flat()))
+      renew(line.firstChild, ...ended(name))
+      texts.forEach((text, j) => renew(line.children[j + 1], ...(j ? [] : [icon(look(row))]), text))
     }
 
     function show() {
@@ -991,8 +993,8 @@ const page = (() => {
   function grow(more) {
     Logic.grow(data, more)
     for (const {column: {range: [low, high], log}, scale} of controls.values()) if (scale) Object.assign(scale, {low, high, log})
-    filtered = contextOf = null
-    update(true)
+    filtered = null
+    update()
   }
   // Load the page anew, in the present state.
   function reload(more) {

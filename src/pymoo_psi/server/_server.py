@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._validation import Integers, known_name
+from pymoo_psi._validation import known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
-from pymoo_psi.study import ACTIONS, Steering, Study
+from pymoo_psi.study import ACTIONS, LAST, Facts, Steering, Study
 from pymoo_psi.table import TestTable, alike, stored_tests, table_of
 
 if TYPE_CHECKING:
@@ -39,7 +39,6 @@ _LOOKS = 120  # over which the rate is measured
 _GROWTH = 1.1  # the page is made again when there are so many times as many tests
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_WAITING = 20  # requests that wait for the run
-_MOST_READERS = 16  # pages that are kept up to date
 _MOST_CONNECTIONS = 64
 _LONGEST = 2**18  # bytes of a request
 # Notebooks show the page in a frame.
@@ -70,14 +69,11 @@ class GrowingStudy:
         self.tests = TestTable.empty()
         self.edition = ""
         self.progress: dict[str, Any] = {"lines": []}
-        self._name = path.name
         self._steer = steer
         self._limits: Any = {}
         self._state: object = None  # of the file, when it was read
         self._key = ""  # what an edition has in common
-        self._process: Any = ("", 0)
-        self._steering: list[Steering] = []
-        self._n_planned = 0
+        self._facts = Facts({})
         self._page = 0, ""  # and how many tests it has
         self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # when, and of how many tests
 
@@ -91,39 +87,33 @@ class GrowingStudy:
             lines = self._lines(time.time() - state.st_mtime)
         except (OSError, PsiError) as error:
             lines = [str(error)]
-        steered = [str(request) for request in self._steering[-_SHOWN:]]
+        steered = [str(request) for request in self._facts.steering[-_SHOWN:]]
         self.progress = {"tests": len(self.tests), "lines": lines, "steered": steered}
 
     def _read(self) -> None:
         """Read new tests, or all of them."""
-        facts = self.study.facts()
-        numbers, is_valid, n_changes = self.study.statuses()
-        key = repr([facts.head, n_changes, len(facts.runs)])
-        failed = self.tests.numbers[self.tests.status == "failed"]
-        was_tested_again = np.isin(failed, numbers[is_valid]).any()
-        if key != self._key or was_tested_again:
-            self.tests = self._tests_of(numbers)
-            self.edition = secrets.token_hex(4)
+        tests = self.tests
+        with self.study.reading() as database:
+            facts = database.facts
+            numbers = database.test_numbers()
+            failed = database.test_numbers("status = 'failed'")
+            key = repr([facts.head, len(facts.runs), database.n_changes()])
+            has_repeated = ~np.isin(tests.numbers[tests.status == "failed"], failed)
+            is_other = key != self._key or has_repeated.any()
+            if is_other:
+                tests = TestTable.empty()
+            new = numbers[~np.isin(numbers, tests.numbers)]
+            first, last = new.min(initial=LAST), new.max(initial=0)
+            columns = database.tests(int(first), int(last))
+        stored = stored_tests(facts, columns)
+        table = table_of(stored.head, stored.columns, self.study.path, is_derived=True)
+        self.tests = tests.extended(table.rows(np.isin(table.numbers, new)))
+        self._facts = facts
+        self._limits = stored.limits
+        if is_other:
             self._key = key
             self._page = 0, ""
-        new = np.setdiff1d(numbers, self.tests.numbers)
-        if len(new):
-            self.tests = self.tests.extended(self._tests_of(new))
-        self._process = facts.process
-        self._steering = facts.steering
-        points = [request.content.get("points", 0) for request in facts.steering]
-        self._n_planned = max([sum(run.last for run in facts.runs), len(numbers), *points])
-
-    def _tests_of(self, numbers: Integers) -> TestTable:
-        first, last = 1, 0
-        if len(numbers):
-            first, last = int(numbers[0]), int(numbers[-1])
-        stored = stored_tests(*self.study.contents(first, last - first + 1))
-        self._limits = stored.limits
-        tests = table_of(
-            stored.head, stored.columns, self.study.path, stored.remarks, is_derived=True
-        )
-        return tests.rows(np.isin(tests.numbers, numbers))
+            self.edition = secrets.token_hex(4)
 
     def page(self) -> str:
         """Return the page, which may lack the last tests; empty without a feasible design."""
@@ -132,8 +122,8 @@ class GrowingStudy:
         tests = self.tests
         designs = designs_of_page(tests)
         if len(designs) and len(tests) >= _GROWTH * n_tests:
-            title, _, _ = self._name.rpartition(".")
-            page = page_of_tests(tests.under(limits=self._limits), designs, title, self._name)
+            path = Path(self.study.path)
+            page = page_of_tests(tests.under(limits=self._limits), designs, path.stem, path.name)
             place = f"{edition}-{len(tests)}"
             text = page.html({"from": place, "count": len(tests), "steer": self._steer})
             self._page = len(tests), text
@@ -141,39 +131,31 @@ class GrowingStudy:
 
     def _lines(self, age: float) -> list[str]:
         """Return what the page says of the run, ``age`` seconds after the file has changed."""
+        facts = self._facts
         n_tests = len(self.tests)
-        n_left = self._n_planned - n_tests
+        n_planned = max(n_tests, sum(run.last for run in facts.runs))
+        is_paused = False
+        for request in facts.steering:
+            n_planned = max(n_planned, request.content.get("points", 0))
+            if request.answer == "done":
+                is_paused = request.content["action"] == "pause"
         self._counts.append((time.monotonic(), n_tests))
         (began, n_then), (now, _) = self._counts[0], self._counts[-1]
         rate = (n_tests - n_then) / max(now - began, _PAUSE)
-        actions = []
-        for request in self._steering:
-            if request.run and request.content["action"] in ("pause", "continue"):
-                actions.append(request.content["action"])
-        state = f"The study last changed {age:.0f} s ago."
+        n_left = n_planned - n_tests
         if n_left == 0:
             state = "All tests are done."
-        elif not self._is_process_alive():
+        elif not _is_alive(*facts.process):
             state = "No run is at work: it has ended or was killed. Its command continues it."
-        elif actions[-1:] == ["pause"]:
+        elif is_paused:
             state = "Paused."
         elif rate > 0:
             state = f"{rate:.2g} tests a second, {n_left / rate:.0f} s left."
+        else:
+            state = f"The study last changed {age:.0f} s ago."
         reasons = Counter(alike(self.tests.reasons.values())).most_common(3)
         failures = [f"failed {n} × {reason:.80}" for reason, n in reasons]
-        return [", ".join([f"{n_tests} of {self._n_planned} tests", *failures]), state]
-
-    def _is_process_alive(self) -> bool:
-        """Whether the process that adds tests is there; of another machine it is believed."""
-        host, process = self._process
-        if host == node() and sys.platform != "win32":
-            try:
-                os.kill(process, 0)
-            except ProcessLookupError:
-                return False
-            except PermissionError:
-                return True
-        return True
+        return [", ".join([f"{n_tests} of {n_planned} tests", *failures]), state]
 
     def steer(self, content: bytes) -> None:
         """Write a request into the study, whose run checks what it says.
@@ -192,11 +174,23 @@ class GrowingStudy:
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")
-        waiting = [other for other in self.study.facts().steering if not other.run]
-        if len(waiting) >= _MOST_WAITING:
-            raise PsiError(f"{len(waiting)} requests wait for the run; is it at work?")
         with self.study.changes() as database:
+            waiting = [other for other in database.facts.steering if not other.run]
+            if len(waiting) >= _MOST_WAITING:
+                raise PsiError(f"{len(waiting)} requests wait for the run; is it at work?")
             database.steer(Steering(name, request))
+
+
+def _is_alive(host: str, process: int) -> bool:
+    """Whether a process is there; of another machine it is believed."""
+    if host == node() and sys.platform != "win32":
+        try:
+            os.kill(process, 0)
+        except ProcessLookupError:
+            return False
+        except PermissionError:
+            return True
+    return True
 
 
 def _application(growing: GrowingStudy, token: str, host: str, *, steer: bool) -> Starlette:
@@ -208,10 +202,8 @@ def _application(growing: GrowingStudy, token: str, host: str, *, steer: bool) -
     from starlette.responses import HTMLResponse, PlainTextResponse, StreamingResponse
     from starlette.routing import Mount, Route
 
-    readers: set[object] = set()
-
-    def refused(why: str, code: int) -> Response:
-        return PlainTextResponse(f"{why}\n", code, headers=_HEADERS)
+    def answer(text: str, code: int) -> Response:
+        return PlainTextResponse(text, code, headers=_HEADERS)
 
     async def page(_: Request) -> Response:
         text = await run_in_threadpool(growing.page)
@@ -223,8 +215,8 @@ def _application(growing: GrowingStudy, token: str, host: str, *, steer: bool) -
     async def events(request: Request) -> Response:
         place = request.headers.get("last-event-id") or request.query_params.get("from", "")
         edition, _, position = place.partition("-")
-        if len(readers) >= _MOST_READERS or not position.isdecimal() or is_foreign(request):
-            return refused("Another origin, no position, or too many pages.", 403)
+        if not position.isdecimal() or is_foreign(request):
+            return answer("No position, or of another origin.", 403)
         content = stream(edition, int(position))
         return StreamingResponse(content, media_type="text/event-stream", headers=_HEADERS)
 
@@ -235,37 +227,32 @@ def _application(growing: GrowingStudy, token: str, host: str, *, steer: bool) -
 
     async def stream(edition: str, position: int) -> AsyncIterator[str]:
         # Nothing is queued for a reader who is slow: the next event has all that came meanwhile.
-        reader = object()
-        readers.add(reader)
         progress = None
-        try:
-            while edition == growing.edition and position <= len(growing.tests):
-                if progress is not growing.progress:
-                    progress = growing.progress
-                    tests = growing.tests
-                    rows = []
-                    new = designs_of_page(tests.rows(np.arange(position, len(tests))))
-                    if len(new):
-                        rows.append(rows_of(new))
-                    position = len(tests)
-                    content = json.dumps({"rows": rows} | progress, allow_nan=False)
-                    yield f"id: {edition}-{position}\ndata: {content}\n\n"
-                await asyncio.sleep(_PAUSE / 2)
-            yield "data: {}\n\n"  # the page is loaded anew
-        finally:
-            readers.discard(reader)
+        while edition == growing.edition and position <= len(growing.tests):
+            if progress is not growing.progress:
+                progress = growing.progress
+                tests = growing.tests
+                rows = []
+                new = designs_of_page(tests.rows(np.arange(position, len(tests))))
+                if len(new):
+                    rows.append(rows_of(new))
+                position = len(tests)
+                content = json.dumps({"rows": rows} | progress, allow_nan=False)
+                yield f"id: {edition}-{position}\ndata: {content}\n\n"
+            await asyncio.sleep(_PAUSE / 2)
+        yield "data: {}\n\n"  # the page is loaded anew
 
     async def steering(request: Request) -> Response:
         length = request.headers.get("content-length", "")
         if not steer or is_foreign(request):
-            return refused("The page is read-only (--steer), or of another origin.", 403)
+            return answer("The page is read-only (--steer), or of another origin.", 403)
         if not length.isdecimal() or int(length) > _LONGEST:
-            return refused("The request is too long.", 413)
+            return answer("The request is too long.", 413)
         try:
             await run_in_threadpool(growing.steer, await request.body())
         except PsiError as error:
-            return refused(str(error), 400)
-        return refused("", 200)
+            return answer(str(error), 400)
+        return answer("", 200)
 
     routes = [
         Route("/", page),
@@ -297,20 +284,21 @@ def serve(
         PsiError: The extra is not installed.
         OSError: The port is taken.
     """
+    path = Path(Study(study).path)
+    token = _token(path)
+    growing = GrowingStudy(path, steer=steer)
     try:
-        import starlette  # noqa: F401
         import uvicorn
+
+        application = _application(growing, token, host, steer=steer)
     except ImportError as error:
         raise PsiError(f"live needs {error.name}: pip install 'pymoo-psi[live]'") from error
-    path = Path(Study(study).path)
     try:
         listening = socket.create_server((host, port if port is not None else _PORT))
     except OSError:
         if port is not None:
             raise
         listening = socket.create_server((host, 0))
-    token = _token(path)
-    growing = GrowingStudy(path, steer=steer)
 
     def watch() -> None:
         while True:
@@ -320,7 +308,7 @@ def serve(
     growing.look()
     threading.Thread(target=watch, daemon=True).start()
     config = uvicorn.Config(
-        _application(growing, token, host, steer=steer),
+        application,
         log_level="critical",
         lifespan="off",
         limit_concurrency=_MOST_CONNECTIONS,
@@ -336,14 +324,13 @@ def _token(path: Path) -> str:
     With it the pages of a server that has ended find the next one.
     """
     file = path.with_name(f"{path.name}-live")
-    with suppress(OSError):
-        if file.stat().st_mode & 0o077 == 0:
-            return file.read_text("utf-8")
     token = secrets.token_urlsafe(24)
     with suppress(OSError):  # then it is another one every time
-        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        os.write(descriptor, token.encode())
-        os.close(descriptor)
+        if not file.exists():
+            file.touch(0o600, exist_ok=False)
+            file.write_text(token)
+        if file.stat().st_mode & 0o077 == 0:
+            return file.read_text() or token
     return token
 
 

@@ -37,7 +37,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import Integers, Mask, Received, identity_text, invalid, wrong_type
+from pymoo_psi._validation import Integers, Received, identity_text, invalid, wrong_type
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import (
     LAST,
@@ -243,20 +243,6 @@ class Study:
         """
         with self.reading() as database:
             return database.test_points(run, first, failed=failed)
-
-    def statuses(self) -> tuple[Integers, Mask, int]:
-        """Return the ``(n,)`` numbers of all tests, increasing, and a mask of those that succeeded.
-
-        The third result is how often a test was corrected or withdrawn.
-
-        Raises:
-            StudyError: As :meth:`facts`.
-        """
-        query = "SELECT test, status <> 'failed' FROM tests ORDER BY test"
-        with self.reading() as database:
-            rows = np.array(database.db.execute(query).fetchall(), dtype=np.int64).reshape(-1, 2)
-            (n_changes,) = database.db.execute("SELECT count(*) FROM history").fetchone()
-        return rows[:, 0], rows[:, 1] == 1, n_changes
 
     def propose(self, proposals: Sequence[Proposal], run: int = 1) -> list[Proposal]:
         """Commit designs to be tested, unless others are stored under their numbers.
