@@ -53,12 +53,12 @@ from .selection import Knee as Knee
 from .selection import ReferencePoint as ReferencePoint
 from .selection import SalukvadzeOptimum as SalukvadzeOptimum
 from .selection import robustness as robustness
-from .selection import switching_values as switching_values
 from .sequences import lp_tau as lp_tau
 from .server import live as live
 from .table import Formulation as Formulation
 from .table import TestTable as TestTable
 from .table import read_table as read_table
+from .table import switching_values as switching_values
 
 __version__: str
 __citation__: str

@@ -3,14 +3,14 @@ const Logic = require(require("path").resolve(process.argv[2]))
 const {cases} = JSON.parse(require("fs").readFileSync(0, "utf-8"))
 const list = (array) => [...array]
 
-// Only fronts, ranks and orders, one state after the other as a slider passes them.
+// Only fronts, places and orders, one state after the other as a slider passes them.
 function drag({payload, states}) {
   const data = Logic.decode(payload)
   return states.map((given) => {
     const {state} = Logic.checked(data, given)
     const ranking = Logic.ranked(data, Logic.left(data, state).mask)
-    const {front, place, rank} = ranking
-    return {front: list(front), place: list(place), rank: list(rank), order: list(Logic.order(data, ranking, state))}
+    const {front, place} = ranking
+    return {front: list(front), place: list(place), order: list(Logic.order(data, ranking, state))}
   })
 }
 
@@ -32,7 +32,7 @@ function switched(data, state, ranking) {
   return {rows, text: Logic.staying(data, ranking, rows)}
 }
 
-function answer({payload, states, rows, pins, texts, typed}) {
+function answer({payload, states, rows, pins, texts, typed, thorough}) {
   const data = Logic.decode(payload)
   return {
     initial: Logic.initial(data),
@@ -45,18 +45,18 @@ function answer({payload, states, rows, pins, texts, typed}) {
       const left = Logic.left(data, state)
       const {mask, count} = left
       const ranking = Logic.ranked(data, mask, state.fixed ? data.fixed : null)
-      const {front, place, rank, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
+      const {front, place, pareto, best, ideal, nadir, mu1, mu2, mu3} = ranking
       const order = Logic.order(data, ranking, state)
       const written = JSON.stringify(Logic.decision(data, state, ranking, "2026-01-31"))
       return {
         state, remarks, count, verdict: Logic.verdict(data, ranking, -1), written, mask: list(mask),
-        front: list(front), place: list(place), rank: list(rank), pareto: list(pareto), best, ideal, nadir,
+        front: list(front), place: list(place), pareto: list(pareto), best, ideal, nadir,
         mu: [mu1, mu2, mu3].map(list), order: list(order),
         explained: count ? rows[k].map((row) => Logic.explain(data, ranking, row)) : [],
         instead: rows[k].map((row) => Logic.verdict(data, ranking, row)?.instead),
         compared: count ? Logic.compare(data, pins[k].slice(1), pins[k][0]) : null,
-        separation: Logic.separation(data, ranking, state.positions),
-        switches: switched(data, state, ranking),
+        separation: thorough[k] ? Logic.separation(data, ranking, state.positions) : null,
+        switches: thorough[k] || !count ? switched(data, state, ranking) : null,
         nearest: count ? "" : Logic.nearestDesign(data, state, left),
         preferred: list(Logic.preference(data, ranking, state.preference).best),
         opened: Logic.opened(data, written),

@@ -14,8 +14,7 @@ import pytest
 from pymoo_psi import rank_of_efficiency
 from pymoo_psi.cli import main
 from pymoo_psi.page import decision_page
-from pymoo_psi.selection import group_sentences, separation_sentences
-from pymoo_psi.table import Formulation, read_table
+from pymoo_psi.table import Formulation, group_sentences, read_table, separation_sentences
 from tests.beams import OBJECTIVES, beams, page_of_beams
 from tests.formulas import CELLS, INERT
 from tests.processes import LONG
@@ -714,17 +713,16 @@ def test_export_gives_exactly_what_is_shown(reader, tmp_path):
     assert reader.file_name == "Beams_such-shown.csv"
     exported = pd.read_csv(io.StringIO(text), dtype={"number": str}, keep_default_na=False, **EXACT)
     names = ["place", "number", "mass [kg]", *OBJECTIVES[1:], "width [mm]", "material"]
-    assert list(exported.columns) == [*names, "mu1", "mu2", "mu3", "efficiency_rank", "mark"]
+    assert list(exported.columns) == [*names, "mu1", "mu2", "mu3", "mark"]
     assert exported["number"].tolist() == shown
     frame = beams().set_index(beams()["number"].astype(str))
     exported = exported.rename(columns={"mass [kg]": "mass"})
     for name in [*OBJECTIVES, "material"]:  # every digit
         assert exported[name].tolist()[1:] == frame.loc[shown[1:], name].tolist()
     ranking = rank_of_efficiency(minimised(beams()))
-    for name, values in {"place": ranking.place, "efficiency_rank": ranking.rank}.items():
-        known = dict(zip(frame.index, values, strict=True))
-        assert [int(cell) for cell in exported[name][1:]] == [known[label] for label in shown[1:]]
-        assert exported[name][0] == ""  # a prototype has none
+    places = dict(zip(frame.index, ranking.place, strict=True))
+    assert [int(cell) for cell in exported["place"][1:]] == [places[label] for label in shown[1:]]
+    assert exported["place"][0] == ""  # a prototype has none
     # It is ranked, and shown again, in the senses and units of the page.
     layout = read_table(tmp_path / "export.csv").layout
     assert (layout.objectives, layout.maximize) == (tuple(OBJECTIVES), ("strength",))

@@ -15,13 +15,8 @@ import pytest
 from pymoo_psi import compare_designs, explain, rank_of_efficiency
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
-from pymoo_psi.selection import (
-    ReferencePoint,
-    separation_sentences,
-    switching_sentences,
-    switching_values,
-)
-from pymoo_psi.table import Formulation, read_table
+from pymoo_psi.selection import ReferencePoint
+from pymoo_psi.table import Formulation, read_table, separation_sentences, switching_values
 from tests.page.documents import payload_of
 
 HOSTILE = [
@@ -64,7 +59,7 @@ class Case:
     def __init__(self, seed):
         self.seed, rng = seed, np.random.default_rng(seed)
         self.rng = rng
-        self.m = int(rng.integers(2, 16)) if seed else 4
+        self.m = int(rng.integers(2, 9)) if seed else 4
         n = int(rng.integers(30, 160))
         F = self.values(rng, n, seed % 5)
         self.names = [f"f{j + 1}" for j in range(self.m)]
@@ -147,7 +142,7 @@ class Case:
             "dominated": True,
             "pins": labels[:3],
             "chosen": labels[0],
-            "order": {"by": ["rank", "distance", "preference", "column"][k], "name": "heat"},
+            "order": {"by": ["distance", "distance", "preference", "column"][k], "name": "heat"},
             "preference": wish,
             "positions": [self.position(name, k) for name in ("Ann", "Ben", "Cy", "Ann")],
             "decided": {"date": "2026-02-01", "chosen": labels[0], "agree": ["Ann"], "dissent": []},
@@ -193,13 +188,18 @@ class Case:
             "pins": self.pins,
             "texts": HOSTILE,
             "typed": list(TYPED),
+            "thorough": [self.is_thorough(k) for k in range(4)],
         }
+
+    def is_thorough(self, k):
+        """Whether switching values and positions of a state are compared."""
+        return (self.seed + k) % EVERY == 0
 
 
 # Four states each; each kind of values with and without normalising and a prototype. By hand 300
 # states, all of them with switching values and positions: PAGE_SEEDS=75 python -m pytest ...
-SEEDS = range(int(os.environ.get("PAGE_SEEDS", "20")))
-EVERY = 3 if len(SEEDS) == 20 else 1  # state has its switching values and positions compared
+SEEDS = range(int(os.environ.get("PAGE_SEEDS", "10")))
+EVERY = 2 if len(SEEDS) == 10 else 1  # state has its switching values and positions compared
 
 
 @pytest.fixture(scope="module")
@@ -240,13 +240,12 @@ def test_the_same_designs_are_left(cases, answers):
     assert emptied < 10
 
 
-def test_places_and_ranks_are_those_of_python(rankings):
+def test_places_are_those_of_python(rankings):
     freed = tied = 0
     for case, _, found, rows, ranking in rankings:
         assert [found["place"][i] for i in rows] == ranking.place.tolist()
         assert not any(found["place"][len(case.frame) :])  # of prototypes
         tied += ranking.pareto.sum() - len(set(ranking.place[ranking.pareto]))
-        assert [found["rank"][i] for i in rows] == ranking.rank.tolist()
         assert [found["pareto"][i] for i in rows] == ranking.pareto.astype(int).tolist()
         assert found["front"] == rows[ranking.pareto].tolist()
         assert found["best"] == rows[ranking.salukvadze].tolist()
@@ -257,7 +256,7 @@ def test_places_and_ranks_are_those_of_python(rankings):
         np.testing.assert_allclose(mu, ranking.criteria, rtol=1e-12, atol=noise)
         freed += (ranking.pareto & ~case.whole.pareto[rows]).sum()
     assert freed > 50  # dominated designs whose dominators are rejected
-    assert tied > 500
+    assert tied > 200
 
 
 class Drag:
@@ -320,7 +319,6 @@ def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
             left = drag.frame.iloc[rows][drag.names]
             assert found["front"] == rows[nondominated(left.to_numpy())].tolist()
             ranking = rank_of_efficiency(left)
-            assert [found["rank"][i] for i in rows] == ranking.rank.tolist()
             assert [found["place"][i] for i in rows] == ranking.place.tolist()
             freed += len(set(found["front"]) - whole)
     assert freed > 1000
@@ -339,24 +337,10 @@ def test_the_order_is_that_of_the_ranking(rankings):
         shown = found["order"][case.seed % 2 :]
         assert sorted(shown) == rows.tolist()
         at = np.searchsorted(rows, shown)
-        if k == 0:  # by rank of efficiency
-            near = ranking.by_place
-            at = at[: ranking.pareto.sum()]
-            assert (
-                at.tolist()
-                == near[np.lexsort((-ranking.rank[near], ~ranking.pareto[near]))][
-                    : len(at)
-                ].tolist()
-            )
-        if k == 1:
-            assert (
-                at[: ranking.pareto.sum()].tolist()
-                == ranking.by_place[: ranking.pareto.sum()].tolist()
-            )
-        if (
-            k < 2
-        ):  # distances of dominated designs that are equal up to rounding may stand either way
-            mu1 = ranking.criteria[np.searchsorted(rows, shown), 0][ranking.pareto.sum() :]
+        if k < 2:  # distances of dominated designs that are equal up to rounding stand either way
+            n = ranking.pareto.sum()
+            assert at[:n].tolist() == ranking.by_place[:n].tolist()
+            mu1 = ranking.criteria[at[n:], 0]
             assert (np.diff(mu1) >= -1e-12 * np.maximum(mu1[1:], 1)).all()
         if k == 2:
             chosen = set(found["preferred"])
@@ -402,8 +386,10 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
 
 def test_switching_values_are_those_of_python(rankings):
     compared = changed = 0
-    for case, k, found, *_ in [*rankings][::EVERY]:
+    for case, k, found, *_ in rankings:
         state = case.states[k]
+        if not case.is_thorough(k):
+            continue
         if state["fixed"]:
             ranges = {name: sorted(pair) for name, pair in zip(case.names, zip(case.whole.ideal.tolist(), case.whole.nadir.tolist(), strict=True), strict=True)}  # fmt: skip
             if any(low == high for low, high in ranges.values()):
@@ -429,8 +415,11 @@ def test_switching_values_are_those_of_python(rankings):
             assert one["exact"] == row.exact
             changed += row.design is not None
         compared += len(limits)
+        if case.m > 3:  # values of objectives, which the page does not change, take long
+            continue
         units = replace(table.layout, units=case.units)
-        text = (switching_sentences(replace(table, layout=units), limits) or [""])[0]
+        texts = [*replace(table, layout=units).switching(), ""]
+        text = next(text for text in texts if not text.startswith("If only its own"))
         assert found["switches"]["text"].lower() == text.lower()
     assert compared > 130
     assert changed > 60
@@ -438,8 +427,10 @@ def test_switching_values_are_those_of_python(rankings):
 
 def test_what_separates_positions_is_that_of_python(rankings):
     kinds = Counter()
-    for case, k, found, *_ in [*rankings][::EVERY]:
+    for case, k, found, *_ in rankings:
         state = case.states[k]
+        if not case.is_thorough(k):
+            continue
         if state["fixed"]:
             continue
         limits = {**state["limits"], **state["categories"]}

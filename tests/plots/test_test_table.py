@@ -44,7 +44,7 @@ def test_a_chosen_design_is_marked(chute):
     figure = plot_objectives(chute, objectives=["f1", "f4"], design=7)
     (ax,) = shown(figure)
     np.testing.assert_array_equal(ax.lines[-1].get_xydata(), chute.F[[6]][:, [0, 3]])
-    assert "proposed or chosen" in texts(figure)
+    assert "test point 7" in texts(figure)
 
 
 def test_what_is_far_from_the_feasible_is_left_out_and_reported(osy):

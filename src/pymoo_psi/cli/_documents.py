@@ -29,7 +29,6 @@ from pymoo_psi.pareto import (
     ranking_frame,
     weights_sentence,
 )
-from pymoo_psi.selection import group_sentences
 from pymoo_psi.table import (
     STUDY,
     Formulation,
@@ -38,6 +37,7 @@ from pymoo_psi.table import (
     confidence_sentence,
     constraint_costs,
     format_of,
+    group_sentences,
     number_column,
     read_table,
     suffixes_for,
@@ -101,6 +101,7 @@ def run_rank(options: Options) -> int:
     _say_set(path, designs, ranking)
     title = "The best compromises, by place:"
     say_best(frame, title, ranking, out)
+    say(*table.switching())
     sure = confidence_sentence(table, int(ranking.salukvadze[0]))
     if sure:
         say(sure)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import Array, Entries, Mask, Names
 from pymoo_psi.pareto import SENTENCES, nondominated, weight_shares
-from pymoo_psi.table import Kind, TestTable, has_errors, number_column
+from pymoo_psi.table import PROPOSAL_ROUND, Kind, TestTable, has_errors, number_column
 
 Content: TypeAlias = dict[str, Any]
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
@@ -175,7 +175,7 @@ def _roles(table: TestTable) -> list[tuple[str, str]]:
     roles = []
     for role, names in names_by_role.items():
         for name in names:
-            if name != layout.label:
+            if name not in (layout.label, PROPOSAL_ROUND):  # a number of a run, no property
                 roles.append((role, name))
     return roles
 

@@ -4,23 +4,21 @@
 // or size change, what is left, the marks and limits at every step of a slider, the design under the
 // pointer at every move. Charts know rows, columns and scales; what is chosen or limited they get from
 // page.js as a model:
-//   context, left   rows to draw, ranked ones of left; look(row) -> key of LOOKS, named(row) -> what it is called
+//   context, left   rows to draw, those of left that are near; look(row) -> key of LOOKS, named(row) -> what it is called
 //   values(column)  the numbers of a column as they are now
 //   scale(column)   {low, high, log}, the ends of its axis
 //   limit(column)   [low, high] in force, null for none
 //   marks           [{row, look}] drawn large above all, with their names; their values are on all axes
-//   hues            (row) -> look of a design by its category, or null for those of the ranks
+//   hues            (row) -> look of a design by its category, or null for those of the places
 //   written(column, value), the text of a value
 // Every row left is drawn: what lies beyond an axis is at its end, where its number is written.
 const Charts = (() => {
   // Shapes tell the same as colours, which page.css has, for light and dark.
   const LOOKS = {
-    unranked: {shape: "dot", size: 3.1},
+    other: {shape: "dot", size: 3.1},
     dominated: {shape: "cross", size: 2},
-    3: {shape: "triangle", size: 4.5},
-    4: {shape: "square", size: 3.2},
-    5: {shape: "diamond", size: 4.5},
-    6: {shape: "star", size: 8},
+    near: {shape: "diamond", size: 4.5},
+    best: {shape: "star", size: 8},
     prototype: {shape: "cross", size: 5},
     chosen: {shape: "ring", size: 8.5},
     pinned: {shape: "frame", size: 7.5},
@@ -50,12 +48,10 @@ const Charts = (() => {
   })
   const OUTLINES = {
     dot: "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0",
-    square: "M-1-1H1V1H-1Z",
     frame: "M-1-1H1V1H-1Z",
     corners: "M-1-.4V-1H-.4M.4-1H1V-.4M1 .4V1H.4M-.4 1H-1V.4",
     cross: "M-1-1L1 1M1-1L-1 1",
     ring: "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0",
-    triangle: "M0-1L.95 .8H-.95Z",
     diamond: "M0-1.1L1 0L0 1.1L-1 0Z",
     star: `M${star.join("L")}Z`,
     down: "M0 1L-.95-.8H.95Z",
@@ -245,7 +241,7 @@ const Charts = (() => {
 
   // The rows by the colour in which they are drawn.
   function byColour({hues}, rows) {
-    if (!hues) return [[LOOKS.unranked.colour, rows]]
+    if (!hues) return [[LOOKS.other.colour, rows]]
     const groups = new Map()
     for (const row of rows) {
       const {colour} = hues(row)
@@ -478,7 +474,7 @@ const Charts = (() => {
     function drawMarks(g) {
       for (const {row, look} of model.marks) {
         const {colour} = LOOKS[look]
-        const width = look === "6" ? 3 : 2
+        const width = look === "best" ? 3 : 2
         g.setLineDash({prototype: [6, 4], pinned: [2, 3], inspected: [9, 3]}[look] ?? [])
         lines(g, [row], {strokeStyle: colour, lineWidth: width})
       }
@@ -648,10 +644,10 @@ const Charts = (() => {
       const {left, marks} = model
       const few = left.length <= MOST_SHAPES
       if (!few) points(g, byColour(model, left))
-      for (const row of few ? left : model.hues ? [] : model.ranked) {
+      for (const row of few ? left : model.hues ? [] : model.near) {
         const look = model.look(row)
         const spot = at(row)
-        const size = look === "unranked" && left.length > 100 ? {size: 2} : {}
+        const size = look === "other" && left.length > 100 ? {size: 2} : {}
         if (isKnown(spot)) shape(g, model.hues?.(row) ?? {...LOOKS[look], ...size}, ...spot)
       }
       drawLimits(g)

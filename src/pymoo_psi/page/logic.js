@@ -1,5 +1,5 @@
 // The logic of the decision page, without a document, so that it runs in the page and in Node. Places,
-// ranks, sentences and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection.
+// sentences and preferences equal those of pymoo_psi.pareto and pymoo_psi.selection.
 //
 // Designs are rows 0 … data.n - 1, existing designs (prototypes) the rows behind, up to data.total.
 // All arrays have one entry a row. Objectives in data.F are minimised and equal where they are equal
@@ -182,10 +182,9 @@ function argsort(values, rows) {
   return taken(rows, order, new Int32Array(n))
 }
 
-// The least values of the groups of values that are equal up to a tolerance, of their own size by
-// default, ascending, and the group of each value. A group reaches from its least value, so that no
+// The least values of the groups of values that are equal up to rounding, ascending, and the group of each value. A group reaches from its least value, so that no
 // chain is taken for one.
-function grouped(values, tolerance) {
+function grouped(values) {
   const least = []
   let reach = NaN
   const group = new Int32Array(values.length)
@@ -193,7 +192,7 @@ function grouped(values, tolerance) {
     const value = values[row]
     if (!(value <= reach)) {
       least.push(value)
-      reach = value + (tolerance ?? NOISE * abs(value))
+      reach = value + NOISE * abs(value)
     }
     group[row] = least.length - 1
   }
@@ -258,7 +257,7 @@ function dominatorOf({low, rows, points, halves}, point, among) {
   return -1
 }
 
-// ---------------------------------------------------------------------------- ranks of efficiency
+// ------------------------------------------------------------------------------------------ places
 
 // The points U and N of the front, or those of another frame, and what distances are measured in
 // (pareto's UtopianFrame).
@@ -316,55 +315,17 @@ class Frame {
     return [mu, [unit, acrossUnit, unit]]
   }
 
-  // The rounding errors of the three criteria.
-  noise(units) {
-    const e2 = this.direction.map((value) => value * value)
-    const across = e2.map((_, j) => sqrt(sum(e2.filter((_, k) => k !== j))))
-    return [e2.map(() => 1), across, this.direction].map((parts, k) =>
-      LAST_PLACES * hypot(...parts.map((part, j) => (part * this.sizes[j]) / units[k])))
+  // The rounding error of μ1 in its unit.
+  noise(unit) {
+    return LAST_PLACES * hypot(...this.sizes.map((size) => size / unit))
   }
-}
-
-// The rows that may be nondominated in (a, b): the others are clearly worse in both than a row in an
-// earlier part of the range of a. Nearly all are, and need no sorting.
-function candidates(rows, a, b, [noiseA, noiseB]) {
-  const PARTS = 64
-  const low = leastOf(a, rows)
-  const range = endOf(a, -1, rows) - low
-  if (!(range > 2 * PARTS * noiseA)) return rows
-  const part = (i) => ((a[i] - low) / range * PARTS) | 0
-  const least = new Float64Array(PARTS + 3).fill(Infinity) // of b, two parts on: by more than the noise
-  for (let k = 0; k < rows.length; k++) {
-    const at = part(rows[k]) + 2
-    if (b[rows[k]] < least[at]) least[at] = b[rows[k]]
-  }
-  for (let at = 1; at < least.length; at++) least[at] = min(least[at], least[at - 1])
-  return picked(rows, (i) => !(least[part(i)] < b[i] - noiseB))
-}
-
-// The rows whose points (a, b) no other dominates; of equal ones those of the least `other`.
-function nondominatedPair(front, columns, noise) {
-  const rows = candidates(front, columns[0], columns[1], noise)
-  const [a, b, other] = columns.map((values, k) => grouped(taken(values, rows), noise[k]).group)
-  const first = new Int32Array(rows.length).fill(-1) // by a, the place of the least b, then other
-  for (let k = 0; k < rows.length; k++) {
-    const j = first[a[k]]
-    if (j < 0 || b[k] < b[j] || (b[k] === b[j] && other[k] < other[j])) first[a[k]] = k
-  }
-  let low = Infinity
-  for (const j of first) {
-    if (b[j] < low) low = b[j]
-    else if (j >= 0) first[a[j]] = -1
-  }
-  return rows.filter((_, k) => first[a[k]] >= 0 && b[k] === b[first[a[k]]] && other[k] === other[first[a[k]]])
 }
 
 // The ranking of the rows left (pareto's rank_of_efficiency), with the points U and N of another
 // frame if one is given.
 //   mask, rows, count     what was ranked, without prototypes
 //   front, byPlace        the Pareto-optimal rows, and these by place
-//   pareto, place, rank   by row; only Pareto-optimal rows have a place, others have 0; the rank of a
-//                         prototype and of a row not left is -1
+//   pareto, place         by row; only Pareto-optimal rows have a place, others have 0
 //   mu1, mu2, mu3         by row, of prototypes too
 //   ideal, nadir          in the original direction
 //   best                  the rows of the Salukvadze optimum, which have place 1
@@ -373,27 +334,18 @@ function ranked(data, mask, fixed = null) {
   const {n, total, F} = data
   const rows = picked(data.designs, (i) => mask[i])
   const pareto = new Uint8Array(total)
-  const rank = new Int8Array(total).fill(-1)
   const front = rows.length ? frontOf(data, mask, rows) : rows
   const frame = new Frame(F, front, data.normalize, fixed)
   const all = rows.length ? concat(rows, data.prototypes) : rows
   const [mu, units] = frame.measured(F, all, total)
-  const noise = frame.noise(units)
-  const pair = (...places) => nondominatedPair(front, places.map((k) => mu[k]), places.map((k) => noise[k]))
-  const [p12, p13, p23] = [pair(0, 1, 2), pair(0, 2, 1), pair(1, 2, 0)]
-  for (let k = 0; k < rows.length; k++) rank[rows[k]] = 0
   for (let k = 0; k < front.length; k++) pareto[front[k]] = 1
-  // P12 and P13 lie inside P23 but for the tolerance.
-  for (const i of new Set([...p12, ...p13, ...p23])) rank[i] = 3
-  for (const i of p13) rank[i] += 2
-  for (const i of p12) rank[i] += 1
-  const {byPlace, place} = placed(front, mu[0], noise[0])
+  const {byPlace, place} = placed(front, mu[0], frame.noise(units[0]))
   const best = [...picked(front, (i) => place[i] === 1)]
   mu.forEach((column, k) => {
     for (let at = 0; at < all.length; at++) column[all[at]] *= units[k]
   })
   const turned = (point) => point.map((value, j) => (data.objectives[j].maximize ? -value : value) + 0)
-  return {mask, rows, count: rows.length, front, byPlace, pareto, place, rank, mu1: mu[0], mu2: mu[1], mu3: mu[2],
+  return {mask, rows, count: rows.length, front, byPlace, pareto, place, mu1: mu[0], mu2: mu[1], mu3: mu[2],
     ideal: turned(frame.ideal), nadir: turned(frame.nadir), best, frame, fixed}
 }
 
@@ -542,11 +494,10 @@ function nearestDesign(data, state, {times, rejected}) {
 // ------------------------------------------------------------------------------------- the orders
 
 // The rows shown, prototypes first, then the best design first; dominated designs come last but
-// where they are sorted by a column. "distance" is by place, "rank" by rank of efficiency and then
-// by place.
+// where they are sorted by a column. "distance" is by place.
 function order(data, ranking, state) {
   const {by, name, down} = state.order
-  const {pareto, rank} = ranking
+  const {pareto, byPlace} = ranking
   const turned = (list) => (down ? list.slice().reverse() : list)
   if (by === "column" || by === "label") {
     const column = by === "label" ? null : data.by.get(name)
@@ -562,9 +513,7 @@ function order(data, ranking, state) {
     const ordered = concat(best, argsort(value, argsort(total, others)))
     return concat(data.prototypes, turned(ordered), turned(argsort(value, dominated)))
   }
-  const {byPlace} = ranking
-  const front = by === "rank" ? concat(...[6, 5, 4, 3, 0].map((r) => picked(byPlace, (i) => rank[i] === r))) : byPlace
-  return concat(data.prototypes, turned(front), turned(argsort(ranking.mu1, dominated)))
+  return concat(data.prototypes, turned(byPlace), turned(argsort(ranking.mu1, dominated)))
 }
 
 // The rows that a search finds, whatever the limits, those shown first: a text in names or texts, or
@@ -859,9 +808,9 @@ function explain(data, ranking, row) {
 }
 
 function standing(data, ranking, row, dominatedBy) {
-  const {front, best, place, rank, mask} = ranking
+  const {front, best, place, mask} = ranking
   const parts = {design: capital(data.names[row]), front: counted(front.length, "Pareto-optimal design"),
-    count: best.length, place: place[row], rank: rank[row]}
+    count: best.length, place: place[row]}
   if (row >= data.n) return `${parts.design} is not among the designs that are ranked.`
   if (!mask[row]) return `${parts.design} is beyond the limits.`
   if (dominatedBy >= 0) {
@@ -962,7 +911,7 @@ function checked(data, anything) {
     categories[name] = data.by.get(name).texts.filter((text) => list.includes(text))
     if (categories[name].length < list.length) lost.add("categories")
   }
-  const isOrder = (order) => isObject(order) && (["distance", "rank", "label", "preference"].includes(order.by)
+  const isOrder = (order) => isObject(order) && (["distance", "label", "preference"].includes(order.by)
     || (order.by === "column" && data.by.has(order.name)))
   const order = fitting("order", isOrder, {by: "distance"})
   const preference = entryOf(anything, "preference")
@@ -1010,13 +959,12 @@ function exported(data) {
     [own(data.label), data.labels.every(Number.isInteger) ? "integer" : "string"],
     ...data.columns.map(({role, field, name, label, texts, unit}) => [
       role === "geometric" ? field : data.by.has(label) ? own(name) : label, texts ? "string" : "number", unit || undefined]),
-    ["efficiency_rank", "integer"],
     ["mark", "string"],
   ]
   return columns.map(([heading, datatype, unit]) => ({titles: inert(heading), datatype, "schema:unitText": unit}))
 }
 
-// Rows as CSV, every digit of the numbers, with places and ranks under the limits.
+// Rows as CSV, every digit of the numbers, with places under the limits.
 function csv(data, rows, ranking, state) {
   const quoted = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text)
   const text = (value) => (Number.isNaN(value) ? "" : quoted(inert(String(value))))
@@ -1025,7 +973,7 @@ function csv(data, rows, ranking, state) {
     return column.texts ? (i) => text(column.texts[array[i]]) : (i) => text(array[i])
   })
   const lines = [...rows].map((i) => [ranking.place[i] || "", text(data.labels[i]), ...cells.map((cell) => cell(i)),
-    ranking.rank[i] < 0 ? "" : ranking.rank[i], placeText(data, ranking, i)].join(","))
+    placeText(data, ranking, i)].join(","))
   // With the mark by which spreadsheets know UTF-8.
   return `\ufeff${exported(data).map(({titles}) => quoted(titles)).join(",")}\n${lines.join("\n")}\n`
 }

@@ -228,6 +228,8 @@ const page = (() => {
 
   // Designs.
 
+  const NEAR = 10 // places up to which designs have a mark of their own
+
   const rowOf = (name) => data.rowOf.get(name) ?? -1
   const called = (row) => data.names[row]
   const chosenRow = () => rowOf(state.chosen)
@@ -237,10 +239,11 @@ const page = (() => {
   function look(row) {
     if (row >= data.n) return "prototype"
     if (!ranking.pareto[row]) return "dominated"
-    if (ranking.place[row] === 1) return "6"
-    return ranking.rank[row] > 0 ? String(ranking.rank[row]) : "unranked"
+    const place = ranking.place[row]
+    return place === 1 ? "best" : place <= NEAR ? "near" : "other"
   }
   const placeText = (row) => Logic.placeText(data, ranking, row)
+  const keysOfLooks = () => $("looks").querySelectorAll("[data-look]")
   const cellText = (column, row) => written(column, Logic.values(data, ranking, column)[row])
 
   // A click inspects, a button or C chooses. A reason belongs to its choice.
@@ -339,9 +342,12 @@ const page = (() => {
     // Not disabled in earnest: a key that is held would go on with the button beside it.
     $("undo").setAttribute("aria-disabled", at <= 0)
     $("redo").setAttribute("aria-disabled", at >= past.length - 1)
-    const counts = Object.assign(Array(7).fill(0), {dominated})
-    ranking.front.forEach((row) => { counts[ranking.place[row] === 1 ? 6 : ranking.rank[row]]++ })
-    for (const key of $("ranks").querySelectorAll("[data-rank]")) renew(key.lastElementChild, countText(counts[key.dataset.rank]))
+    const {byPlace, place} = ranking
+    const best = ranking.best.length
+    const farther = byPlace.findIndex((row) => place[row] > NEAR)
+    const near = farther < 0 ? byPlace.length : farther
+    const counts = {best, near: near - best, other: byPlace.length - near, dominated}
+    for (const key of keysOfLooks()) renew(key.lastElementChild, countText(counts[key.dataset.look]))
     $("dominated").checked = state.dominated
   }
 
@@ -557,10 +563,8 @@ const page = (() => {
       $("limit-groups").append(make("details", {open},
         make("summary", `Limits on ${text} `, make("b.hint")), columns.map(limitControl)))
     }
-    for (const key of $("ranks").querySelectorAll("[data-rank]")) {
-      key.firstElementChild.before(icon(key.dataset.rank === "0" ? "unranked" : key.dataset.rank))
-    }
-    $("ranks").append(make("p.key", icon("chosen"), "chosen", icon("pinned"), "pinned",
+    for (const key of keysOfLooks()) key.firstElementChild.before(icon(key.dataset.look))
+    $("looks").append(make("p.key", icon("chosen"), "chosen", icon("pinned"), "pinned",
       data.total > data.n ? [icon("prototype"), "prototype"] : null))
     $("remarks").append(...data.remarks.filter((text) => !text.startsWith("Warning")).map((text) => make("p.hint", text)))
     renew($("cautions").querySelector("b"), String(data.cautions.length))
@@ -607,7 +611,7 @@ const page = (() => {
   let scales = new Map()
   let drawn = []
   const plots = []
-  let hues = null // colours by row; null for those of the ranks
+  let hues = null // colours by row; null for those of the places
 
   // The ends of an axis: the range of the Pareto set, and of what is marked.
   function scaleOf(column) {
@@ -630,12 +634,11 @@ const page = (() => {
     const marks = []
     for (let row = data.n; row < data.total; row++) marks.push({row, look: "prototype"})
     for (const name of state.pins) marks.push({row: rowOf(name), look: "pinned"})
-    if (ranking.count) marks.push({row: proposedRow(), look: "6"})
+    if (ranking.count) marks.push({row: proposedRow(), look: "best"})
     if (chosenRow() >= 0) marks.push({row: chosenRow(), look: "chosen"})
     if (inspected >= 0) marks.push({row: inspected, look: "inspected"})
     marked = marks.map(({row}) => row)
-    const ranked = Logic.picked(ranking.front, (row) => ranking.rank[row] > 0)
-    return {context, left: drawn, ranked, marks, look, hues, scale: scaleOf, limit: limitOf, written, named: called,
+    return {context, left: drawn, near: ranking.byPlace.subarray(0, NEAR), marks, look, hues, scale: scaleOf, limit: limitOf, written, named: called,
       total: data.total, values: (column) => Logic.values(data, ranking, column)}
   }
 
@@ -670,7 +673,7 @@ const page = (() => {
     mark(row)
     tip.hidden = row < 0
     if (tip.hidden) return
-    tip.replaceChildren(make("strong", called(row)), ` ${placeText(row)}${ranking.pareto[row] ? `, rank of efficiency ${ranking.rank[row]}` : ""}`, make("table", limitable.slice(0, 16).map((column) =>
+    tip.replaceChildren(make("strong", called(row)), ` ${placeText(row)}`, make("table", limitable.slice(0, 16).map((column) =>
       make("tr", make("td", column.label), make("td.number", cellText(column, row))))))
     const [width, height] = [tip.offsetWidth, tip.offsetHeight]
     tip.style.left = `${max(4, x + 16 + width > innerWidth ? x - width - 12 : x + 16)}px`
@@ -686,7 +689,7 @@ const page = (() => {
 
   function buildColours() {
     const columns = [...data.columns.filter(({texts}) => texts && texts.length <= Charts.HUES.length), ...data.shades] // so many hues
-    $("colour").append(make("option", "rank of efficiency"), ...columns.map(({label}) => make("option", label)))
+    $("colour").append(make("option", "place"), ...columns.map(({label}) => make("option", label)))
     $("colour").onchange = () => {
       const column = columns[$("colour").selectedIndex - 1]
       const looks = column?.looks ?? Charts.HUES
@@ -744,7 +747,6 @@ const page = (() => {
       ...[...limitable, ...mus].map((column) => ({
         text: column.role === "geometric" ? column.name.split(" ")[0] : column.label, width: length(column), order: {by: "column", name: column.name},
         cell: (row) => cellText(column, row), kind: column.texts ? "" : column.role === "geometric" ? ".number.hint" : ".number"})),
-      {text: "rank of efficiency", width: 6, order: {by: "rank"}, cell: (row) => (ranking.pareto[row] ? String(ranking.rank[row]) : "–"), kind: ".number.hint"},
     ]
     const pixels = columns.map(({width, text}) => ceil(max(7.4 * width + 22, min(7.2 * text.length + 34, 150), 62)))
     const widths = pixels.map((width, j) => (j ? `${width}px` : `min(${width}px, 55vw)`))

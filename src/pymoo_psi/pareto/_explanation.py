@@ -137,6 +137,8 @@ class Explanation:
             is first, then the neighbours, each once, in the order of the objectives.
         dominated_by: The row of the nearest Pareto-optimal design that is nowhere worse and
             somewhere better; -1 if the design is Pareto optimal itself.
+        switching: Of the optimum of a test table, until which limits and values it stays so, as
+            sentences (``TestTable.switching``).
 
     Example:
         >>> why = explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1)
@@ -151,10 +153,11 @@ class Explanation:
     neighbours: Rows
     steps: DesignComparison
     dominated_by: int
+    switching: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Return :attr:`sentences`, wrapped at 80 columns."""
-        return wrapped(self.sentences)
+        """Return :attr:`sentences` and :attr:`switching`, wrapped at 80 columns."""
+        return wrapped([*self.sentences, *self.switching])
 
     @property
     def weakest(self) -> tuple[Any, ...]:
@@ -219,7 +222,6 @@ class Explanation:
             design=design,
             front=front,
             place=ranking.place[self.row],
-            rank=ranking.rank[self.row],
             count=n_optima,
         )
 
@@ -286,7 +288,7 @@ def explain(
             default the Salukvadze optimum. A data frame with the labels 0, 1, … is like an array;
             write other integer labels as texts, because ``3`` may be a label or a row.
         row: The row of the design in ``F``, from 0, instead of ``design``.
-        normalize: Affects the rank in the sentences, as for :func:`pymoo_psi.rank_of_efficiency`;
+        normalize: Affects the place in the sentences, as for :func:`pymoo_psi.rank_of_efficiency`;
             distances here are always in units of the ranges.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
         units: Units by name, for the sentences; by default those of a test table.
@@ -340,7 +342,10 @@ def explain(
     others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
     steps = _compared(ranking, [row, *others])
     shares = _shares(behind, lengths)
-    return Explanation(ranking, row, behind, shares, neighbours, steps, dominated_by)
+    switching = ()
+    if is_table(F) and row in ranking.salukvadze:
+        switching = tuple(F.switching())
+    return Explanation(ranking, row, behind, shares, neighbours, steps, dominated_by, switching)
 
 
 def compare_designs(

@@ -38,9 +38,9 @@ from pymoo_psi.plots._points import (
     PARETO,
     Group,
     Points,
+    groups_by_place,
     name_axis,
     points_of_table,
-    ranked_groups,
     require_table,
 )
 from pymoo_psi.plots._style import (
@@ -295,8 +295,9 @@ def plot_ranking(
 ) -> Drawing:
     """Return the Pareto-optimal designs of a ranking as parallel coordinates.
 
-    Each design is a line. The best value of each objective in the Pareto set is at the bottom, the
-    worst on top. :func:`plot_objectives` draws the objectives of a table in pairs.
+    Each design is a line, darker for places 2 to 10. The best value of each objective in the Pareto
+    set is at the bottom, the worst on top. Place 1 and the marked design have their names at the
+    end. :func:`plot_objectives` draws the objectives of a table in pairs.
 
     Args:
         ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
@@ -334,18 +335,20 @@ def plot_ranking(
     with panels(1, 1, height=height) as (figure, (ax,)):
         legend = []
         density = ""
-        for name, group in ranked_groups(ranking).items():
+        for name, group in groups_by_place(ranking).items():
             own = shares[group.mask]
             if len(own) > _MOST:
                 _draw_density(ax, own)
                 density = f"{counted(len(own), 'line')} are a density, the darker the more."
             else:
                 ax.add_collection(_lines(own, group))
-            label = name.replace("(rank 6)", "(place 1)").replace("unranked", "rank 0")
-            legend.append(Line2D([], [], **group.style(label)))
+            legend.append(Line2D([], [], **group.style(name)))
+        named = [int(ranking.salukvadze[0])]
         if row is not None and row not in ranking.salukvadze:
             style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
             ax.plot(np.arange(n), shares[row], "k--", label="chosen", zorder=7.0, **style)
+            named.append(row)
+        _name_ends(ax, {ranking.name_of(one): shares[one, -1] for one in named})
         ax.set(xlim=(-0.4, n - 0.6), ylim=(-0.05, 1.05))
         ax.set_ylabel("share of the range (0 is best)")
         ax.set_xticks(np.arange(n), labels, rotation=rotation)
@@ -353,7 +356,7 @@ def plot_ranking(
         optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
         figure.describe(
             title,
-            f"{optimal} of {len(ranking.rank)}, coloured by rank of efficiency.",
+            f"{optimal} of {len(ranking.place)}.",
             "Each is a line from the best values in the Pareto set, at the bottom, to the worst.",
             density,
         )
@@ -396,6 +399,20 @@ def _lines(shares: Array, group: Group) -> LineCollection:
         zorder=group.marker.level,
         rasterized=n > _MANY,
     )
+
+
+def _name_ends(axes: Axes, ends: Mapping[str, float]) -> None:
+    """Write names behind the ends of lines, apart from one another.
+
+    Args:
+        axes: The axes, on which lines end between 0 and 1.
+        ends: The ends by name.
+    """
+    free = -1.0
+    for name, end in sorted(ends.items(), key=lambda item: item[1]):
+        free = max(end, free + 0.07)
+        place = axes.get_yaxis_transform()
+        axes.text(1.0, free, literal(name, 24), transform=place, va="center")
 
 
 # Sensitivities

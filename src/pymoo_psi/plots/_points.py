@@ -28,6 +28,7 @@ _LETTERS = 90  # of text over the width of a figure, in the size of axis labels
 _MOST_OPTIONS = 12  # with a tick each
 _SPREAD = 0.6  # of the distance between two options
 _GOLDEN = 0.6180339887498949  # multiples of it modulo 1 are the evenest sequence
+_NEAR = 10  # places up to which designs have a marker of their own
 _MANY = 200  # from here on the markers of a group shrink
 _RASTERIZED = 1000  # more markers would fill a vector file, drawn one by one
 _OPEN = (-np.inf, np.inf)  # no limit
@@ -40,7 +41,6 @@ _CHOSEN: Style = {
     "markeredgewidth": 1.6,
     "zorder": 7.0,
     "path_effects": [withStroke(linewidth=3.0, foreground="white")],  # apart from a crowd
-    "label": "proposed or chosen",
 }
 
 
@@ -206,10 +206,12 @@ class Points:
     Attributes:
         columns: Columns by name.
         groups: Groups of designs by name.
+        chosen: Name of the design that is marked.
     """
 
     columns: Mapping[str, Column]
     groups: Mapping[str, Group]
+    chosen: str = ""
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
@@ -220,7 +222,7 @@ class Points:
             drawn = group.mask & visible
             axes.plot(x.places[drawn], y.places[drawn], **group.style(name))
         if not np.isnan(x.mark):
-            axes.plot(x.mark, y.mark, **_CHOSEN)
+            axes.plot(x.mark, y.mark, label=self.chosen, **_CHOSEN)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
@@ -268,7 +270,10 @@ def points_of_table(
         chosen: A table of the chosen design; None if there is none.
     """
     columns = {name: _column(table, name, chosen) for name in names}
-    return Points(columns, _groups(table))
+    name = ""
+    if chosen is not None:
+        name = literal(chosen.names[0])
+    return Points(columns, _groups(table), name)
 
 
 def _groups(table: TestTable) -> dict[str, Group]:
@@ -340,6 +345,17 @@ def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
 
 
 # Rankings
+
+
+def groups_by_place(ranking: EfficiencyRanking) -> dict[str, Group]:
+    """Return the Pareto-optimal designs in groups: the best, those near it, the others."""
+    place = ranking.place
+    masks = {
+        "other Pareto-optimal designs": (place > _NEAR, _REST),
+        f"places 2 to {_NEAR}": ((place > 1) & (place <= _NEAR), _RANKS[5]),
+        "place 1": (place == 1, OPTIMUM),
+    }
+    return {name: Group(mask, marker) for name, (mask, marker) in masks.items() if mask.any()}
 
 
 def ranked_groups(ranking: EfficiencyRanking) -> dict[str, Group]:

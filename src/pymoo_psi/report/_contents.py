@@ -33,9 +33,6 @@ from pymoo_psi.selection import (
     Knee,
     SalukvadzeOptimum,
     compare_selectors,
-    latest_positions,
-    switching_sentences,
-    switching_values,
 )
 from pymoo_psi.table import (
     Allowed,
@@ -44,13 +41,13 @@ from pymoo_psi.table import (
     confidence_sentence,
     constraint_costs,
     convergence,
+    latest_positions,
     limit_text,
 )
 
 _REASONS = 12  # of failures in the table, the most frequent ones
 _LIMITS = 6  # in the table, those that cost most
 _IDLE = 3  # limits that cost nothing, by name
-_SWITCHING = 500  # designs; of more ranking again takes minutes
 _EXACT = 15  # digits of limits, which are as they were given
 _REPRESENTATIVES = 5  # side by side on paper
 
@@ -170,13 +167,6 @@ class Choice:
         difference = pair.difference(1)
         return sentence("instead", design=capital(self.name), other=optimum, difference=difference)
 
-    def switching(self) -> list[str]:
-        """Return until which limits and values the proposal stays, where designs are few."""
-        if self.ranking.pareto.sum() > _SWITCHING:
-            return []
-        frame = switching_values(self.table, kinds=("limit", "value"))
-        return switching_sentences(self.table, frame)
-
     def _texts(self, values: Array) -> list[str]:
         """Return ``(m,)`` objectives as the page writes them."""
         pairs = zip(self.layout.objectives, values, strict=True)
@@ -234,11 +224,11 @@ class Choice:
         """Return a few designs that represent the Pareto set, and a caption."""
         few = representatives(self.ranking, _REPRESENTATIVES)
         labels = [self.layout.label_of(name) for name in self.layout.objectives]
-        columns = {"design": ["place", "rank of efficiency", "stands for", *labels]}
+        columns = {"design": ["place", "stands for", *labels]}
         for row, share in zip(few.rows.tolist(), few.shares, strict=True):
             values = self._texts(self.ranking.objectives.values[row])
-            ranks = (str(self.ranking.place[row]), str(self.ranking.rank[row]))
-            columns[self.ranking.name_of(row)] = [*ranks, percent(share), *values]
+            place = str(self.ranking.place[row])
+            columns[self.ranking.name_of(row)] = [place, percent(share), *values]
         n = counted(self.ranking.pareto.sum(), "Pareto-optimal design")
         caption = (
             f"{len(few.rows)} representatives of {n}, the optimum first. "

@@ -25,12 +25,14 @@ from pymoo_psi._validation import Entries, Names, Received, Values, counted, ins
 from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice, Columns
-from pymoo_psi.selection import (
+from pymoo_psi.table import (
+    Formulation,
+    TestTable,
     decision_sentences,
     latest_positions,
+    read_table,
     separation_sentences,
 )
-from pymoo_psi.table import Formulation, TestTable, read_table
 
 _DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
 # A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
@@ -288,10 +290,9 @@ def check_report(
             arguments["prototype"] = pd.DataFrame(record["prototype"])
         made_by = record["version"]
         pictures = record["pictures"]
-    except (ValueError, TypeError, KeyError) as error:
-        raise invalid(
-            f"{path}", "a report with its data, unchanged", Received(str(error))
-        ) from None
+    except (ValueError, TypeError, KeyError):
+        rule = "a report with its data, as the command report writes it"
+        raise invalid(f"{path}", rule, Received("no report, or changed data")) from None
     warnings = []
     if made_by != version("pymoo-psi"):
         warnings.append(f"made by pymoo-psi {made_by}, checked by {version('pymoo-psi')}")

@@ -45,8 +45,8 @@ accepts both.
 
 Public names: :class:`SalukvadzeOptimum`, :class:`EfficientSubset`,
 :class:`CompromiseProgramming`, :class:`ReferencePoint`, :class:`Knee` and their base
-:class:`RankingSelector`; :func:`compare_selectors`; :func:`switching_values`: at which limits,
-values and weights another design is recommended; :func:`robustness` and its :class:`Robustness`.
+:class:`RankingSelector`; :func:`compare_selectors`; :func:`robustness` and its
+:class:`Robustness`.
 """
 
 from pymoo_psi._names import attach_names

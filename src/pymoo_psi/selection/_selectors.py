@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numbers
 import warnings
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from functools import partial
 from typing import Any
 
@@ -28,15 +28,15 @@ from pymoo_psi._validation import (
     finite_array,
     invalid,
     mapping,
-    require_shape,
 )
 from pymoo_psi.pareto import (
-    LAST_PLACES,
     EfficiencyRanking,
     front_of,
+    least_weighted,
     levels,
     rank_of_efficiency,
     ranking_from,
+    terms_from,
     unit_lengths,
 )
 
@@ -45,9 +45,6 @@ from pymoo_psi.pareto import (
 _STRAIGHT = 1e-9
 # Extremes whose directions from U differ by less than this span no plane: the set is degenerate.
 _FLAT = 1e-6
-# The largest term, then the sum of the terms: the augmented distance max + rho * sum in the limit
-# of a small rho.
-_AUGMENTED = (partial(np.max, axis=1), partial(np.sum, axis=1))
 
 
 class RankingSelector(Indicator):
@@ -173,8 +170,8 @@ class CompromiseProgramming(RankingSelector):
         terms = ranking.frame.scaled(F)
         sizes = ranking.frame.sizes(F)
         if np.isinf(self.p):
-            return _least(front, terms, sizes, self.weights, *_AUGMENTED)
-        return _least(front, terms, sizes, self.weights, partial(_norm, p=self.p))
+            return least_weighted(front, terms, sizes, self.weights)
+        return least_weighted(front, terms, sizes, self.weights, partial(_norm, p=self.p))
 
 
 class ReferencePoint(RankingSelector):
@@ -211,12 +208,8 @@ class ReferencePoint(RankingSelector):
         self.weights = _of_sum_one(weights)
 
     def _choose(self, ranking: EfficiencyRanking) -> Rows:
-        front, F = front_of(ranking)
-        frame = ranking.frame
         point = ranking.objectives.turned("point", self.point)
-        terms = (F - point) / frame.scale
-        sizes = np.maximum(frame.sizes(F), np.abs(point / frame.scale))
-        return _least(front, terms, sizes, self.weights, *_AUGMENTED)
+        return least_weighted(*terms_from(ranking, point), self.weights)
 
 
 class Knee(RankingSelector):
@@ -326,34 +319,6 @@ def _of_sum_one(weights: ArrayLike | None) -> Array | None:
         raise invalid("weights", "a list of numbers >= 0, not all of them 0", weights)
     ratios = array / array.max()  # first, as the sum of large weights overflows
     return np.asarray(ratios / ratios.sum())
-
-
-@np.errstate(over="ignore")  # NumPy 1 warns when it divides denormal numbers
-def _least(
-    rows: Rows, terms: Array, sizes: Array, weights: Array | None, *measures: Callable[..., Array]
-) -> Rows:
-    """Return the rows with the least measure of their weighted terms, up to rounding.
-
-    Args:
-        rows: ``(n,)`` rows to choose from.
-        terms: ``(n, m)`` the terms of each row, one for each objective.
-        sizes: ``(m,)`` magnitudes of the values of which the terms are differences.
-        weights: ``(m,)`` weights of the objectives, or ``None``.
-        *measures: Functions from ``(n, m)`` terms to ``(n,)`` values; each one decides among rows
-            that are equal in those before.
-    """
-    if weights is None:
-        weights = np.ones(len(sizes))
-    require_shape("weights", weights, sizes.shape)
-    unit = np.abs(terms).max() or 1.0  # no sum overflows
-    terms = weights * (terms / unit)
-    noise = LAST_PLACES * (weights * (sizes / unit))
-    for measure in measures:
-        tolerance = float(measure(noise[None, :])[0])
-        best = levels(measure(terms), tolerance) == 0
-        rows = rows[best]
-        terms = terms[best]
-    return rows
 
 
 def _norm(terms: Array, p: float) -> Array:

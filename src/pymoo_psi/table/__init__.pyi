@@ -15,6 +15,7 @@ from ._formulation import Formulation as Formulation
 from ._layout import Kind as Kind
 from ._layout import Layout as Layout
 from ._source import read_table as read_table
+from ._switching import switching_values as switching_values
 from ._table import TestTable as TestTable
 
 # Names that other subpackages share; they are no promise to users.
@@ -67,3 +68,7 @@ from ._repeats import averaged_repeats as averaged_repeats
 from ._repeats import confidence_sentence as confidence_sentence
 from ._repeats import has_errors as has_errors
 from ._source import source_columns as source_columns
+from ._switching import decision_sentences as decision_sentences
+from ._switching import group_sentences as group_sentences
+from ._switching import latest_positions as latest_positions
+from ._switching import separation_sentences as separation_sentences

@@ -66,6 +66,7 @@ from pymoo_psi.table._joining import (
 )
 from pymoo_psi.table._layout import Key, Layout, number_column
 from pymoo_psi.table._repeats import averaged, confidence
+from pymoo_psi.table._switching import switching_sentences
 from pymoo_psi.table._tests import (
     STATUSES,
     Tests,
@@ -383,6 +384,24 @@ class TestTable(Tests, Shown):
             ideal point.
         """
         return explain(self, design, row=row)
+
+    def switching(self) -> list[str]:
+        """Return until which limits and values the best design stays so, where designs are few.
+
+        Two sentences at most, of the limits and of its own objectives; :func:`switching_values`
+        returns numbers. There is none where more than 500 designs are Pareto optimal, or nothing
+        changes the best design.
+
+        Raises:
+            ArgumentValueError: There is no design to rank.
+
+        Example:
+            >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
+            >>> table.switching()[0]
+            'Test point 2 stays proposed until f1 at most 1 (then test point 1) or f2 at most 1
+            (then test point 3).'
+        """
+        return switching_sentences(self)
 
     def sorted_by(self, objective: Key) -> TestTable:
         """Return the feasible designs ordered by an objective, the best first.

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import Formulation, ReferencePoint, read_table, switching_values
+from pymoo_psi import Formulation, ReferencePoint, explain, read_table, switching_values
 from pymoo_psi.errors import ArgumentValueError
 
 
@@ -92,6 +92,20 @@ def test_values_and_weights_at_which_it_changes():
                 assert (before in now) == stays
         compared += row.kind != "limit"
     assert compared > 4
+
+
+def test_an_explanation_of_the_optimum_says_until_when_it_stays():
+    table = read_table(*offers(1))
+    other = table.ranking().by_place[1]
+    why = explain(table)
+    assert list(why.switching) == table.switching()
+    changes = switching_values(table, kinds=["limit"])
+    known = changes.dropna(subset=["value", "design"])
+    assert len(known)
+    for name in known["design"]:
+        assert f"(then {name})" in why.switching[0]
+    assert str(why).replace("\n", " ").endswith(" ".join(why.switching))
+    assert explain(table, table.ranking().name_of(other)).switching == ()
 
 
 def test_wrong_arguments():

@@ -7,37 +7,44 @@ several people agree, at the end of this file.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Mask, Rows, Values, instance, known_name, mapping
+from pymoo_psi._validation import Array, Mask, Rows, known_name, mapping
 from pymoo_psi.pareto import (
-    EfficiencyRanking,
     capital,
     compare_designs,
+    least_weighted,
     listed,
+    nearest_to_ideal,
     nondominated,
     number,
     percent,
-    rank_of_efficiency,
     sentence,
+    terms_from,
+    without_rounding,
 )
-from pymoo_psi.selection._selectors import ReferencePoint
-from pymoo_psi.table import OPEN, Limit, TestTable, ends
+from pymoo_psi.table._formulation import OPEN, ends
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pymoo_psi.table._table import TestTable
+
 Position: TypeAlias = Mapping[str, Any]
 """A name with its date, choice, limits, weights and aspirations, as a formulation has it."""
+
+At: TypeAlias = Callable[[float], Rows]
+"""Returns the rows that are recommended at a value."""
 
 _MOST_STEPS = 200  # up to so many values each is tried; of more every 64th part, then halves
 _PARTS = 64
 _FINE = np.arange(1, 2**20 + 1) / 2**20  # steps of values and weights, in shares of the way
+_MOST_DESIGNS = 500  # Pareto optimal, of which it is said; of more ranking again takes long
 _TIE = 1e-9  # regrets that differ by less are equal
 _GREATEST_FACTOR = 1024.0  # of a weight
 _DOUBLINGS = 10  # of a weight on which two may agree
@@ -57,14 +64,15 @@ def switching_values(
     Each limit is tightened and loosened; an objective without a limit on its worse side gets one.
     Each objective value of the recommended design, and each weight, is changed in both directions.
     Everything else stays as it is. The returned value is the nearest change in a direction; more
-    changes may follow beyond it, because ranges follow the limits.
+    changes may follow beyond it, because ranges follow the limits. :meth:`TestTable.switching` is
+    the same in sentences.
 
     Args:
         table: The tests, under the formulation with the limits.
         kinds: What changes: "limit", "value", "weight".
         weights: Weights of objectives by name, 1 by default. With weights or an aspiration, the
             recommendation is the first design of the achievement function, see
-            :class:`ReferencePoint`.
+            :class:`~pymoo_psi.ReferencePoint`.
         aspiration: Aspired values of objectives by name, by default the best ones.
 
     Returns:
@@ -80,6 +88,7 @@ def switching_values(
         ArgumentValueError: No design is feasible, a weight names no objective, or a kind is none.
 
     Example:
+        >>> from pymoo_psi import TestTable
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
         >>> frame = switching_values(table)
         >>> frame[["kind", "column", "direction", "value", "design"]].head(2)
@@ -89,13 +98,13 @@ def switching_values(
     """
     import pandas as pd
 
-    search = _Search(instance("table", table, TestTable))
     for kind in kinds:
         known_name("kinds", kind, ("limit", "value", "weight"))
     preference = {"weights": weights or {}, "aspiration": aspiration or {}}
     for name, wanted in preference.items():
         for column in mapping(name, wanted, "objectives to numbers"):
             known_name(name, column, table.layout.objectives)
+    search = _Search(table)
     rows: list[tuple[Any, ...]] = []
     if "limit" in kinds:
         rows += search.of_limits()
@@ -114,6 +123,7 @@ class _Search:
 
     Attributes:
         kept: ``(n,)`` which tests are recommendable under all limits.
+        optimal: ``(n,)`` which of them are Pareto optimal.
         best: Row of the test that is recommended.
     """
 
@@ -122,23 +132,17 @@ class _Search:
         self.layout = table.layout
         self.F = table.F
         self.kept = table.eligible()
+        self.optimal = self._optimal(self.kept)
         self.ranking = table.feasible_ranking()
         self.best = self.ranking.rows[self.ranking.salukvadze[0]]
-        self.options: Values = {"normalize": table.formulation.normalize}
-        if table.formulation.ranges:
-            frame = self.ranking.frame
-            self.options |= {"ideal": frame.ideal, "nadir": frame.nadir}
 
-    def recommended(self, mask: Mask, F: Array) -> Rows:
-        """Return the rows that are recommended of the tests of a mask; none if there are none."""
-        rows = np.flatnonzero(mask)
-        if len(rows) == 0:
-            return rows
-        return rows[rank_of_efficiency(F[rows], **self.options).salukvadze]
+    def _optimal(self, kept: Mask) -> Mask:
+        """Return ``(n,)`` which tests of a mask are Pareto optimal among them."""
+        optimal = kept.copy()
+        optimal[kept] = nondominated(self.F[kept])
+        return optimal
 
-    def first_change(
-        self, steps: Array, at: Callable[[float], Rows], best: int
-    ) -> tuple[float, str | None, bool]:
+    def first_change(self, steps: Array, at: At, best: int) -> tuple[float, str | None, bool]:
         """Return the first of some steps at which a design is recommended no more.
 
         Args:
@@ -173,92 +177,78 @@ class _Search:
             return float(steps[step]), next(iter(names), None), is_exact
         return np.nan, None, is_exact
 
-    def of_limits(self) -> list[tuple[Any, ...]]:
-        """Return the changes as limits are tightened, set or loosened."""
-        rows = []
+    def of_limits(self) -> Iterator[tuple[Any, ...]]:
+        """Yield the changes as limits are tightened, set or loosened."""
         for name in dict.fromkeys([*self.layout.objectives, *self.layout.columns]):
-            pair = self._ends(name)
+            pair = self._limit(name)
             worse = ""
             if name in self.layout.objectives:
                 worse = "lower" if name in self.layout.maximize else "upper"
             for end, limit in zip(("lower", "upper"), pair, strict=True):
-                if np.isfinite(limit):
-                    rows.append(self.of_limit(name, end, limit, end == worse, self.kept))
-                    kept = self._without(name, end).eligible()
-                    rows.append(self.of_limit(name, end, limit, end == worse, kept, "looser"))
-                elif end == worse:
-                    rows.append(self.of_limit(name, end, np.nan, True, self.kept))
-        return rows
+                is_set = np.isfinite(limit)
+                # On the worse side of an objective a limit rejects no design without those that it
+                # dominates: only Pareto-optimal designs count.
+                if end == worse:
+                    yield self.of_limit(name, end, limit, self.optimal, "tighter")
+                elif is_set:
+                    yield self.of_limit(name, end, limit, self.kept, "tighter")
+                if is_set:
+                    free = (OPEN[0], pair[1])
+                    if end == "upper":
+                        free = (pair[0], OPEN[1])
+                    limits = {**self.table.limits, name: free}
+                    candidates = self.table.under(limits=limits).eligible()
+                    if end == worse:
+                        candidates = self._optimal(candidates)
+                    yield self.of_limit(name, end, limit, candidates, "looser")
 
     def of_limit(
-        self,
-        name: str,
-        end: str,
-        limit: float,
-        is_worse: bool,
-        kept: Mask,
-        direction: str = "tighter",
+        self, name: str, end: str, limit: float, candidates: Mask, direction: str
     ) -> tuple[Any, ...]:
-        """Return the change as a limit moves in a direction over the values that designs have.
+        """Return the change as a limit moves over the values that candidates have.
 
         Args:
             name: The column.
             end: The end.
-            limit: The limit, NaN if there is none.
-            is_worse: Whether it is on the worse side of an objective: then it rejects no design
-                without those that it dominates, and only Pareto-optimal designs count.
-            kept: ``(n,)`` which tests are within the other limits and, unless it is loosened, this.
+            limit: The limit, infinite if there is none.
+            candidates: ``(n,)`` which tests are within the other limits and, unless it is loosened,
+                within this.
             direction: "tighter" or "looser".
         """
-        values = self.table.column(name).astype(np.float64)
         sign = 1.0
         if end == "lower":
             sign = -1.0
-        candidates = kept.copy()
-        if is_worse:
-            candidates[kept] = nondominated(self.F[kept])
-        steps = np.flip(np.unique(sign * values[candidates]))
+        values = sign * self.table.column(name).astype(np.float64)
+        steps = np.flip(np.unique(values[candidates]))
         if direction == "looser":
             steps = np.flip(steps[steps > sign * limit])
 
         def at(value: float) -> Rows:
-            within = sign * values <= sign * value
+            within = values <= value
             if direction == "tighter":  # at each step the designs with its value leave
-                within &= values != value
-            return self.recommended(candidates & within, self.F)
+                within &= values < value
+            return _recommended(self.table, candidates & within, self.F)
 
-        change = self.first_change(sign * steps, at, self.best)
-        return ("limit", name, end, direction, limit, *change)
+        value, *change = self.first_change(steps, at, self.best)
+        present = limit if np.isfinite(limit) else np.nan
+        return ("limit", name, end, direction, present, sign * value, *change)
 
-    def _without(self, name: str, end: str) -> TestTable:
-        """Return the table without one end of a limit."""
-        low, high = self._ends(name)
-        if end == "upper":
-            high = np.inf
-        else:
-            low = -np.inf
-        return self.table.under(limits={**self.table.limits, name: (low, high)})
-
-    def _ends(self, name: str) -> tuple[float, float]:
+    def _limit(self, name: str) -> tuple[float, float]:
         """Return the ends of the limit on a column, open ones for texts and without a limit."""
         limit = self.table.limits.get(name, OPEN)
         if isinstance(limit, list):
             return OPEN
         return limit
 
-    def of_values(self) -> list[tuple[Any, ...]]:
-        """Return the changes as an objective of the recommended design is another one."""
-        optimal = self.kept.copy()
-        optimal[self.kept] = nondominated(self.F[self.kept])
+    def of_values(self) -> Iterator[tuple[Any, ...]]:
+        """Yield the changes as an objective of the recommended design is another one."""
         # Designs that neither are Pareto optimal nor dominated by this one never count.
-        candidates = optimal | (self.kept & (self.F[self.best] <= self.F).all(axis=1))
-        rows = []
+        candidates = self.optimal | (self.kept & (self.F[self.best] <= self.F).all(axis=1))
         for j, name in enumerate(self.layout.objectives):
-            length = np.ptp(self.F[optimal, j])
+            length = np.ptp(self.F[self.optimal, j])
             if length > 0:
-                rows.append(self.moved(j, name, "better", -length, candidates))
-                rows.append(self.moved(j, name, "worse", length, candidates))
-        return rows
+                yield self.moved(j, name, "better", -length, candidates)
+                yield self.moved(j, name, "worse", length, candidates)
 
     def moved(
         self, j: int, name: str, direction: str, length: float, candidates: Mask
@@ -266,27 +256,27 @@ class _Search:
         """Return the change as objective j of the recommended design moves by up to a length."""
         sign = self.layout.sign[j]
         start = self.F[self.best, j]
-        low, high = self._ends(name)
+        low, high = self._limit(name)
         steps = start + length * _FINE
-        if "ideal" in self.options:  # nothing is better than the better end of a fixed range
-            steps = steps[steps >= self.options["ideal"][j]]
+        for ideal in _fixed_ends(self.table)[:1]:  # nothing is better than a fixed range
+            steps = steps[steps >= ideal[j]]
 
         def at(value: float) -> Rows:
             F = self.F.copy()
-            F[self.best, j] = sign * value
+            F[self.best, j] = value
             mask = candidates.copy()
-            mask[self.best] = low <= value <= high
-            return self.recommended(mask, F)
+            mask[self.best] = low <= sign * value <= high
+            return _recommended(self.table, mask, F)
 
-        value, *change = self.first_change(sign * steps, at, self.best)
-        value -= sign * length * _FINE[0]  # up to which it stays
-        return ("value", name, "", direction, sign * start, value, *change)
+        value, *change = self.first_change(steps, at, self.best)
+        value -= length * _FINE[0]  # up to which it stays
+        return ("value", name, "", direction, sign * start, sign * value, *change)
 
-    def of_weights(self, preference: Position) -> list[tuple[Any, ...]]:
-        """Return the changes of the first design by weights and aspirations."""
-        rows = []
+    def of_weights(self, preference: Position) -> Iterator[tuple[Any, ...]]:
+        """Yield the changes of the first design by weights and aspirations."""
+        first = _first_by_weights(self.table, preference)
         for name in self.layout.objectives:
-            at = partial(_first, self.table, self.ranking, preference, name)
+            at = partial(first, name)
             present = float(preference["weights"].get(name, 1.0))
             best = at(present)[0]
             for direction, factor in (("less", 1 / _GREATEST_FACTOR), ("more", _GREATEST_FACTOR)):
@@ -294,56 +284,72 @@ class _Search:
                 if present == 0:
                     steps = _FINE
                 change = self.first_change(steps, at, best)
-                rows.append(("weight", name, "", direction, present, *change))
+                yield ("weight", name, "", direction, present, *change)
+
+
+def _recommended(table: TestTable, mask: Mask, F: Array) -> Rows:
+    """Return the rows that are recommended of the tests of a mask; none if there are none.
+
+    Args:
+        table: The tests.
+        mask: ``(n,)`` which of them count.
+        F: ``(n, m)`` their objectives, minimised.
+    """
+    rows = np.flatnonzero(mask)
+    if len(rows) == 0:
         return rows
+    nearest = nearest_to_ideal(F[rows], table.formulation.normalize, *_fixed_ends(table))
+    return np.asarray(rows[nearest])
 
 
-def _first(
-    table: TestTable, ranking: EfficiencyRanking, preference: Position, name: str, weight: float
-) -> Rows:
-    """Return the rows of a table that come first by weights and aspirations.
+def _fixed_ends(table: TestTable) -> Sequence[Array]:
+    """Return the points U and N of fixed ranges, minimised; nothing if none are fixed."""
+    ranges = table.formulation.ranges
+    if not ranges:
+        return ()
+    pairs = np.array([ranges[name] for name in table.layout.objectives], dtype=float)
+    return [*np.sort(pairs.T * table.layout.sign, axis=0)]
+
+
+def _first_by_weights(table: TestTable, preference: Position) -> Callable[[str, float], Rows]:
+    """Return a function from an objective and its weight to the rows that then come first.
 
     Args:
         table: The table.
-        ranking: Its ranking.
-        preference: ``weights`` and ``aspiration`` by objective.
-        name: An objective with another weight.
-        weight: This weight.
-    """
-    weights = {**preference["weights"], name: weight}
-    objectives = table.layout.objectives
-    pairs = zip(objectives, ranking.ideal, strict=True)
-    selector = ReferencePoint(
-        [preference["aspiration"].get(objective, ideal) for objective, ideal in pairs],
-        weights=[weights.get(objective, 1.0) for objective in objectives],
-        normalize=table.formulation.normalize,
-    )
-    return np.asarray(ranking.rows[selector.do(ranking)])
-
-
-def switching_sentences(table: TestTable, frame: pd.DataFrame) -> list[str]:
-    """Return switching values of limits and of values as sentences.
-
-    Example:
-        >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
-        >>> switching_sentences(table, switching_values(table))[0]
-        'Test point 2 stays proposed until f1 at most 1 (then test point 1) or f2 at most 1 (then
-        test point 3).'
+        preference: Other ``weights``, and ``aspiration``, by objective.
     """
     ranking = table.feasible_ranking()
-    design = capital(ranking.name_of(int(ranking.salukvadze[0])))
+    wanted = dict(zip(table.layout.objectives, ranking.ideal.tolist(), strict=True))
+    point = np.array([*(wanted | preference["aspiration"]).values()])
+    terms = terms_from(ranking, point * table.layout.sign)
+
+    def first(name: str, weight: float) -> Rows:
+        weights = dict.fromkeys(wanted, 1.0) | preference["weights"] | {name: weight}
+        shares = np.array([*weights.values()])
+        return np.asarray(ranking.rows[least_weighted(*terms, shares / shares.max())])
+
+    return first
+
+
+def switching_sentences(table: TestTable) -> list[str]:
+    """Return :meth:`TestTable.switching`."""
+    ranking = table.feasible_ranking()
+    if ranking.pareto.sum() > _MOST_DESIGNS:
+        return []
+    frame = switching_values(table, kinds=("limit", "value"))
+    design = ranking.name_of(int(ranking.salukvadze[0]))
+    names = {"stays": capital(design), "stays by value": design}
+    changes: dict[str, list[str]] = {"limit": [], "value": []}
+    for row in frame[frame["value"].notna()].to_dict("records"):
+        unit = table.layout.units.get(row["column"], "")
+        value = f"{_limit_words(row['end'], row['value'])} {unit}".strip()
+        other = row["design"] or "none"
+        text = sentence("until", column=row["column"], value=value, other=other)
+        changes[row["kind"]].append(text)
     sentences = []
-    for kind, template in (("limit", "stays"), ("value", "stays by value")):
-        changes = []
-        for row in frame[frame["value"].notna()].to_dict("records"):
-            if row["kind"] != kind:
-                continue
-            unit = table.layout.units.get(row["column"], "")
-            value = f"{_limit_words(row['end'], row['value'])} {unit}".strip()
-            other = row["design"] or "none"
-            changes.append(sentence("until", column=row["column"], value=value, other=other))
-        if changes:
-            sentences.append(sentence(template, design=design, changes=listed(changes, "or")))
+    for texts, (template, name) in zip(changes.values(), names.items(), strict=True):
+        if texts:
+            sentences.append(sentence(template, design=name, changes=listed(texts, "or")))
     return sentences
 
 
@@ -451,11 +457,12 @@ def _least_regret(
         lengths: ``(m,)`` the ranges.
     """
     ranking = table.feasible_ranking()
-    minimized = ranking.objectives.minimized[ranking.pareto]
+    front = ranking.objectives.minimized[ranking.pareto]
+    values = without_rounding(np.vstack([*choices, front]))
     columns = []
-    for one, choice in zip(held, choices, strict=True):
+    for one, choice in zip(held, values, strict=False):
         weights = np.array([one["weights"].get(name, 1.0) for name in table.layout.objectives])
-        losses = (minimized - choice) / lengths * (weights / (weights.max() or 1.0))
+        losses = (values[len(held) :] - choice) / lengths * (weights / (weights.max() or 1.0))
         columns.append(losses.max(axis=1, initial=0.0) + 0.0)  # no -0
     regrets = np.column_stack(columns)
     keys = (regrets.sum(axis=1), regrets.max(axis=1))
@@ -494,19 +501,20 @@ def _reconciled(table: TestTable, one: Position, other: Position, is_better: Mas
             high = value = _rounded(value, ROUND_CEILING)
         if low > high:  # the other end rejects that choice
             continue
-        if row in _proposed(table, {**one["limits"], name: [low, high]}):
+        kept = table.under(limits={**one["limits"], name: [low, high]}).eligible()
+        if row in _recommended(table, kept, table.F):
             unit = layout.units.get(name, "")
             limit = f"{name} {words} {number(value, 6)} {unit}".strip()
             return sentence("by limit", **names, limit=limit)
     tests = table.under(limits=one["limits"])
     if not tests.eligible().any():
         return sentence("not by one", **names)
-    ranking = tests.feasible_ranking()
+    first = _first_by_weights(tests, one)
     for name in better:
         weight = one["weights"].get(name) or 1.0
         for _ in range(_DOUBLINGS):
             weight *= 2
-            if row in _first(tests, ranking, one, name, weight):
+            if row in first(name, weight):
                 return sentence("by weight", **names, objective=name, weight=number(weight))
     return sentence("not by one", **names)
 
@@ -514,12 +522,3 @@ def _reconciled(table: TestTable, one: Position, other: Position, is_better: Mas
 def _rounded(value: float, direction: str) -> float:
     """Return a value with six digits, rounded in the direction in which a limit lets it pass."""
     return float(Context(prec=6, rounding=direction).create_decimal(repr(value)))
-
-
-def _proposed(table: TestTable, limits: Mapping[str, Limit]) -> Rows:
-    """Return the rows of the designs that are proposed under limits."""
-    tests = table.under(limits=limits)
-    if not tests.eligible().any():
-        return np.array([], dtype=np.intp)
-    ranking = tests.feasible_ranking()
-    return ranking.rows[ranking.salukvadze]
