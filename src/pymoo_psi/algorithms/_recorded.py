@@ -28,7 +28,6 @@ from pymoo_psi.problems import (
     require_known_keywords,
     require_problem,
     seed_ties,
-    tolerance_outside,
     tolerates_failures,
     with_requirements,
 )
@@ -107,7 +106,6 @@ class Recorded(WithTable, WrappedProblem):
     ) -> None:
         require_known_keywords("Recorded", object, options, more=StudyKeywords.__annotations__)
         require_problem(problem)
-        problem = tolerance_outside(problem)
         self._tolerant = None
         if tolerates_failures(problem):
             self._tolerant = problem

@@ -33,12 +33,18 @@ def formulation_of(options: Options) -> Formulation:
     maximize = [*base.maximize, *entries_of(options.maximize)]
     limits = {**limits_of(base.limits), **limits_of(options.limits, "--limits")}
     computed = {**base.computed, **_computed_in(options.compute)}
+    units = pairs_in("--units", getattr(options, "units", ()), "column=unit")
+    for name, unit in units.items():
+        decided = base.units.get(name, unit)
+        if decided != unit:  # the limits of the decision would have another meaning
+            raise invalid("--units", f"{name}={decided}, as decided", f"{name}={unit}")
     return replace(
         base,
         objectives=entries_of(options.objectives) or base.objectives,
         maximize=list(dict.fromkeys(maximize)),
         limits=limits,
         computed=computed,
+        units={**base.units, **units},
         normalize=base.normalize and not options.no_normalize,
     )
 
@@ -74,22 +80,8 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         skip_rows=counts_in("--skip-rows", options.skip_rows, "numbers of lines, such as 1,3"),
         sheet=options.sheet,
     )
-    table = _with_units(table, options.units, formulation)
     require_free_names(table.layout.columns)
     return table
-
-
-def _with_units(table: TestTable, entries: Names, formulation: Formulation) -> TestTable:
-    """Return a table with the units of ``--units``, which cannot change those of a decision."""
-    layout = table.layout
-    units = pairs_in("--units", entries, "column=unit", layout.columns)
-    for name, unit in units.items():
-        decided = formulation.units.get(name, unit)
-        if decided != unit:  # the limits of the decision would have another meaning
-            raise invalid("--units", f"{name}={decided}, as decided", f"{name}={unit}")
-    if not units:
-        return table
-    return replace(table, layout=replace(layout, units={**layout.units, **units}))
 
 
 def with_choice(formulation: Formulation, table: TestTable) -> Formulation:
@@ -176,9 +168,15 @@ def require_free_names(names: Iterable[str]) -> None:
 
 
 def pairs_in(
-    option: str, entries: Names | None, form: str, names: Collection[str]
+    option: str, entries: Names | None, form: str, names: Collection[str] | None = None
 ) -> dict[str, str]:
     """Return the values of entries ``name=value`` by name; a name may contain "=".
+
+    Args:
+        option: The option.
+        entries: What was given for it.
+        form: The form of an entry, for messages.
+        names: The names that are known, if not any is allowed.
 
     Raises:
         ArgumentValueError: An entry has another form, or a name is unknown or occurs twice.
@@ -194,7 +192,9 @@ def pairs_in(
             raise invalid(option, f"of the form {form}", Received(part or "nothing"))
         if name in pairs:
             raise invalid(option, f"given once for each name, as {form}", Received(part))
-        pairs[known_name(option, name, names)] = value
+        if names is not None:
+            known_name(option, name, names)
+        pairs[name] = value
     return pairs
 
 

@@ -345,21 +345,14 @@ def _without_repeats(runs: Sequence[Run]) -> Iterator[Run]:
     for _, group in itertools.groupby(runs, lambda run: run.task.algorithm):
         runs_of_algorithm = list(group)
         by_budget = {run.task.n_evaluations: run for run in runs_of_algorithm}
-        if not _repeated(runs_of_algorithm, by_budget):
+        results = {(run.task.n_evaluations, run.F.tobytes()) for run in runs_of_algorithm}
+        is_repeated = len(results) == len(by_budget) < len(runs_of_algorithm)
+        # Runs without any feasible design are equal but show nothing.
+        if not is_repeated or not any(len(run.F) for run in runs_of_algorithm):
             yield from runs_of_algorithm
             continue
         for run in by_budget.values():
             yield replace(run, task=replace(run.task, seed=None))
-
-
-def _repeated(runs: Sequence[Run], by_budget: Mapping[int, Run]) -> bool:
-    """Return whether the runs of an algorithm repeat one run per budget.
-
-    Runs without any feasible design are equal but show nothing.
-    """
-    results = {(run.task.n_evaluations, run.F.tobytes()) for run in runs}
-    is_any_feasible = any(len(run.F) for run in runs)
-    return is_any_feasible and len(results) == len(by_budget) < len(runs)
 
 
 def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.DataFrame:

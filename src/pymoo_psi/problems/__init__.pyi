@@ -25,7 +25,6 @@ from ._evaluation import columns_of_values as columns_of_values
 from ._evaluation import evaluate_designs as evaluate_designs
 from ._evaluation import stream_designs as stream_designs
 from ._evaluation import streams as streams
-from ._evaluation import tolerance_outside as tolerance_outside
 from ._evaluation import untolerant as untolerant
 from ._named import Setting as Setting
 from ._named import known_limits as known_limits

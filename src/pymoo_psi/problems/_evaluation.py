@@ -42,7 +42,6 @@ from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import (
     WrappedProblem,
     changes_designs_only,
-    layers,
     require_model,
     tolerates_failures,
     uses_wrapped_values,
@@ -353,7 +352,8 @@ class FailureTolerant(WrappedProblem):
 
     ``pop.get("failure")`` returns the reason for each individual, empty if it did not fail;
     ``problem.failures`` also lists designs that an algorithm has dropped. PSI and ``investigate``
-    keep failures in their table instead.
+    keep failures in their table instead. Among several wrappers it is the outermost, but for
+    ``Recorded``.
 
     If a vectorised problem raises, its designs are evaluated again one by one, so that only those
     that raise fail. The model receives copies of the designs, which it may change. Bounds,
@@ -446,27 +446,8 @@ class FailureTolerant(WrappedProblem):
 
 
 def untolerant(problem: Any) -> Any:
-    """Return a problem without the ``FailureTolerant`` around it or within its wrappers.
+    """Return a problem without the ``FailureTolerant`` around it.
 
     PSI records failures itself, in its table: there no constraint is to be added for them.
     """
-    if tolerates_failures(problem):
-        return problem.wrapped
-    if not uses_wrapped_values(problem):  # Robust counts the scenarios that fail
-        return problem
-    inner = untolerant(problem.wrapped)
-    if inner is problem.wrapped:
-        return problem
-    return problem.around(inner)
-
-
-def tolerance_outside(problem: Any) -> Any:
-    """Return a problem with the ``FailureTolerant`` within its wrappers moved around them.
-
-    Failures are noted in the same list as before.
-    """
-    plain = untolerant(problem)
-    if plain is problem or tolerates_failures(problem):
-        return problem
-    tolerant = next(filter(tolerates_failures, layers(problem)))
-    return tolerant.around(with_requirements(plain))
+    return problem.wrapped if tolerates_failures(problem) else problem

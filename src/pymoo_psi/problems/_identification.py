@@ -117,14 +117,12 @@ class Identification(NamedProblem):
         measured: set[str] = set()
         for data in self.experiments.values():
             measured.update(data.columns[1:])
-        checked = dict.fromkeys(measured, 1.0)
-        weighted = weights or {}
-        for column in weighted:
-            known_name("weights", column, measured)
-        if len(measured) > 1 and weighted.keys() != measured:
+        weights = mapping("weights", weights or {}, "columns to numbers")
+        if (weights or len(measured) > 1) and weights.keys() != measured:
             rule = f"given for {', '.join(sorted(measured))}, whose units may differ"
             raise invalid("weights", rule, weights)
-        for column, weight in weighted.items():
+        checked = dict.fromkeys(measured, 1.0)
+        for column, weight in weights.items():
             checked[column] = positive_number("weights", weight)
         return checked
 
@@ -140,26 +138,26 @@ class Identification(NamedProblem):
             PsiError: The model returns something else.
         """
         data = self.experiments[known_name("experiment", experiment, self.experiments)]
-        columns = data.columns[1:]
+        abscissa, *columns = data.columns
+        where = f"what simulate returns for {experiment!r}"
         simulated: Any = self.simulate(dict(design), data.copy())
+        if isinstance(simulated, pd.DataFrame):
+            simulated = simulated.reset_index()  # which may be the abscissa
         if isinstance(simulated, (Mapping, pd.DataFrame)):
-            abscissa = data.columns[0]
-            if isinstance(simulated, pd.DataFrame) and simulated.index.name == abscissa:
-                simulated = simulated.reset_index()
             places = real_array(f"column {abscissa!r}", simulated.get(abscissa, data[abscissa]))
-            if places.shape != data[abscissa].shape or not np.allclose(places, data[abscissa]):
-                rule = f"at the values of {abscissa!r} of {experiment!r}, or without this column"
-                raise invalid("what simulate returns", rule, Received("others"))
+            require_shape(where, places, (len(data),))
+            if not np.allclose(places, data[abscissa]):
+                rule = f"at the values of {abscissa!r}, or without this column"
+                raise invalid(where, rule, Received("others"))
             for column in columns:
                 known_name("a measured series", column, [*simulated])
             simulated = np.column_stack([np.asarray(simulated[column]) for column in columns])
-        values = real_array("what simulate returns", simulated)
+        values = real_array(where, simulated)
         if values.ndim == 1:
             values = values[:, None]
-        where = f"what simulate returns for {experiment!r}"
         require_shape(where, values, (len(data), len(columns)))
-        series = pd.DataFrame(values, columns=columns)
-        series.insert(0, data.columns[0], data.iloc[:, 0])
+        series = data.copy()
+        series[columns] = values
         return series
 
     def values(self, design: Entries) -> Mapping[str, float]:

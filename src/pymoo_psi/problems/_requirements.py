@@ -330,10 +330,6 @@ class Required(WrappedProblem):
                 column[row] = value
         return out
 
-    def around(self, problem: Any) -> Required:
-        """Return the same requirements around another problem, with constraints of its own."""
-        return Required(problem, self.rules)
-
 
 def requirement_texts(problem: Any) -> list[str]:
     """Return what identifies the requirements of a problem.

@@ -138,7 +138,7 @@ class Restricted(Transformed):
 
     Attributes:
         wrapped: The problem, not restricted.
-        box: The bounds, value or options of each restricted variable, in the form of the argument.
+        box: The bounds, value or options of each restricted variable.
 
     Raises:
         ArgumentValueError: There is no such variable, a bound or value lies outside the problem's
@@ -184,13 +184,12 @@ class Restricted(Transformed):
         require_problem(problem)
         space = design_space(problem)
         parts = _parts_by_title(box, space.titles)
-        self.box = {}
+        self.box = parts
         variables = []
         for variable in space.variables:
             title = variable.title
             if title in parts:
                 variable = _fixed_if_single(_part(variable, f"{title} of box", parts[title]))
-                self.box[title] = _box_entry(variable)
             variables.append(_fixed_if_single(variable))
         if isinstance(problem, Restricted):  # one layer, whose space has what both of them fix
             self.box = problem.box | self.box
@@ -221,9 +220,9 @@ def _parts_by_title(box: Any, titles: Names) -> Values:
         return parts
     bounds = real_array("box", box, "or a mapping from variables to bounds or values")
     require_shape("box", bounds, (2, len(titles)))
-    for title, pair in zip(titles, bounds.T, strict=True):
-        if not np.isnan(pair).all():
-            parts[title] = tuple(None if np.isnan(end) else end for end in pair.tolist())
+    for title, pair in zip(titles, bounds.T.tolist(), strict=True):
+        if not np.isnan(pair).any():  # as those of choices are
+            parts[title] = tuple(pair)
     return parts
 
 
@@ -249,10 +248,8 @@ def _part(variable: Variable, where: str, part: Any) -> Variable:
     if not variable.kind.real:
         fits = fits and lower.is_integer() and upper.is_integer()
     if not fits:
-        ends = f"{variable.lower} to {variable.upper}"
+        ends = f"{variable.lower} to {variable.upper}, {variable.kind.value}"
         rule = f"a value, or (lower, upper) in increasing order, from {ends}"
-        if variable.kind is Kind.INTEGER:
-            rule += ", of whole numbers"
         raise invalid(where, rule, Received(f"{part}"))
     return replace(variable, lower=lower, upper=upper)
 
@@ -274,15 +271,6 @@ def _fixed_if_single(variable: Variable) -> Variable:
         return variable
     options = variable.options or tuple(variable.values(np.zeros(1)).tolist())
     return replace(variable, options=options, fixed=True)
-
-
-def _box_entry(variable: Variable) -> Any:
-    """Return the part of a variable as a box has it."""
-    if variable.fixed:
-        return variable.options[0]
-    if variable.kind is Kind.CHOICE:
-        return list(variable.options)
-    return (variable.lower, variable.upper)
 
 
 def _pymoo_variable(variable: Variable) -> Any:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable
 from typing import Any
 
 from pymoo.core.problem import Problem
 
-from pymoo_psi._validation import Entries, Values
+from pymoo_psi._validation import Entries, Received, Values, invalid
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems._pymoo import problem_name, require_inequalities
 
@@ -28,7 +27,6 @@ class WrappedProblem(Problem):
     - ``do`` or ``_evaluate`` if it evaluates in its own way. The package then calls it like any
       model.
     - ``fingerprint()`` if values depend on arguments of the wrapper: a study compares them.
-    - ``around(problem)`` if a copy around another problem differs in more than ``wrapped``.
 
     The rest of the package asks wrappers for nothing else and does not know their classes.
 
@@ -70,6 +68,9 @@ class WrappedProblem(Problem):
             cls.do = Problem.do  # type: ignore[method-assign]
 
     def __init__(self, problem: Any, **changed: Any) -> None:
+        if uses_wrapped_values(self) and tolerates_failures(problem):
+            rule = f"FailureTolerant around {type(self).__name__}, not within it"
+            raise invalid("problem", rule, Received(type(problem).__name__))
         self.wrapped = problem
         # without replace_nan_values_by: pymoo would look for NaN in the reasons of failures, too
         same = ["n_obj", "n_ieq_constr", "n_eq_constr", "elementwise", "elementwise_runner"]
@@ -102,13 +103,6 @@ class WrappedProblem(Problem):
                 ``G``, ``H`` and others, like :func:`evaluate_designs` or pymoo's ``do``.
         """
         return evaluate(self.designs_within(X))
-
-    def around(self, problem: Any) -> Any:
-        """Return a copy of this wrapper around another problem, with the same variables."""
-        other = copy.copy(self)
-        other.wrapped = problem
-        other.n_ieq_constr += problem.n_ieq_constr - self.wrapped.n_ieq_constr
-        return other
 
     @property
     def known_expressions(self) -> Entries:
