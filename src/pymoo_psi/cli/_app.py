@@ -198,7 +198,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _choice("algorithm", "psi|surrogate|nsga3", "Search method.", "psi"),
     _option("points", "N|+N", "Designs in all, or +N more [4096; surrogate 256; FILE.toml 128]."),
     _choice(
-        "sampling", "lptau|sobol|halton|lhs", "Sequence of test points (psi, surrogate).", "lptau"
+        "sampling", "lptau|sobol|halton|lhs", "Sequence of test points (psi, surrogate) [lptau]."
     ),
     _option(
         "seed", "S", "Random seed; psi with lptau uses none.", type=click.IntRange(0), default=1

@@ -19,7 +19,6 @@ from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.plots import paper_figures, plot_fronts, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
-from pymoo_psi.table import NUMBER
 
 # Explains the headings and the words of the tables.
 _HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point (printed 1356 is 2571)
@@ -133,11 +132,10 @@ def _pair_in(option: str, text: str | None) -> list[float] | None:
     """Return the two numbers of a bound of the variables, None if it is not given."""
     if text is None:
         return None
-    form = "two numbers, such as 0,0.1"
-    parts = [part.strip() for part in text.split(",")]
-    if len(parts) != 2 or not all(re.fullmatch(NUMBER, part) for part in parts):
-        raise invalid(option, form, text)
-    return [*map(float, parts)]
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise invalid(option, "two numbers, such as 0,0.1", text) from None
 
 
 def _draw_paper(result: Reproduction, out: Path, options: Options, model: str) -> Path:

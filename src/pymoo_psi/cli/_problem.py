@@ -41,7 +41,7 @@ from pymoo_psi.problems import (
     problem_layout,
     problem_name,
 )
-from pymoo_psi.table import NUMBER, entries_of
+from pymoo_psi.table import entries_of
 
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 _CONNECTING = 10  # seconds for a scheduler to answer
@@ -116,7 +116,8 @@ def _test_problem(name: str) -> type[Problem]:
     except Exception as error:  # pymoo raises bare exceptions of many kinds here
         forms = "'chute', a test problem of pymoo, module:attribute (beam:Beam), or a FILE.toml"
         similar = difflib.get_close_matches(name.lower(), ["chute", *classes], n=1)
-        raise invalid("PROBLEM", forms, name, f"near it: {', '.join(similar) or error}") from error
+        remedy = "".join(f"did you mean {near!r}?" for near in similar)
+        raise invalid("PROBLEM", forms, name, remedy) from error
 
 
 def _attribute(name: str, argument: str, rule: str) -> Any:
@@ -328,32 +329,17 @@ def _box_in(entries: Names, problem: Problem) -> Values:
     """
     variables = {variable.title: variable for variable in design_space(problem).variables}
     form = "variable=lower:upper or variable=value"
-    box = {}
+    box: Values = {}
     for name, text in pairs_in("--box", entries, form, variables).items():
-        kind = variables[name].kind
-        if kind is Kind.CHOICE:
+        if variables[name].kind is Kind.CHOICE:
             options = {str(option): option for option in variables[name].options}
             box[name] = [options.get(word, word) for word in text.split("|")]
-        elif kind is Kind.BINARY:
-            box[name] = _literal(text)
+        elif ":" in text:
+            ends = [_literal(end) for end in text.split(":")]
+            box[name] = tuple(None if end == "" else end for end in ends)
         else:
-            box[name] = _interval_in(text, form)
+            box[name] = _literal(text)
     return box
-
-
-def _interval_in(text: str, form: str) -> Any:
-    """Return a number, or for ``lower:upper`` two, with None for a missing one."""
-    ends: list[float | None] = []
-    for end in text.split(":"):
-        number = None
-        if end.strip() or ":" not in text:
-            if not re.fullmatch(NUMBER, end.strip()):
-                raise invalid("--box", f"{form}, numbers with a decimal point", end)
-            number = float(end)
-        ends.append(number)
-    if len(ends) == 1:
-        return ends[0]
-    return tuple(ends)
 
 
 def write_example(name: str) -> int:

@@ -64,18 +64,7 @@ _N_REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
-# The algorithms that options are for: nsga3 searches by the problem's objectives.
-_ALGORITHMS = {
-    "objectives": ["psi", "surrogate"],
-    "maximize": ["psi", "surrogate"],
-    "compute": ["psi", "surrogate"],
-    "decision": ["psi", "surrogate"],
-    "limits": ["psi", "surrogate"],
-    "share": ["psi"],
-    "repeat": ["psi"],
-    "sampling": ["psi", "surrogate"],
-}
-_OF_POINTS = ("share", "repeat", "sampling")  # the others are of the formulation
+_OF_STUDY = ("share", "study_key", "retry", "from", "live")  # options that need one
 
 Show = Callable[..., None]
 """Shows a share of 1, and a note, on a progress bar."""
@@ -107,8 +96,20 @@ def run_solve(options: Options) -> int:
     if options.new:
         return write_example(options.problem)
     algorithm = options.algorithm
+    given = formulation_of(options)  # before a user's model is imported
+    _require_effect(options, given)
     points = _points(options)
-    run = _run_options(options)  # before a user's model is imported
+    share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
+    run = RunOptions(
+        sampling=options.sampling,
+        seed=options.seed,
+        share=share or None,
+        repeat=options.repeat,
+        study=options.study,
+        study_key=options.study_key,
+        retry=options.retry,
+        more=str(options.points).startswith("+"),
+    )
     problem = load_problem(
         options.problem,
         options.timeout,
@@ -120,7 +121,6 @@ def run_solve(options: Options) -> int:
     if getattr(options, "try"):  # a keyword of Python
         return try_program(options.problem, problem, points)
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
-    given = formulation_of(options)
     limits = _limits(problem, given)
     formulation = replace(given, limits=limits)
     space = design_space(with_requirements(problem))
@@ -190,9 +190,8 @@ def _watched(options: Options, run: RunOptions) -> Iterator[None]:
         return
     from pymoo_psi.server import live  # imports the page
 
-    if run.study is None:
-        raise invalid("--live", "used with --study", Received("no --study"))
-    with live(run.study, steer=True) as view:
+    study: Any = run.study
+    with live(study, steer=True) as view:
         say(view.address)
         webbrowser.open(view.address)
         yield
@@ -208,16 +207,8 @@ def _points(options: Options) -> int:
         if options.problem.endswith(".toml"):
             return _POINTS_OF_PROGRAM
         return _POINTS[options.algorithm]
-    text = options.points.removeprefix("+")
     form = "a number of designs, such as 64, or +64 for so many more"
-    (points,) = counts_in("--points", text, form)
-    if text != options.points:
-        if options.algorithm == "nsga3":
-            rule = "used with --algorithm psi or surrogate"
-            raise invalid("--points +N", rule, options.algorithm, "say how many in all")
-        if options.study is None:
-            rule = "used with --study, which says what the run has"
-            raise invalid("--points +N", rule, Received("no --study"))
+    (points,) = counts_in("--points", options.points.removeprefix("+"), form)
     return points
 
 
@@ -241,8 +232,6 @@ def _sources_of_limits(problem: str, given: Formulation, limits: Entries) -> str
 
 def import_into_study(problem: Problem, options: Options, run: RunOptions) -> None:
     """Take the tests of ``--from`` into the study."""
-    if run.study is None:
-        raise invalid("--from", "used with --study", Received("no --study"))
     source = getattr(options, "from")
     names = problem_layout(problem, design_space(problem)).columns
     names += tuple(getattr(problem, "outputs", ()))
@@ -270,42 +259,21 @@ def _say_box(table: TestTable) -> None:
         say(f"Where the feasible designs lie: --box {shlex.quote(','.join(entries))}")
 
 
-def _run_options(options: Options) -> RunOptions:
-    """Return the options of the run.
-
-    Raises:
-        ArgumentValueError: An option would have no effect, or cannot be read.
-    """
-    _require_effect(options)
-    sampling = options.sampling
-    if sampling == "lptau":
-        sampling = None
-    share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
-    return RunOptions(
-        sampling=sampling,
-        seed=options.seed,
-        share=share or None,
-        repeat=options.repeat,
-        study=options.study,
-        study_key=options.study_key,
-        retry=options.retry,
-        more=str(options.points).startswith("+"),
-    )
-
-
-def _require_effect(options: Options) -> None:
+def _require_effect(options: Options, formulation: Formulation) -> None:
     """Refuse options that would have no effect."""
-    for name, algorithms in _ALGORITHMS.items():
-        left_out = getattr(options, name) in (None, (), False, 1, "lptau")
-        if left_out or options.algorithm in algorithms:
-            continue
-        remedy = ""
-        if name not in _OF_POINTS:  # a study can be ranked under any formulation later
-            remedy = f"keep the tests by --study FILE.db, then pymoo-psi rank FILE.db --{name}"
-        rule = f"used with --algorithm {' or '.join(algorithms)}"
-        raise invalid(f"--{name}", rule, options.algorithm, remedy)
-    for name in ("share", "study_key", "retry"):
-        if getattr(options, name) is not None and options.study is None:
+    algorithm = options.algorithm
+    if algorithm == "nsga3":
+        if formulation != Formulation():
+            rule = "psi or surrogate for other objectives, limits or columns than the problem's"
+            remedy = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
+            raise invalid("--algorithm", rule, algorithm, remedy)
+        if options.sampling is not None or str(options.points).startswith("+"):
+            rule = "psi or surrogate for --sampling and --points +N"
+            raise invalid("--algorithm", rule, algorithm)
+    if algorithm != "psi" and (options.share is not None or options.repeat > 1):
+        raise invalid("--algorithm", "psi for --share and --repeat", algorithm)
+    for name in _OF_STUDY:
+        if getattr(options, name) not in (None, False) and options.study is None:
             option = f"--{name.replace('_', '-')}"
             raise invalid(option, "used with --study", Received("no --study"))
 
@@ -447,14 +415,14 @@ def _by_nsga3(
 
         result = nsga3(recorded, n_evaluations=points, seed=run.seed, callback=callback)
         table = recorded.table
-    reasons = tuple(failure.reason for failure in recorded.failures)
     n_not_run = getattr(problem, "n_not_run", 0)
-    n_stored = points - recorded.n_evaluated - n_not_run
     counts = [f"{points - n_not_run} evaluated"]
+    n_stored = points - recorded.n_evaluated - n_not_run
     if n_stored and run.study is not None:
         counts.append(f"{n_stored} of them from the study")
     if n_not_run:
         counts.append(f"{n_not_run} not run by requirements")
+    reasons = tuple(failure.reason for failure in recorded.failures)
     if reasons:
         counts.append(f"{len(reasons)} failed")
     # pymoo has no F if no design is feasible.
