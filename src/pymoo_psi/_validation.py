@@ -96,13 +96,8 @@ def job_count(name: str, value: object) -> int:
 def instance(name: str, value: object, kind: type[Class], remedy: str = "") -> Class:
     """Return ``value``; it must be an object of a class."""
     if not isinstance(value, kind):
-        article = "a"
-        if kind.__name__[0] in "AEIOU":
-            article = "an"
-        received = Received("None")
-        if value is not None:
-            received = Received(type(value).__name__)
-        raise wrong_type(name, f"{article} {kind.__name__}", received, remedy)
+        received = Received(type(value).__name__)
+        raise wrong_type(name, f"of type {kind.__name__}", received, remedy)
     return value
 
 
@@ -228,11 +223,8 @@ def finite_array(name: str, value: ArrayLike, remedy: str = "") -> Array:
     if not bad.any():
         return array
     index = tuple(np.argwhere(bad)[0].tolist())
-    received = str(array[index])
-    if len(index) == 1:
-        received += f" at index {index[0]}"
-    elif len(index) > 1:
-        received += f" at index {index}"
+    place = ", ".join(map(str, index))
+    received = f"{array[index]} at index {place}" if place else str(array[index])
     raise invalid(name, "finite", Received(received), remedy)
 
 

@@ -227,6 +227,11 @@ def test_surrogates_learn_from_what_is_told_and_know_what_is_pending(tmp_path):
     proposed = table.column("proposal_round") > 0
     assert proposed.sum() == 9
     assert table.pareto()[proposed].mean() > 0.7
+    words = ["--study", tmp_path / "bnh.db", "--out", tmp_path / "next.csv", "--points", 2]
+    words += ["--algorithm", "surrogate", "--limits", "f1<=5"]
+    assert main(["ask", "bnh", *map(str, words)]) == 0
+    directed = pd.read_csv(tmp_path / "next.csv")
+    assert (4 * directed["x1"] ** 2 + 4 * directed["x2"] ** 2 < 7).all()
 
 
 def test_a_run_goes_on_from_what_people_have_tested(tmp_path):

@@ -116,7 +116,7 @@ def test_a_vectorised_problem_on_an_executor(processes, monkeypatch):
         ArgumentValueError, match="vectorised, got one that is evaluated one design"
     ):
         investigate(Sum(), 8, runner=runner)
-    with pytest.raises(ArgumentTypeError, match="runner must be an ExecutorRunner"):
+    with pytest.raises(ArgumentTypeError, match="runner must be of type ExecutorRunner"):
         investigate(problem, 8, runner=processes)
 
 

@@ -323,7 +323,7 @@ def test_odd_files_give_a_formulation_or_an_error_of_the_package(tmp_path):
 def test_what_the_table_does_not_have_is_refused(asked, message):
     with pytest.raises(PsiError, match=message):
         beam_tests().under(asked)
-    with pytest.raises(PsiError, match="formulation must be a Formulation, got dict"):
+    with pytest.raises(PsiError, match="formulation must be of type Formulation, got dict"):
         beam_tests().under({})
 
 

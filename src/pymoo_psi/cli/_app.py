@@ -265,6 +265,7 @@ def solve(options: Options) -> int:
     _file("from", "FILE", "First add the tests in this file to the study ({sources})."),
     _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
+    *_FORMULATION,
 )
 def ask(options: Options) -> int:
     """Propose designs for people to test.

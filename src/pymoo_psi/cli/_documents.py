@@ -18,7 +18,13 @@ import pandas as pd
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, require_output, results_folder, say, write_frame
-from pymoo_psi.cli._source import decision_remarks, formulation_of, opened, say_source, with_choice
+from pymoo_psi.cli._source import (
+    decision_remarks,
+    formulation_of,
+    opened,
+    opened_by_options,
+    say_source,
+)
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.pareto import (
     EfficiencyRanking,
@@ -84,10 +90,7 @@ def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
     path = options.file
     out = options.out
-    require_output(out, suffixes_for("designs"), path, options.decision)
-    formulation = formulation_of(options)
-    table = opened(path, options, formulation)
-    formulation = with_choice(formulation, table)
+    table, formulation = opened_by_options(options, suffixes_for("designs"))
     if not table.eligible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
     ranking = table.feasible_ranking()
@@ -176,10 +179,7 @@ def run_page(options: Options) -> int:
 
     path = options.file
     out = options.out
-    require_output(out, _HTML, path, options.prototype, options.decision)
-    formulation = formulation_of(options)
-    table = opened(path, options, replace(formulation, page={}))
-    formulation = with_choice(formulation, table)
+    table, formulation = opened_by_options(options, _HTML)
     page = decision_page(
         table,
         prototype=_prototype(options, formulation, table.layout),
@@ -257,10 +257,7 @@ def run_report(options: Options) -> int:
         raise invalid("SOURCE", "given with --check only", str(options.source))
     path = options.file
     out = options.out
-    require_output(out, _HTML, path, options.prototype, options.decision)
-    formulation = formulation_of(options)
-    table = opened(path, options, formulation)
-    formulation = with_choice(formulation, table)
+    table, formulation = opened_by_options(options, _HTML)
     remarks = decision_remarks(path, table, replace(formulation, reason=""))
     date = f"{datetime.now(timezone.utc):%Y-%m-%d}"
     origin = f"{path.name}, {date}, pymoo-psi {version('pymoo-psi')}"

@@ -453,15 +453,26 @@ def run_ask(options: Options) -> int:
     """
     if options.study is None:
         raise invalid("--study", "the name of a study, which keeps the tests", Received("none"))
+    with_surrogates = options.algorithm == "surrogate"
+    asked = None
+    if formulation_of(options) != Formulation():
+        asked = formulation_of(options)
+        if not with_surrogates:
+            rule = "surrogate for designs that a decision, objectives or limits direct"
+            raise invalid("--algorithm", rule, options.algorithm)
     problem = load_problem(options.problem, box=options.box, log=options.log)
     out = require_output(options.out, suffixes_for("designs"), options.study)
     if out is None or out.exists():
         # It may hold results that nobody has told yet.
         raise invalid("--out", "the name of a new file", str(options.out))
-    run = RunOptions(study=options.study, study_key=options.study_key, seed=options.seed)
+    run = RunOptions(
+        study=options.study,
+        study_key=options.study_key,
+        seed=options.seed,
+        formulation=asked,
+    )
     if getattr(options, "from") is not None:
         import_into_study(problem, options, run)
-    with_surrogates = options.algorithm == "surrogate"
     frame = ask_tests(problem, options.points, run, with_surrogates=with_surrogates)
     units = Study(options.study).facts().head.get("units", {})
     write_frame(frame.rename(columns=lambda name: with_unit(name, units.get(name, ""))), out)

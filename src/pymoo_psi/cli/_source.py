@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
-from pymoo_psi.cli._console import say
+from pymoo_psi.cli._console import require_output, say
 from pymoo_psi.pareto import RANKING_NAMES, number
 from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
@@ -84,10 +84,22 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
     return table
 
 
-def with_choice(formulation: Formulation, table: TestTable) -> Formulation:
-    """Return a formulation with the chosen design of the table, if it has one, and the reason."""
-    of_table = table.formulation
-    return replace(formulation, chosen=of_table.chosen, reason=of_table.reason)
+def opened_by_options(options: Options, suffixes: Names) -> tuple[TestTable, Formulation]:
+    """Return the table of the argument FILE, and the formulation of the options with its choice.
+
+    Raises:
+        ArgumentValueError: The output must not be written, the source is not a table, or an option
+            does not fit it.
+        OSError: A file cannot be opened.
+    """
+    path = options.file
+    formulation = formulation_of(options)
+    require_output(
+        options.out, suffixes, path, getattr(options, "prototype", None), options.decision
+    )
+    table = opened(path, options, formulation)
+    choice = table.formulation
+    return table, replace(formulation, chosen=choice.chosen, reason=choice.reason)
 
 
 def say_source(

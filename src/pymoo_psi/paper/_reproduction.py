@@ -127,11 +127,6 @@ class Reproduction:
     cases: tuple[Case, ...]
     has_its_bounds: bool = True
 
-    def __repr__(self) -> str:
-        """Return the number of test points and the cases."""
-        cases = ", ".join(f"{case.model} {case.mu:g}" for case in self.cases)
-        return f"Reproduction({self.n_points} test points: {cases})"
-
     def table_6_1(self) -> pd.DataFrame:
         """Return the Salukvadze optima, each with the printed one of the same μ.
 

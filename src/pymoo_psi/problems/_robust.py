@@ -135,11 +135,10 @@ class Robust(WrappedProblem):
             raise invalid("uncertainty or tolerances", "given", uncertainty)
         distributions = {}
         for title, tolerance in tolerances.items():
-            argument = f"tolerances[{title!r}]"
             if isinstance(tolerance, Real):
-                half = finite_number(argument, tolerance)
+                half = finite_number(f"tolerances[{title!r}]", tolerance)
                 tolerance = SimpleNamespace(ppf=lambda q, half=half: half * (2 * q - 1))
-            distributions[argument] = tolerance
+            distributions[f"tolerances[{title!r}]"] = tolerance
         for parameter, distribution in uncertainty.items():
             distributions[f"uncertainty[{parameter!r}]"] = distribution
         values = _quantiles(integer("n_scenarios", n_scenarios, minimum=1), distributions)
@@ -159,14 +158,11 @@ class Robust(WrappedProblem):
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
-        # The wrapped problem's names and units, without those of its constraints.
-        titles = column_titles(nominal, self.space)
-        names = [*self.space.variable_names, *(f"f{j + 1}" for j in range(self.n_obj))]
-        self.names = {name: titles.get(name, name) for name in names}
-        self.units = {}
-        for title, unit in (getattr(nominal, "units", None) or {}).items():
-            if title in self.names.values():
-                self.units[title] = unit
+        # The wrapped problem's names, without those of its constraints.
+        self.names = {}
+        for name, title in column_titles(nominal, self.space).items():
+            if not re.fullmatch(r"[gh]\d+", name):
+                self.names[name] = title
 
     def _column(self, title: str) -> int:
         """Return the column of a variable with a tolerance."""

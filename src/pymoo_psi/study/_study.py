@@ -312,12 +312,16 @@ class Study:
             db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
             if begin == _WRITE or not is_of_0_3(db):
                 return db
-            copy = sqlite3.connect(":memory:", isolation_level=None)
-            db.backup(copy)
         except BaseException:
             db.close()
             raise
-        db.close()
+        copy = sqlite3.connect(":memory:", isolation_level=None)
+        try:
+            with closing(db):
+                db.backup(copy)
+        except BaseException:
+            copy.close()
+            raise
         return copy
 
 

@@ -238,8 +238,7 @@ def designs_head(designs: Any, columns: Collection[str]) -> Head:
     """
     layout = designs.layout
     head = formulation_head(designs.formulation)
-    for name in ("limits", "normalize"):  # the designs keep the limits
-        head.pop(name, None)
+    head.pop("limits", None)  # the designs keep them
     return {
         DESIGNS_MARK: 1,
         "objectives": layout.objectives,
@@ -252,7 +251,7 @@ def designs_head(designs: Any, columns: Collection[str]) -> Head:
 
 def checked_designs_head(head: Head) -> Head:
     """Return the head of designs in full, empty where a source says nothing of its columns."""
-    checked: dict[str, Any] = {}
+    checked: dict[str, Any] = {"normalize": head.get("normalize") is not False}
     try:
         for key in ("objectives", "maximized", "variables", "chosen"):
             checked[key] = tuple(map(in_a_line, head.get(key, ())))

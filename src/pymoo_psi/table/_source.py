@@ -541,12 +541,15 @@ def _roles(
                 f"got {received}",
                 "to rank by one alone, name it by --objectives",
             )
+    numeric = [name for name, column in columns.items() if column.numbers is not None]
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
+            if name in columns:
+                continue
             remedy = ""
             if name in _DERIVED:
                 remedy = "such a column follows from others; rename it"
-            known_name(group, name, columns, remedy)
+            known_name(group, name, numeric, remedy)
     return objectives, [name for name in variables or guessed if name not in objectives]
 
 
