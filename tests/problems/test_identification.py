@@ -116,7 +116,7 @@ def test_a_study_belongs_to_its_measurements(tmp_path):
         ({"experiments": {"a": pd.DataFrame({"y": [0.0, 1.0]})}}, "two columns"),
         ({"measure": "mean"}, "measure"),
         ({"weights": None}, "weights must be given for decay, step"),
-        ({"weights": {"decay": 1.0, "stop": 1.0}}, "did you mean 'step'"),
+        ({"weights": {"decay": 1.0, "stop": 1.0}}, "weights must be given for decay, step"),
         ({"tolerances": {"stop": 1.0}}, "did you mean 'step'"),
         ({"tolerances": {"step": -1.0}}, "positive"),
     ],
@@ -148,9 +148,9 @@ def test_series_are_compared_by_name(tmp_path):
     exact = model(lambda data: data[["b", "t", "a"]])
     assert exact.values({"x": 0.5}) == {"run": 0.0}
     assert model(lambda data: {"b": data["b"], "a": data["a"]}).values({"x": 0.5}) == {"run": 0.0}
-    with pytest.raises(PsiError, match="at the values of 't' of 'run'"):
+    with pytest.raises(PsiError, match="for 'run' must be at the values of 't'"):
         model(lambda data: data.assign(t=data["t"] + 1)).values({"x": 0.5})
-    with pytest.raises(PsiError, match="at the values of 't' of 'run'"):
+    with pytest.raises(PsiError, match="for 'run' must be at the values of 't'"):
         model(lambda data: data.assign(t=data["t"] + 1).set_index("t")).values({"x": 0.5})
     with pytest.raises(PsiError, match="a measured series must be one of"):
         model(lambda data: data[["t", "a"]]).values({"x": 0.5})

@@ -69,7 +69,6 @@ class Mixed(ElementwiseProblem):
     [
         Plain,
         Vectorised,
-        lambda: FailureTolerant(Plain()),
         lambda: Restricted(Plain(), {"width": (0.1, 0.9)}),
         lambda: Plain(elementwise_runner=JoblibRunner(2)),
     ],
@@ -230,9 +229,7 @@ def test_those_who_ask_and_tell_are_not_asked_for_a_model_run():
     np.testing.assert_array_equal(algorithm.table.F, investigate(Plain(), 32).F)
 
 
-@pytest.mark.parametrize(
-    "wrap", [Required, FailureTolerant, lambda p: Required(FailureTolerant(p)), lambda p: p]
-)
+@pytest.mark.parametrize("wrap", [Required, FailureTolerant, lambda p: p])
 def test_recorded_runs_none_that_violates_one(tmp_path, wrap):
     problem = Recorded(wrap(Plain()), study=tmp_path / "run.db")
     result = minimize(problem, NSGA2(pop_size=20), ("n_eval", 100), seed=1)

@@ -102,7 +102,7 @@ def test_a_table_has_the_whole_problems_columns_and_values(make, box):
 
 
 def test_every_way_of_testing_gives_one_table(tmp_path):
-    """minimize and investigate, processes, a study continued, tolerance of failures in and out."""
+    """minimize and investigate, processes, a study continued, tolerance of failures."""
     box = {"metal": ["wood", "steel"], "width": (1.0, 2.0)}
     table = investigate(Restricted(Beam(), box), 48)
     assert (table.status == "failed").any()
@@ -115,7 +115,8 @@ def test_every_way_of_testing_gives_one_table(tmp_path):
     assert result.algorithm.table.equals(table)
     assert read_table(study).equals(table)
     assert investigate(FailureTolerant(Restricted(Beam(), box)), 48).equals(table)
-    assert investigate(Restricted(FailureTolerant(Beam()), box), 48).equals(table)
+    with pytest.raises(PsiError, match="FailureTolerant around Restricted"):
+        Restricted(FailureTolerant(Beam()), box)
 
 
 MIXED = {
@@ -125,12 +126,12 @@ MIXED = {
 }
 
 
-@pytest.mark.parametrize("tolerant", ["", "inside", "outside"])
+@pytest.mark.parametrize("tolerant", [False, True])
 @pytest.mark.parametrize(("make", "box"), [(bnh, {"x1": (None, 1.0)}), (Beam, CASES[-2][1])])
 def test_another_algorithm_stays_in_the_part(make, box, tolerant):
     whole = make()
-    part = Restricted(FailureTolerant(whole) if tolerant == "inside" else whole, box)
-    problem = FailureTolerant(part) if tolerant == "outside" else part
+    part = Restricted(whole, box)
+    problem = FailureTolerant(part) if tolerant else part
     options = MIXED if make is Beam else {"sampling": LPTauSampling()}
     result = minimize(problem, NSGA2(pop_size=10, **options), ("n_gen", 3), seed=1)
     designs = part.completed(result.X)
@@ -145,7 +146,7 @@ def test_another_algorithm_stays_in_the_part(make, box, tolerant):
 def test_a_part_of_a_part_is_the_part_by_both(width):
     outer, inner = {"width": (1.0, 2.0), "metal": "steel"}, {"width": width, "ribs": (None, 4)}
     twice = Restricted(Restricted(Beam(), outer), inner)
-    assert twice.box == outer | {"width": width, "ribs": (1.0, 4.0)}
+    assert twice.box == outer | inner
     assert investigate(twice, 16).equals(investigate(Restricted(Beam(), twice.box), 16))
     with pytest.raises(PsiError, match="from 1.0 to 2.0"):
         Restricted(Restricted(Beam(), outer), {"width": 0.5})
@@ -184,10 +185,10 @@ def test_another_part_is_another_run_of_a_study(tmp_path, box):
 @pytest.mark.parametrize(
     ("box", "message"),
     [
-        ({"width": (0.05, 1)}, r"width of box must be a value, or .* from 0.1 to 2.0, got"),
+        ({"width": (0.05, 1)}, r"width of box must be a value, or .* from 0.1 to 2.0, real, got"),
         ({"width": (1, 0.5)}, r"in increasing order, .*, got \(1, 0.5\)"),
         ({"widht": 1}, "did you mean 'width'"),
-        ({"ribs": (1.5, 3)}, "of whole numbers"),
+        ({"ribs": (1.5, 3)}, "from 1.0 to 9.0, integer"),
         ({"metal": ["iron", "gold"]}, "one of 'iron', 'steel', 'wood', or a list of some, got"),
         ({"width": 1, "ribs": 2, "metal": "iron", "hollow": True}, "leaves a variable free"),
     ],

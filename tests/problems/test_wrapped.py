@@ -26,7 +26,7 @@ from pymoo_psi import (
     nsga3,
     robustness,
 )
-from pymoo_psi.problems import WrappedProblem, layers
+from pymoo_psi.problems import WrappedProblem
 
 
 class Mirrored(WrappedProblem):
@@ -84,7 +84,7 @@ AROUND = {
     "Required": lambda p: Required(p, RULE),
     "FailureTolerant": FailureTolerant,
     "Robust": lambda p: Robust(p, tolerances={"x1": 0.05}, n_scenarios=7),
-    "several": lambda p: Required(Restricted(FailureTolerant(p), BOX), RULE),
+    "several": lambda p: FailureTolerant(Required(Restricted(p, BOX), RULE)),
 }
 pairs = pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS)
 around = pytest.mark.parametrize("wrap", AROUND.values(), ids=AROUND)
@@ -107,20 +107,6 @@ def test_investigations_of_a_new_wrapper_are_those_of_the_problem_written_by_han
 
 
 @pairs
-def test_a_wrapper_may_be_around_the_packages_own(pair):
-    """What PSI records as failed is recorded through a new wrapper, too."""
-    for wrap in (FailureTolerant, lambda p: Restricted(FailureTolerant(p), {}), Required):
-        wrapped, written = pair()
-        *new, model = layers(wrapped)
-        problem = wrap(model)
-        for layer in reversed(new):
-            problem = layer.around(problem)
-        table = investigate(problem, 48)
-        same(table, investigate(written, 48))
-        assert (table.status == "failed").any()
-
-
-@pairs
 def test_surrogates(pair, tmp_path):
     tables = []
     for name, problem in zip(("wrapped", "written"), pair(), strict=True):
@@ -131,18 +117,10 @@ def test_surrogates(pair, tmp_path):
 
 
 @pairs
-@pytest.mark.parametrize("inside", [False, True], ids=["around", "inside"])
-def test_recorded_and_tolerant(pair, inside, tmp_path):
-    wrapped, written = pair()
-    if inside:
-        *new, model = layers(wrapped)
-        wrapped = FailureTolerant(model)
-        for layer in reversed(new):
-            wrapped = layer.around(wrapped)
-    else:
-        wrapped = FailureTolerant(wrapped)
+def test_recorded_and_tolerant(pair, tmp_path):
+    wrapped, written = map(FailureTolerant, pair())
     algorithm, budget = NSGA2(pop_size=12), ("n_gen", 3)
-    expected = minimize(FailureTolerant(written), algorithm, budget, seed=1)
+    expected = minimize(written, algorithm, budget, seed=1)
     for again in (False, True):
         recorded = Recorded(wrapped, study=tmp_path / "run.db")
         result = minimize(recorded, algorithm, budget, seed=1)

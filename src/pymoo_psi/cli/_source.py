@@ -93,10 +93,9 @@ def opened_by_options(options: Options, suffixes: Names) -> tuple[TestTable, For
         OSError: A file cannot be opened.
     """
     path = options.file
+    prototype = getattr(options, "prototype", None)
+    require_output(options.out, suffixes, path, prototype, options.decision)
     formulation = formulation_of(options)
-    require_output(
-        options.out, suffixes, path, getattr(options, "prototype", None), options.decision
-    )
     table = opened(path, options, formulation)
     choice = table.formulation
     return table, replace(formulation, chosen=choice.chosen, reason=choice.reason)

@@ -158,11 +158,14 @@ class Robust(WrappedProblem):
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
-        # The wrapped problem's names, without those of its constraints.
-        self.names = {}
-        for name, title in column_titles(nominal, self.space).items():
-            if not re.fullmatch(r"[gh]\d+", name):
-                self.names[name] = title
+        # The wrapped problem's names and units, without those of its constraints.
+        titles = column_titles(nominal, self.space)
+        names = [*self.space.variable_names, *(f"f{j + 1}" for j in range(self.n_obj))]
+        self.names = {name: titles.get(name, name) for name in names}
+        self.units = {}
+        for title, unit in (getattr(nominal, "units", None) or {}).items():
+            if title in self.names.values():
+                self.units[title] = unit
 
     def _column(self, title: str) -> int:
         """Return the column of a variable with a tolerance."""
