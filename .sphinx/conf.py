@@ -5,7 +5,6 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from pygments.lexers.special import TextLexer
 
 import pymoo_psi
-from pymoo_psi.cli import _app
 
 project = "pymoo-psi"
 author = "The pymoo-psi developers"
@@ -66,11 +65,6 @@ def find_by_last_part(app, env, node, text):
     )
 
 
-def fill_in_suffixes(app, context, lines):
-    """Name the suffixes of files, as a command does when it prints its help."""
-    lines[:] = [_app._with_suffixes(line) for line in lines]
-
-
 def set_as_code(app, context, lines):
     """Set the examples of a command as code."""
     heading, *examples = [line.removeprefix("| ") for line in lines if line.startswith("| ")]
@@ -83,6 +77,4 @@ def setup(app):
     app.add_html_math_renderer("mathml", (add_formula, None), (add_formula, None))
     app.add_lexer("csv", TextLexer)
     app.connect("missing-reference", find_by_last_part)
-    for part in ("description", "options"):
-        app.connect(f"sphinx-click-process-{part}", fill_in_suffixes)
     app.connect("sphinx-click-process-epilog", set_as_code)

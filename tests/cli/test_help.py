@@ -12,7 +12,7 @@ import pytest
 import pymoo_psi
 from pymoo_psi import Formulation
 from pymoo_psi.cli import _experiments, main
-from pymoo_psi.table import read_table
+from pymoo_psi.table import FORMATS, read_table, suffixes_for
 
 COMMANDS = [
     "solve",
@@ -56,6 +56,12 @@ def test_help_fits_80_columns_and_tells_each_command_whole(command, capsys, monk
     text = shown(capsys, *command.split())
     assert max(map(len, text.splitlines())) <= 80
     assert "..." not in text.partition("Commands:")[2]
+
+
+def test_help_names_all_formats(capsys):
+    for command, content in (("solve", "designs"), ("export", "tests")):
+        assert f"({', '.join(suffixes_for(content))})" in shown(capsys, command).replace("\n", " ")
+    assert all(form.suffix in shown(capsys, "rank") for form in FORMATS)
 
 
 @pytest.mark.parametrize(

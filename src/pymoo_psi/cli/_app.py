@@ -16,7 +16,6 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from copy import copy
 from functools import partial
 from io import StringIO, TextIOWrapper
 from pathlib import Path
@@ -44,40 +43,8 @@ def path_in(text: str | Path) -> Path:
     return Path(os.path.expanduser(text))
 
 
-def _with_suffixes(text: str) -> str:
-    """Return a help text with the suffixes of the file formats where it has ``{sources}`` etc.
-
-    The registry of formats brings NumPy, so it is imported only to print such a text.
-    """
-    if "{" not in text:
-        return text
-    from pymoo_psi.table import source_suffixes, suffixes_for
-
-    return text.format(
-        sources=", ".join(source_suffixes()),
-        tests=", ".join(suffixes_for("tests")),
-        designs=", ".join(suffixes_for("designs")),
-    )
-
-
-class _Option(click.Option):
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        record = super().get_help_record(ctx)
-        if record is None:
-            return None
-        words, text = record
-        return words, _with_suffixes(text)
-
-
-class _Command(click.Command):
-    def get_help(self, ctx: click.Context) -> str:
-        command = copy(self)
-        command.help = _with_suffixes(self.help or "")
-        return click.Command.get_help(command, ctx)
-
-
 def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> click.Option:
-    return _Option([f"--{name}"], metavar=metavar, help=text, **attributes)
+    return click.Option([f"--{name}"], metavar=metavar, help=text, **attributes)
 
 
 _names = partial(_option, multiple=True)
@@ -178,7 +145,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
             return function(Options(**values))
 
         text, examples = _help(function)
-        command = _Command(
+        command = click.Command(
             function.__name__,
             callback=callback,
             params=[*params],
@@ -210,7 +177,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
     _file("study", "FILE.db", "Keep every test here; a later run continues it."),
     _flag("live", text="Watch and steer the run in the browser; see 'pymoo-psi live'."),
-    _file("from", "FILE", "First add the tests in this file to the study ({sources})."),
+    _file("from", "FILE", "First add the tests in this file to the study (.csv, .json, .xlsx, .db)."),
     _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
     _option("share", "K/N", "Test part K of N only; --study is a folder."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
@@ -219,7 +186,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
         "failed|incomplete",
         "Test failed designs again, or those that lack a value.",
     ),
-    _file("out", "FILE", "Write the Pareto set here ({designs})."),
+    _file("out", "FILE", "Write the Pareto set here (.csv, .xlsx)."),
     _flag("new", text="Write an example FILE.toml to edit."),
     _flag("try", text="Run the program of a FILE.toml once and show every step."),
     *_FORMULATION,
@@ -257,12 +224,12 @@ def solve(options: Options) -> int:
         "points", "N", "Number of designs; 0: all pending ones.", type=click.IntRange(0), default=4
     ),
     _file("study", "FILE.db", "Study that keeps the tests."),
-    _file("out", "FILE", "Write the designs here ({designs})."),
+    _file("out", "FILE", "Write the designs here (.csv, .xlsx)."),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
     _option("seed", "S", "Random seed (surrogate).", type=click.IntRange(0), default=1),
     _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
     _names("log", "X,…", "Variables on a logarithmic scale."),
-    _file("from", "FILE", "First add the tests in this file to the study ({sources})."),
+    _file("from", "FILE", "First add the tests in this file to the study (.csv, .json, .xlsx, .db)."),
     _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
     *_FORMULATION,
@@ -307,12 +274,12 @@ def tell(options: Options) -> int:
     return run_tell(options)
 
 
-@_command(_FILE, _file("out", "FILE", "Write all designs here ({designs})."), *_READING)
+@_command(_FILE, _file("out", "FILE", "Write all designs here (.csv, .xlsx)."), *_READING)
 def rank(options: Options) -> int:
     """Rank the designs of any Pareto set, the best compromise first.
 
     Each Pareto-optimal design has a place. Place 1 is the nearest to the ideal point; equal
-    distances share a place. FILE is a table or study ({sources}), or a folder of shares. In a list,
+    distances share a place. FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares. In a list,
     put a name with a comma in quotation marks: --objectives '"time, s",mass'.
 
     Examples:
@@ -335,7 +302,7 @@ def rank(options: Options) -> int:
 def page(options: Options) -> int:
     """Make an interactive page for choosing a design, which works offline.
 
-    FILE is a table or study ({sources}), or a folder of shares.
+    FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv
@@ -383,7 +350,7 @@ def live(options: Options) -> int:
 def report(options: Options) -> int:
     """Report on the tests and the chosen design in one HTML file.
 
-    FILE is a table or study ({sources}), or a folder of shares.
+    FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
 
     Examples:
       pymoo-psi solve bnh --points 256 --study bnh.db
@@ -402,7 +369,7 @@ def analyze(options: Options) -> int:
     Sections through the chosen design show how each objective changes with one variable, as
     predicted by surrogates of the tests.
 
-    FILE is a table or study ({sources}), or a folder of shares.
+    FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
 
     Examples:
       pymoo-psi solve bnh --points 256 --study bnh.db
@@ -443,7 +410,7 @@ def compare(options: Options) -> int:
 
 @_command(
     click.Argument(["sources"], nargs=-1, required=True, metavar="[NAME=]SOURCE…"),
-    _file("out", "FILE", "File to write ({tests}); a study must be new.", required=True),
+    _file("out", "FILE", "File to write (.csv, .xlsx, .db); a study must be new.", required=True),
     *_READING,
 )
 def export(options: Options) -> int:

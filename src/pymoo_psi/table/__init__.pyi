@@ -33,7 +33,6 @@ from ._formats import STUDY as STUDY
 from ._formats import cells_of_text as cells_of_text
 from ._formats import format_of as format_of
 from ._formats import metadata_path as metadata_path
-from ._formats import source_suffixes as source_suffixes
 from ._formats import stored_tests as stored_tests
 from ._formats import suffixes_for as suffixes_for
 from ._formulation import NUMBER as NUMBER

@@ -2,8 +2,8 @@
 
 A new format is a subclass of :class:`FileFormat` in a file of its own and an entry of
 :data:`FORMATS`. No other module knows formats or suffixes: :func:`read_table` asks
-:func:`recognized`, everything that writes asks :func:`format_of`, and messages and help list
-:func:`suffixes_for` and :func:`source_suffixes`.
+:func:`recognized`, everything that writes asks :func:`format_of`, and messages list :func:`suffixes_for`. Only the help
+of commands names the suffixes once more.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ __all__ = [
     "format_of",
     "metadata_path",
     "recognized",
-    "source_suffixes",
     "stored_tests",
     "suffixes_for",
     "tests_of_folder",
@@ -71,16 +70,6 @@ def format_of(path: str | PathLike[str], content: str) -> FileFormat:
         if file_format.suffix == suffix and content in file_format.writes:
             return file_format
     raise invalid("path", f"a file with the suffix {' or '.join(suffixes_for(content))}", str(path))
-
-
-def source_suffixes() -> list[str]:
-    """Return the suffixes of all formats, which are those that are read, CSV first.
-
-    Example:
-        >>> source_suffixes()
-        ['.csv', '.json', '.xlsx', '.db']
-    """
-    return [file_format.suffix for file_format in reversed(FORMATS)]
 
 
 def suffixes_for(content: str) -> list[str]:
