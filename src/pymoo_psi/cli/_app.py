@@ -81,6 +81,15 @@ _READING = [
 ]
 _FILE = click.Argument(["file"], type=path_in)
 _PROBLEM = click.Argument(["problem"])
+# What is known of the argument PROBLEM.
+_OF_PROBLEM = [
+    _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
+    _names("log", "X,…", "Variables on a logarithmic scale."),
+    _file("study", "FILE.db", "Keep every test here; a later run continues it."),
+    _option("study-key", "K", "Version of the model; a study rejects a changed one."),
+    _file("from", "FILE", "First add the tests in FILE (.csv, .json, .xlsx, .db) to the study."),
+    _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
+]
 _JOBS = _option("jobs", "N", "Number of processes; -1 uses all cores.", type=int, default=1)
 _TITLE = _option("title", "TEXT", "Title [the file's name].")
 
@@ -170,17 +179,12 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
     _option(
         "seed", "S", "Random seed; psi with lptau uses none.", type=click.IntRange(0), default=1
     ),
-    _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
-    _names("log", "X,…", "Variables on a logarithmic scale."),
+    *_OF_PROBLEM,
     _flag("noisy", text="The model is stochastic: tests of the same design differ."),
     _count("repeat", "K", "Tests of each design of a noisy model (psi).", default=1),
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
-    _file("study", "FILE.db", "Keep every test here; a later run continues it."),
     _flag("live", text="Watch and steer the run in the browser; see 'pymoo-psi live'."),
-    _file("from", "FILE", "First add the tests in this file to the study (.csv, .json, .xlsx, .db)."),
-    _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
     _option("share", "K/N", "Test part K of N only; --study is a folder."),
-    _option("study-key", "K", "Version of the model; a study rejects a changed one."),
     _choice(
         "retry",
         "failed|incomplete",
@@ -223,15 +227,10 @@ def solve(options: Options) -> int:
     _option(
         "points", "N", "Number of designs; 0: all pending ones.", type=click.IntRange(0), default=4
     ),
-    _file("study", "FILE.db", "Study that keeps the tests."),
     _file("out", "FILE", "Write the designs here (.csv, .xlsx)."),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
     _option("seed", "S", "Random seed (surrogate).", type=click.IntRange(0), default=1),
-    _names("box", '"X=1:2,Y=3"', "Narrower bounds or fixed values of variables."),
-    _names("log", "X,…", "Variables on a logarithmic scale."),
-    _file("from", "FILE", "First add the tests in this file to the study (.csv, .json, .xlsx, .db)."),
-    _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
-    _option("study-key", "K", "Version of the model; a study rejects a changed one."),
+    *_OF_PROBLEM,
     *_FORMULATION,
 )
 def ask(options: Options) -> int:
@@ -279,8 +278,8 @@ def rank(options: Options) -> int:
     """Rank the designs of any Pareto set, the best compromise first.
 
     Each Pareto-optimal design has a place. Place 1 is the nearest to the ideal point; equal
-    distances share a place. FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares. In a list,
-    put a name with a comma in quotation marks: --objectives '"time, s",mass'.
+    distances share a place. FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of
+    shares. In a list, put a name with a comma in quotation marks: --objectives '"time, s",mass'.
 
     Examples:
       pymoo-psi solve bnh --points 256 --out front.csv

@@ -2,8 +2,8 @@
 
 A new format is a subclass of :class:`FileFormat` in a file of its own and an entry of
 :data:`FORMATS`. No other module knows formats or suffixes: :func:`read_table` asks
-:func:`recognized`, everything that writes asks :func:`format_of`, and messages list :func:`suffixes_for`. Only the help
-of commands names the suffixes once more.
+:func:`recognized`, everything that writes asks :func:`format_of`, and messages list
+:func:`suffixes_for`. Only the help of commands names the suffixes once more.
 """
 
 from __future__ import annotations
