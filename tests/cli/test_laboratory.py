@@ -251,8 +251,8 @@ def test_a_run_goes_on_from_what_people_have_tested(tmp_path):
 def test_processes_that_ask_at_once_get_different_designs(alloy):
     asked("first.csv")
     command = [sys.executable, "-m", "pymoo_psi", "ask", "alloy.toml", "--study", "lab.db"]
-    names = [f"{k}.csv" for k in range(4)]
+    names = ["a.csv", "b.csv"]
     processes = [subprocess.Popen([*command, "--out", name]) for name in names]
-    assert [process.wait() for process in processes] == [0] * 4
+    assert [process.wait() for process in processes] == [0, 0]
     tests = pd.concat(map(pd.read_csv, names))
-    assert sorted(tests["test"]) == [*range(5, 21)]
+    assert sorted(tests["test"]) == [*range(5, 13)]

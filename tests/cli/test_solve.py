@@ -194,7 +194,7 @@ def test_nsga3_continues_a_study(run):
 def test_a_model_that_hangs_or_dies_fails_alone(run):
     """With --jobs or --timeout no design is evaluated in the process of the command."""
     words = ["solve", "models:Hard", "--points", 16, "--study", "s.db", "--study-key"]
-    code, printed, _ = run(*words, "v1", "--jobs", 2, "--timeout", 5)
+    code, printed, _ = run(*words, "v1", "--jobs", 2, "--timeout", 2)
     assert code == 0
     assert "16 tested, 2 failed" in printed
     code, _, err = run(*words, "v2")

@@ -293,12 +293,11 @@ def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
 
 
 @posix
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_what_a_program_leaves_running_ends_and_its_numbers_do_not_count(tmp_path, jobs):
+def test_what_a_program_leaves_running_ends_and_its_numbers_do_not_count(tmp_path):
     """In its group and outside of it; what ends within a moment is waited for."""
     half = "(printf 1; echo $$ > pid; sleep 60; printf 2) > out & setsid sleep 61 &\necho $! > pid2"
     problem = shell(tmp_path, half, {"m": {"file": "out", "pattern": "(.+)"}})
-    problem.elementwise_runner = JoblibRunner(jobs)
+    problem.elementwise_runner = JoblibRunner(2)
     table = investigate(problem, 2)
     assert all("let the command wait for them" in reason for reason in table.reasons.values())
     for pid in tmp_path.glob("runs/*/pid*"):
