@@ -60,7 +60,7 @@ def placed(path):
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node is not installed")
-@pytest.mark.parametrize("seed", [*range(8), 518])  # its first half has no hypervolume
+@pytest.mark.parametrize("seed", [*range(4), 518])  # its first half has no hypervolume
 def test_all_commands_agree(run, tmp_path, undrawn, seed):
     path, solve, options = a_source(np.random.default_rng(seed))
     solved = 0 if solve is None else run(*solve)[0]

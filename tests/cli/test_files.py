@@ -181,10 +181,8 @@ def test_a_file_name_that_is_no_text_is_used_as_it_is(tmp_path, monkeypatch, cap
     ("stream", "words", "code"),
     [
         (">&- 2>&-", "rank set.csv --out out.csv", 0),
-        (">&-", "--help", 0),
         ("2>&-", "absent", 2),
         (">/dev/full", "rank set.csv --out out.csv", 2),
-        ("2>/dev/full", "absent", 2),
         ("| true", "rank set.csv --out out.csv", 0),
     ],
 )

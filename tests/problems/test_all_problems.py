@@ -88,12 +88,3 @@ def test_constants_of_base_classes_and_large_ones_are_part_of_a_study(tmp_path, 
     assert study.stat().st_size < 100_000
     with pytest.raises(StudyMismatchError):
         investigate(Heir(**given | changed), 4, study=study)
-
-
-def test_a_variable_with_equal_bounds_is_fixed_in_a_part():
-    problem = Model()
-    problem.xl, problem.xu = np.array([0.5, 0.0]), np.array([0.5, 1.0])
-    part = Restricted(problem, {})
-    assert part.n_var == 1
-    np.testing.assert_array_equal(part.completed(np.array([[0.25]])), [[0.5, 0.25]])
-    np.testing.assert_array_equal(investigate(part, 8).X[:, 0], 0.5)

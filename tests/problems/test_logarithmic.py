@@ -10,7 +10,6 @@ from pymoo.optimize import minimize
 from pymoo_psi import (
     PSI,
     LogScaled,
-    LPTauSampling,
     PsiError,
     QMCSampling,
     Restricted,
@@ -64,15 +63,6 @@ def test_every_search_is_that_of_the_logarithms(search):
     found, plain = search(Wide()), search(Plain())
     np.testing.assert_allclose(exponents(found.X), plain.X.astype(float), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(found.F, plain.F, rtol=1e-9, atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["area", "x1"])
-def test_the_option_is_as_the_attribute(name):
-    expected = investigate(Wide(), 16)
-    assert investigate(Wide(log=()), 16, log=np.array([name, name])).equals(expected)
-    X = LPTauSampling(log=[name]).do(Wide(log=()), 16).get("X")
-    np.testing.assert_array_equal(X, expected.X)
-    assert not investigate(Wide(), 16, log=[]).equals(expected)
 
 
 def test_nsga3_searches_in_the_logarithm_and_returns_designs():

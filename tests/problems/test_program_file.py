@@ -72,7 +72,7 @@ FINITE = "must be a finite number, got"
 
         ("outputs mass expression", "1e400*width*height", f"a number of an expression {FINITE} inf"),
         ("requirements slender", "height <= 1e400", f"a number of an expression {FINITE} inf"),
-        ("program", "sh run.sh", r"\[program\] must map names to settings, got 'sh run.sh'"),
+        ("program", "sh run.sh", "program must map settings to values, got 'sh run.sh'"),
         ("program files", [5], r"program: files\[0\] must be of type str, got int"),
         ("program files", "beam.inp", rf"program: files {LIST}, got str"),
         ("program timeout", "x", "program: timeout must be of type int | float, got str"),

@@ -219,24 +219,6 @@ def test_rules_compute_with_numbers_alone():
         investigate(steel, 4)
 
 
-def test_those_who_ask_and_tell_are_not_asked_for_a_model_run():
-    algorithm = PSI(32)
-    algorithm.setup(Plain())
-    while algorithm.has_next():
-        infills = algorithm.ask()
-        algorithm.evaluator.eval(algorithm.problem, infills)
-        algorithm.tell(infills=infills)
-    np.testing.assert_array_equal(algorithm.table.F, investigate(Plain(), 32).F)
-
-
-@pytest.mark.parametrize("wrap", [Required, FailureTolerant, lambda p: p])
-def test_recorded_runs_none_that_violates_one(tmp_path, wrap):
-    problem = Recorded(wrap(Plain()), study=tmp_path / "run.db")
-    result = minimize(problem, NSGA2(pop_size=20), ("n_eval", 100), seed=1)
-    assert (result.X[:, 1] <= 2 * result.X[:, 0]).all()
-    assert (problem.table.status == "infeasible").any()
-
-
 def test_surrogates_propose_only_designs_that_meet_them(tmp_path):
     run = minimize(Plain(), SurrogatePSI(44, study=tmp_path / "run.db"), seed=1)
     table = run.algorithm.table

@@ -9,13 +9,11 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
-from scipy.stats import uniform
 
 import pymoo_psi
 from pymoo_psi import (
     PSI,
     FailureTolerant,
-    JoblibRunner,
     LogScaled,
     Recorded,
     Required,
@@ -23,8 +21,6 @@ from pymoo_psi import (
     Robust,
     SurrogatePSI,
     investigate,
-    nsga3,
-    robustness,
 )
 from pymoo_psi.problems import WrappedProblem
 
@@ -129,25 +125,6 @@ def test_recorded_and_tolerant(pair, tmp_path):
         assert recorded.n_evaluated == (0 if again else 36)
         assert (recorded.table.status == "failed").any()
     assert recorded.failures
-
-
-@pairs
-def test_nsga3_and_workers(pair):
-    wrapped, written = map(FailureTolerant, pair())
-    wrapped.elementwise_runner = JoblibRunner(2, in_process=False)
-    results = [nsga3(problem, 40, seed=1) for problem in (wrapped, written)]
-    np.testing.assert_array_equal(results[0].F, results[1].F)
-
-
-@pairs
-@pytest.mark.parametrize("tolerant", [lambda p: p, FailureTolerant], ids=["plain", "tolerant"])
-def test_robustness(pair, tolerant):
-    designs, load = [[0.3, 0.1], [0.5, 0.5], [0.9, 0.3]], {"load": uniform(1, 2)}
-    found = [
-        robustness(lambda load, k=k: tolerant(pair(load=load)[k]), designs, uncertainty=load)
-        for k in (0, 1)
-    ]
-    assert found[0].to_frame().equals(found[1].to_frame())
 
 
 def test_a_wrapper_may_evaluate_in_its_own_way():

@@ -250,13 +250,10 @@ class Program:
 
 def _last_line(folder: Path) -> str:
     """Return the last line that a program has printed, for messages."""
-    for name in ("stderr.txt", "stdout.txt"):
-        lines = text_of(folder / name).split("\n")
-        for line in reversed(lines):
-            if line.strip():
-                shown = line.strip().encode(errors="surrogateescape").decode(errors="replace")
-                return f"{shown:.120}"
-    return ""
+    text = ""
+    for name in ("stdout.txt", "stderr.txt"):
+        text = (folder / name).read_text("utf-8", "replace").strip() or text
+    return text.rpartition("\n")[2][:120]
 
 
 @dataclass(frozen=True)
@@ -412,16 +409,16 @@ class ProgramProblem(NamedProblem):
             OSError: The file cannot be opened.
         """
         path = Path(path)
-        words = ("variables", "program", "outputs", "objectives", "limits", "requirements")
+        words = ("variables", "outputs", "objectives")
+        further = ("program", "limits", "requirements", "name", "key", "noisy")
         try:
             sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))
             for word in sections:
-                known_name("a section", word, (*words, "name", "key", "noisy"))
-            sections.setdefault("program", {})  # as one may be missing
-            for word in words[:4]:
+                known_name("a section", word, (*words, *further))
+            for word in words:
                 remedy = "pymoo-psi solve --new example.toml writes a whole file"
                 mapping(f"[{word}]", sections.get(word), "names to settings", remedy)
-            sections["program"] = sections["program"] or None
+            sections.setdefault("program", None)
             return cls(**sections, base=path.parent, **kwargs)
         # tomllib's own is a ValueError; brackets may be nested too deeply for it.
         except (ValueError, ArgumentTypeError, RecursionError) as error:
@@ -547,13 +544,9 @@ class ProgramProblem(NamedProblem):
         if not shutil.which(word) and not in_template:
             rule = "a program that is on PATH or in the template"
             raise invalid("command", rule, word, "install it, or give its whole path")
-        written = {os.path.normpath(output.file) for output in self.outputs.values()}
         for file in program.files:
             if not (template / file).is_file():
                 raise invalid("files", f"files in the folder {program.template}", file)
-            if os.path.normpath(file) in written:
-                remedy = "let the command copy the input, so that no value of it is an output"
-                raise invalid("files", "inputs, and none of them an output", file, remedy)
 
     def _check_variables(self, used: set[str]) -> None:
         """Refuse variables that are used nowhere; a placeholder for a seed makes the model noisy.
