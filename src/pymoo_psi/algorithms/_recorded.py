@@ -23,11 +23,9 @@ from pymoo_psi.parallel import Values
 from pymoo_psi.problems import (
     WrappedProblem,
     columns_of_values,
-    leave_failed_out,
     problem_name,
     require_known_keywords,
     require_problem,
-    seed_ties,
     tolerates_failures,
     with_requirements,
 )
@@ -149,10 +147,6 @@ class Recorded(WithTable, WrappedProblem):
         """Evaluate designs, as pymoo's ``evaluate``, or take their values from the study."""
         algorithm = kwargs.get("algorithm")
         if isinstance(algorithm, Algorithm):
-            if self._tolerant is not None:
-                leave_failed_out(algorithm)
-            else:
-                seed_ties(algorithm)
             self._store.origin = type(algorithm).__name__
         if kwargs.get("return_as_dictionary"):
             # Algorithms ask so. Elsewhere, as in a table of tests with numbers of its own, the

@@ -46,7 +46,6 @@ from pymoo_psi.problems import (
     require_model,
     with_requirements,
 )
-from pymoo_psi.sequences import MAX_DIMENSIONS
 from pymoo_psi.study import Study
 from pymoo_psi.table import (
     Formulation,
@@ -156,10 +155,6 @@ def run_solve(options: Options) -> int:
         say(_sources_of_limits(options.problem, given, limits))
     if given.limits and not options.box:
         _say_box(search.table)
-    n_searched = len(space.searched)
-    if algorithm != "nsga3" and run.sampling is None and n_searched > MAX_DIMENSIONS:
-        dimensions = f"LPτ has {MAX_DIMENSIONS} dimensions, fewer than {n_searched}"
-        say(f"{dimensions}: the test points are Sobol' points of SciPy.")
     return 0
 
 

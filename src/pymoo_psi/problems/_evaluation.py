@@ -37,7 +37,7 @@ from pymoo_psi.parallel import (
     same_folder,
 )
 from pymoo_psi.pareto import competes, constraint_violation, meets_constraints
-from pymoo_psi.problems._pymoo import leave_failed_out, require_problem
+from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import (
     WrappedProblem,
@@ -401,11 +401,6 @@ class FailureTolerant(WrappedProblem):
         if self.failed_as == "constraint":
             n_ieq_constr += 1
         super().__init__(problem, n_ieq_constr=n_ieq_constr)
-
-    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
-        """Evaluate designs like pymoo's ``evaluate``, and keep failed ones out of the optimum."""
-        leave_failed_out(kwargs.get("algorithm"))
-        return super().evaluate(X, *args, **kwargs)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
         """Evaluate designs and note the failures; pymoo calls this from ``evaluate``."""

@@ -25,7 +25,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.problems._design_space import column_titles, design_space
-from pymoo_psi.problems._pymoo import leave_failed_out, require_problem
+from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import (
     Evaluate,
     WrappedProblem,
@@ -272,11 +272,6 @@ class Required(WrappedProblem):
         if equalities:
             self.space = replace(self._space, equalities=tuple(equalities))
             self._space = design_space(self)
-
-    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
-        """Evaluate designs like pymoo's ``evaluate``; those that do not run are no optimum."""
-        leave_failed_out(kwargs.get("algorithm"))
-        return super().evaluate(X, *args, **kwargs)
 
     def amounts(self, matrix: AnyArray) -> Array:
         """Return ``(n, k)`` amounts by which n designs violate k requirements, <= 0 where met.

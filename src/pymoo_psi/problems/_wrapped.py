@@ -9,7 +9,7 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi._validation import Entries, Received, Values, invalid
 from pymoo_psi.errors import PsiError
-from pymoo_psi.problems._pymoo import problem_name, require_inequalities
+from pymoo_psi.problems._pymoo import leave_failed_out, problem_name, require_inequalities
 
 Evaluate = Callable[[Any], dict[str, Any]]
 
@@ -129,8 +129,10 @@ class WrappedProblem(Problem):
         return problem_name(self.wrapped)
 
     def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
-        """Evaluate designs like pymoo's ``evaluate``."""
-        require_inequalities(kwargs.get("algorithm"))
+        """Evaluate designs like pymoo's ``evaluate``, and keep failed ones out of the optimum."""
+        algorithm = kwargs.get("algorithm")
+        require_inequalities(algorithm)
+        leave_failed_out(algorithm)
         return super().evaluate(X, *args, **kwargs)
 
     def do(self, X: Any, return_values_of: Any, *args: Any, **kwargs: Any) -> Values:
