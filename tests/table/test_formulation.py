@@ -379,7 +379,7 @@ def test_units_of_a_decision_are_those_of_its_limits(tmp_path):
     assert under.layout.units == {"f1": "%", "x1": "mm"}
     assert under.status.tolist() == ["ok", "infeasible"]
     metres = replace(table, layout=replace(table.layout, units={"x1": "m"}))
-    with pytest.raises(PsiError, match="unit of 'x1' must be that of the decision, mm, got 'm'"):
+    with pytest.raises(PsiError, match="unit of 'x1' must be that of the formulation, mm, got 'm'"):
         metres.under(asked)
 
 

@@ -299,7 +299,7 @@ def rank(options: Options) -> int:
     *_READING,
 )
 def page(options: Options) -> int:
-    """Make an interactive page for choosing a design, which works offline.
+    """Make an interactive page for choosing a design, also offline.
 
     FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
 

@@ -212,14 +212,14 @@ class Robust(WrappedProblem):
     def _evaluate(self, X: Any, out: Values, *args: Any, **kwargs: Any) -> None:
         designs = self.space.to_matrix(X)
         size = max(1, _AT_A_TIME // len(self.offsets))
-        F = []
+        statistics = []
         violated = []
         for start in range(0, len(designs), size):
-            part = designs[start : start + size]
-            statistics, shares = self._statistics(part, args, kwargs)
-            F.append(statistics)
-            violated.append(shares)
-        out["F"] = np.concatenate(F)
+            F, valid, _ = self.in_scenarios(designs[start : start + size], *args, **kwargs)
+            statistics.append(self._statistics(F))
+            # not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated
+            violated.append((~valid).mean(axis=0))
+        out["F"] = np.concatenate(statistics)
         out["G"] = (np.concatenate(violated) - self.failure_probability)[:, None]
 
     def in_scenarios(
@@ -238,26 +238,21 @@ class Robust(WrappedProblem):
             moved[..., self._columns] = values + self.offsets[:, None]
         if len(self.problems) == 1:  # the same in all scenarios: it is called once for all
             moved = moved.reshape(1, -1, designs.shape[1])
-        F = []
-        valid = []
-        reasons = []
+        outs = []
         for problem, rows in zip(self.problems, moved, strict=True):
             problem.elementwise_runner = self.wrapped.elementwise_runner
-            out = evaluate_designs(problem, self.space.designs(rows), *args, **kwargs)
-            feasible = meets_constraints(out["G"], out["H"]) & (out["failure"] == "")
-            F.append(out["F"])
-            valid.append(competes(out["F"], feasible))
-            reasons.append(out["failure"])
+            outs.append(evaluate_designs(problem, self.space.designs(rows), *args, **kwargs))
+        columns = {}
+        for name in ("F", "G", "H", "failure"):
+            columns[name] = np.concatenate([out[name] for out in outs])
+        feasible = meets_constraints(columns["G"], columns["H"]) & (columns["failure"] == "")
+        valid = competes(columns["F"], feasible)
         size = (len(self.offsets), len(designs))
-        return (
-            np.concatenate(F).reshape(*size, -1),
-            np.concatenate(valid).reshape(size),
-            np.concatenate(reasons).reshape(size),
-        )
+        F = columns["F"].reshape(*size, -1)
+        return F, valid.reshape(size), columns["failure"].reshape(size)
 
-    def _statistics(self, designs: AnyArray, args: Any, kwargs: Any) -> tuple[Array, Array]:
-        """Return ``(n, m)`` statistics and the ``(n,)`` shares of scenarios that are violated."""
-        F, valid, _ = self.in_scenarios(designs, *args, **kwargs)
+    def _statistics(self, F: Array) -> Array:
+        """Return ``(n, m)`` statistics of ``(S, n, m)`` objectives, which are changed."""
         finite = np.isfinite(F).all(axis=2)
         F[~finite] = np.inf  # last in order, where it is not counted
         F.sort(axis=0)
@@ -265,8 +260,7 @@ class Robust(WrappedProblem):
         columns = []
         for j, share in enumerate(self._shares):
             columns.append(mean_of_worst(share, F[..., j], counts))
-        # not 1 - valid.mean(), which is above 0.3 where 3 of 10 are violated
-        return np.column_stack(columns), (~valid).mean(axis=0)
+        return np.column_stack(columns)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # for a design that is valid in no scenario

@@ -445,7 +445,7 @@ def _check_names(
         if layout.units.get(name, unit) != unit:
             raise invalid(
                 f"the unit of {name!r}",
-                f"that of the decision, {unit}",
+                f"that of the formulation, {unit}",
                 layout.units[name],
                 "convert its values",
             )
