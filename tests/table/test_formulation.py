@@ -264,7 +264,7 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
         (f'{{"limits": {{"mass": 1{"0" * 400}}}}}', "10*... is no finite number|10* is no finite number"),
         ('{"ranges": {"mass": [-1e400, 1]}}', "-1e400 is no finite number"),
         ('{"page": {"odd": [{"x": 1e400}]}}', "1e400 is no finite number"),
-        ('{"chosen": 0}', "chosen must be a str, got int"),
+        ('{"chosen": 0}', "chosen must be of type str, got int"),
         ('{"normalize": 1}', "normalize must be True or False, got 1"),
         ('{"objectives": "mass"}', "objectives must be a list of names, got 'mass'"),
         ('{"limits": {"mass": [1]}}', r"the limit on 'mass' must be a number or a pair"),
