@@ -19,6 +19,7 @@ from pymoo_psi.parallel import Runner, Waiting
 from pymoo_psi.pareto import constraint_violation, nondominated
 from pymoo_psi.table import Formulation, Limits, TestTable, limits_of
 
+_TELLING = 4096  # tests, the share of whose front says what that of others will be
 _WORTH_SENDING = 100_000  # designs, the dominance of which takes longer than to send them
 
 Asked: TypeAlias = Formulation | Limits | None
@@ -58,7 +59,7 @@ def under_known(tests: TestTable, asked: Asked) -> TestTable:
 class Kept:
     """Returns the tests of a block that are needed; of a Pareto set, perhaps more than these.
 
-    Where a first block keeps more than half, nothing is gained by filtering the others, each for
+    Where a large block keeps more than half, nothing is gained by filtering the others, each for
     itself: all of them are filtered together in the end.
 
     Args:
@@ -78,7 +79,7 @@ class Kept:
         if self._keep == "feasible":
             return tests.rows(table.feasible())
         kept = tests.rows(table.pareto())
-        if 2 * len(kept) > len(tests):
+        if 2 * len(kept) > len(tests) > _TELLING:
             self._keep = "all"
         return kept
 

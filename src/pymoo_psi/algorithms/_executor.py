@@ -62,17 +62,17 @@ _WAITING = 4096
 # Points for each worker that may be evaluated ahead where a termination may end the run. With 8,
 # the slowest design of a block takes as long as 8 others.
 _NEAR = 8
-# A piece of a run with a study takes about so many seconds: a commit of some milliseconds does not
-# count beside them, and not much more is lost when the process is killed.
+# A piece takes about so many seconds: a commit of some milliseconds does not count beside them, and
+# not much more is lost when the process is killed.
 _SECONDS = 1.0
 # The same for a runner that is not ours: its workers wait for the slowest design of each piece.
 _SECONDS_OF_OTHERS = 10.0
-# Designs in the first piece of a run with a study: enough to measure the cost of one, and few
-# enough that a model of seconds a design loses minutes only.
+# Designs in the first piece: enough to measure the cost of one, and few enough that a model
+# of seconds a design loses minutes only.
 _SMALLEST = 64
 # 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
 _LARGEST, _LARGEST_ELEMENTWISE = 65_536, 64
-# Pieces for each worker of a run without a study, so that the last ones end at about the same time.
+# Pieces for each worker, at least, so that the last ones end at about the same time.
 _PIECES = 8
 # Pieces for each worker that are under way, wait for it, or are done and wait to be read.
 _PIECES_AHEAD = 4
@@ -116,12 +116,10 @@ class _Executor:
     Attributes:
         elastic: Whether workers may join and leave.
         ahead: How many points to submit beyond those that are awaited.
-        filters: Whether tests are left out that are not needed.
     """
 
     elastic = False
     ahead = 0
-    filters = False
 
     def __init__(self) -> None:
         self._clear()
@@ -433,27 +431,25 @@ class InPieces(_Executor):
 
     Args:
         task: Returns the tests of a piece that are kept, and the seconds of one of its designs.
-        largest: The number of points in the largest piece.
-        smallest: The same for the smallest one, if pieces are timed.
-        first: The same for the first pieces, and for all if pieces are not timed.
-        seconds: What a piece takes; it shrinks or grows until it does. ``None`` lets it be.
+        smallest: The number of points in the smallest piece, and in the first ones.
+        largest: The same for the largest one.
+        seconds: What a piece takes; it shrinks or grows until it does.
         runner: What evaluates pieces; ``None`` is this process.
     """
 
     def __init__(
         self,
         task: Callable[[Points], tuple[TestTable, float]],
-        largest: int,
         smallest: int,
-        first: int,
-        seconds: float | None,
+        largest: int,
+        seconds: float,
         runner: Runner | None,
     ) -> None:
         super().__init__()
         self._task = task
-        self._largest = largest
         self._smallest = smallest
-        self._size = first
+        self._largest = largest
+        self._size = smallest
         self._seconds = seconds
         self._runner = runner
 
@@ -500,10 +496,9 @@ class InPieces(_Executor):
         first, (tests, seconds) = next(self._results)
         piece = self._pending.pop(first)
         self._evaluated.append((piece, tests, seconds))
-        if self._seconds is not None:
-            # The first designs load libraries and say little: at most 100 times as many follow.
-            fitting = int(min(self._seconds / max(seconds, 1e-9), 100 * len(piece)))
-            self._size = max(self._smallest, min(self._largest, fitting))
+        # The first designs load libraries and say little: at most 100 times as many follow.
+        fitting = int(min(self._seconds / max(seconds, 1e-9), 100 * len(piece)))
+        self._size = max(self._smallest, min(self._largest, fitting))
         self._cut()
         return seconds * len(piece)
 
@@ -556,28 +551,22 @@ def executor_of(
         raise invalid("problem", rule, model.inner, remedy)
     task = partial(model.evaluated, kept)
     if n_points is None:
-        return InPieces(task, LAST, LAST, LAST, None, runner)
+        return InPieces(task, LAST, LAST, _SECONDS, runner)
     largest = _LARGEST
     smallest = _SMALLEST
-    seconds: float | None = _SECONDS
+    seconds = _SECONDS
     if model.problem.elementwise:
         smallest = worker_count(model.problem.elementwise_runner)
         largest = max(_LARGEST_ELEMENTWISE, _NEAR * smallest)
         if smallest > 1:
             seconds = _SECONDS_OF_OTHERS
-    largest = options.block_size or largest
-    smallest = min(smallest, largest)
-    first = smallest
-    if options.study is None and may_end_early:
-        first = largest
-        seconds = None
-    if runner is not None and runner.n_workers != 1:
+    elif runner is not None and runner.n_workers != 1:
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
-        first = min(first, max(_SMALLEST, points_of_a_worker))
-    pieces = InPieces(task, largest, smallest, first, seconds, runner)
+        largest = min(largest, max(_SMALLEST, points_of_a_worker))
+    largest = options.block_size or largest
+    pieces = InPieces(task, min(smallest, largest), largest, seconds, runner)
     if not may_end_early:
         pieces.ahead = LAST
-    pieces.filters = kept is not None
     return pieces
 
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # of the sequence, which come before proposals of surrogates
-_BLOCKS = 200  # of points that are tried until enough of them are new designs
+_BLOCKS = 200  # points for each design that are tried until enough of them are new
 _DISCRETE = (Kind.CHOICE, Kind.BINARY)
 
 
@@ -182,10 +182,9 @@ def ask_tests(
     with store.writing():
         with store.study.changes() as database:
             requests = _Requests(database)
-            n_points = database.facts.run(store.run).record.get("points", 0)
         if n_tests == 0:
             return requests.frame(requests.pending)
-        search = _Search(model, options, requests, n_points)
+        search = _Search(model, options, requests)
         n_first = n_tests
         if with_surrogates:
             n_known = len(requests.tests) + len(requests.pending)
@@ -194,8 +193,6 @@ def ask_tests(
         if n_first < n_tests:
             new += search.proposals(n_tests - n_first, store)
         with store.study.changes() as database:
-            record = {**database.facts.run(store.run).record, "points": search.n_points}
-            database.change_run(store.run, record=record)
             numbers = _add(database, store.run, new)
             return _Requests(database).frame(numbers)
 
@@ -207,13 +204,9 @@ class _Search:
         model: The model.
         options: The options of the run.
         requests: What is tested and asked for.
-        n_points: How many points of the sequence were tried before; it is kept up to date.
     """
 
-    def __init__(
-        self, model: Model, options: RunOptions, requests: _Requests, n_points: int
-    ) -> None:
-        self.n_points = n_points
+    def __init__(self, model: Model, options: RunOptions, requests: _Requests) -> None:
         self._model = model
         self._options = options
         self._requests = requests
@@ -226,18 +219,18 @@ class _Search:
     def points(self, n: int, origin: str) -> list[tuple[int, str, Any]]:
         """Return the next n points of the sequence that are new and meet the requirements."""
         model = self._model
+        most = len(self._seen) + n * _BLOCKS
+        n_points = len(self._seen) + n
         found: list[tuple[int, str, Any]] = []
-        last = self.n_points + n * _BLOCKS
         while len(found) < n:
-            if self.n_points >= last:
-                rule = f"at most {len(found)}, the new designs up to point {last}"
+            if n_points > most:
+                rule = f"at most {len(found)}, the new designs up to point {n_points // 2}"
                 raise invalid("the number of designs", rule, n)
-            options = replace(self._options, first=self.n_points + 1)
-            points = unit_points(options, n - len(found), len(model.space.searched))
-            self.n_points += len(points)
+            points = unit_points(self._options, n_points, len(model.space.searched))
             X = points.matrix(model.space)
             is_met = (model.violations(X) <= 0).all(axis=1)
-            found += self._new(X[is_met], 0, origin)
+            found += self._new(X[is_met], 0, origin, n - len(found))
+            n_points *= 2
         return found
 
     def proposals(self, n: int, store: StudyStore) -> list[tuple[int, str, Any]]:
@@ -256,19 +249,19 @@ class _Search:
         table = under_known(table.rows(model.space.has_options(table.X)), model.asked)
         seed = self._options.seed or 0
         X = model.space.matrix(proposed_now(model, table, pending, n, seed, last_round))
-        found = self._new(X, last_round + 1, "surrogates")
+        found = self._new(X, last_round + 1, "surrogates", n)
         if not found:
             raise invalid("the number of designs", "0, as surrogates find no new one", n)
         return found
 
-    def _new(self, X: Designs, proposed_in: int, origin: str) -> list[tuple[int, str, Any]]:
-        """Return those of designs that are new; they are pending from now on."""
+    def _new(self, X: Designs, proposed_in: int, origin: str, n: int) -> list[tuple[int, str, Any]]:
+        """Return the first n of designs that are new; they are pending from now on."""
         layout = self._model.layout
         columns = columns_of_designs(layout.variables, layout.kinds, X)
         cells = [column.tolist() for column in columns.values()]
         found: list[tuple[int, str, Any]] = []
         for values in zip(*cells, strict=True):
-            if values not in self._seen:
+            if values not in self._seen and len(found) < n:
                 self._seen.add(values)
                 design = dict(zip(columns, values, strict=True))
                 self._pending.append(design)

@@ -100,8 +100,8 @@ class PointAlgorithm(WithTable, Algorithm):
         self._others: list[TestTable] = []  # those of later iterations, until they are joined
         self._population = Population.empty()  # of the first tests, as far as it was asked for
         self._blocks: list[int] = []  # the numbers of tests of the iterations
-        self._front = np.zeros(0, dtype=np.intp)  # rows of the Pareto-optimal ones of the first
-        self._n_filtered = 0  # how many of the first tests they were chosen from
+        self._front = np.zeros(0, dtype=np.intp)  # rows of the Pareto-optimal ones, of the first
+        self._n_filtered = 0  # so many tests
         keywords.setdefault("evaluator", _Evaluator())
         keywords.setdefault("output", MultiObjectiveOutput())
         super().__init__(seed=options.seed, **keywords)
@@ -337,10 +337,7 @@ class PointAlgorithm(WithTable, Algorithm):
     def _optimal_rows(self) -> Rows:
         """Return the rows of the table that no feasible one dominates."""
         if self._n_filtered < self.n_tested:
-            # What the last front dominates stays dominated.
-            rows = np.concatenate([self._front, np.arange(self._n_filtered, self.n_tested)])
-            tests = self._under(self._tests.rows(rows))
-            self._front = rows[tests.pareto()]
+            self._front = np.flatnonzero(self._under(self._tests).pareto())
             self._n_filtered = self.n_tested
         return self._front
 
@@ -528,9 +525,7 @@ def investigate(
 def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
     asked = run.model.asked
-    kept = Kept(keep, asked)
-    if run.executor.filters:
-        kept = Kept("all", asked)
+    kept = Kept(keep, asked)  # again, where workers have done so: it takes hardly any time
     n_points = run.n_left  # of this share
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -554,20 +549,15 @@ def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runne
         ArgumentValueError: The problem is evaluated one design at a time, or both are given.
         ArgumentTypeError: An argument has the wrong type.
     """
-    if job_count("n_jobs", n_jobs) != 1:
-        if problem.elementwise:
-            rule = "1 for a problem that is evaluated one design at a time"
-            remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs)"
-            raise invalid("n_jobs", rule, n_jobs, remedy)
-        if runner is not None:
-            raise invalid("n_jobs", "1 if there is a runner", n_jobs)
-        return JoblibRunner(n_jobs)
-    if runner is None:
-        return None
-    if not isinstance(runner, Runner):
+    n_jobs = job_count("n_jobs", n_jobs)
+    if runner is not None and not isinstance(runner, Runner):
         raise wrong_type("runner", "an ExecutorRunner or a JoblibRunner", runner)
-    if problem.elementwise:
+    if n_jobs != 1 and runner is not None:
+        raise invalid("n_jobs", "1 if there is a runner", n_jobs)
+    if n_jobs != 1:
+        runner = JoblibRunner(n_jobs)
+    if runner is not None and problem.elementwise:
         received = Received("one that is evaluated one design at a time")
-        remedy = "give the problem elementwise_runner=runner"
-        raise invalid("the problem of a runner", "vectorised", received, remedy)
+        remedy = "give the problem elementwise_runner=JoblibRunner(n_jobs), or this runner"
+        raise invalid("the problem of n_jobs or a runner", "vectorised", received, remedy)
     return runner

@@ -214,7 +214,8 @@ class Run:
 
     def _forget(self, numbers: Numbers) -> None:
         """Forget points whose tests are returned."""
-        is_left = ~np.isin(self._points.numbers, numbers)
+        is_left = np.ones(len(self._points), dtype=bool)
+        is_left[np.searchsorted(self._points.numbers, numbers)] = False
         self._points = self._points.at(is_left)
         self._n_started -= len(numbers)
 
