@@ -278,17 +278,6 @@ def test_failures_are_tried_again_if_asked_for(tmp_path):
 # The study
 
 
-def test_another_problem_or_key_is_refused(tmp_path):
-    path = tmp_path / "s.db"
-    Recorded(Model(), study=path, study_key="a")
-    for make, message in [
-        (lambda: Recorded(Model(), study=path, study_key="b"), 'key is "a" in the study'),
-        (lambda: Recorded(Model(n_obj=1), study=path, study_key="a"), "objectives"),
-    ]:  # fmt: skip
-        with pytest.raises(StudyMismatchError, match=message):
-            make()
-
-
 def recorded_values(path, X, name="F", **options):
     return Recorded(Model(**options), study=path).evaluate(X, return_values_of=[name])
 

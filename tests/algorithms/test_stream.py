@@ -107,17 +107,6 @@ def test_a_termination_bounds_what_is_evaluated_ahead(tmp_path):
     assert 10 <= len(stored) <= 26
 
 
-def test_a_callback_may_evaluate_while_workers_are_ahead():
-    problem = Sum(shuffled, elementwise_runner=JoblibRunner(2, in_process=False))
-    seen = []
-    minimize(
-        problem,
-        PSI(40, block_size=10),
-        callback=lambda algorithm: seen.append(problem.evaluate(np.array([[0.5, 0.5]]))[0].sum()),
-    )
-    assert seen == [1.5] * 4
-
-
 def test_a_copy_of_a_run_that_is_ahead_goes_on_by_itself():
     """Copies and pickles take what has arrived; what is being evaluated stays with the run."""
     algorithm = PSI(40, block_size=10)
@@ -344,14 +333,3 @@ def test_designs_that_recur_are_evaluated_once_and_not_where_they_violate_a_requ
     assert sorted(calls) == sorted({(a, b) for a, b in table.X.tolist() if a >= b})
     assert table.numbers.tolist() == list(range(1, 101))
     np.testing.assert_array_equal(np.isfinite(table.F[:, 0]), table.X[:, 0] >= table.X[:, 1])
-
-
-def test_repeats_are_marked_and_sets_count_designs():
-    result = minimize(Few(), PSI(200))
-    table = result.algorithm.table
-    designs = [tuple(x) for x in table.X.tolist()]
-    assert table.repeats.tolist() == [x in designs[:i] for i, x in enumerate(designs)]
-    assert repr(table).startswith("TestTable(200 tests of 24 designs: ")
-    assert len({tuple(x.values()) for x in result.X}) == len(result.X) == table.pareto().sum()
-    assert not table.repeats[table.pareto()].any()
-    assert result.algorithm.evaluator.n_eval == 24

@@ -144,13 +144,6 @@ class TestContract:
 # Workers
 
 
-def test_workers_are_kept_between_generations():
-    problem = model(elementwise_runner=JoblibRunner(2, timeout=1e4))
-    generations = [pids(problem, designs()) for _ in range(4)]
-    assert len(set().union(*generations)) <= 2
-    assert os.getpid() not in generations[0]
-
-
 @pytest.fixture(scope="module", params=["joblib", "executor"])
 def workers(request):
     """A runner for the tests after which its workers are as before."""

@@ -231,7 +231,7 @@ class PointAlgorithm(WithTable, Algorithm):
         designs = space.designs(points.matrix(space))
         block = Population.new("X", designs, "test_point", points.numbers)
         stored = self._run.store.recall(points)
-        self._give_values(block[np.searchsorted(points.numbers, stored.numbers)], stored)
+        block[np.searchsorted(points.numbers, stored.numbers)] = self._individuals(stored)
         return block
 
     def _advance(self, infills: Population | None = None, **kwargs: Any) -> bool:
@@ -274,22 +274,32 @@ class PointAlgorithm(WithTable, Algorithm):
         X = self._run.model.space.to_matrix(infills.get("X"))
         return self._run.model.tests(replace(points, designs=X), values)
 
-    def _give_values(self, block: Population, tests: TestTable) -> None:
-        """Give individuals the values of their tests; pymoo then does not evaluate them."""
+    def _individuals(self, tests: TestTable) -> Population:
+        """Return individuals with the values of tests; pymoo then does not evaluate them."""
+        model = self._run.model
         names = tests.layout.outputs
-        reasons = [tests.reasons.get(number, "") for number in tests.numbers.tolist()]
+        config = Individual.default_config()  # one for all, which takes less time
         # Copies, as individuals may be changed; one of each array, as a row takes a while.
-        constraints = self._run.model.constraints(tests)
-        arrays = [values.copy() for values in (tests.F, constraints, tests.H)]
-        violation = total_violation(tests, self._run.model.asked)[:, None]
-        rows = zip(block, *arrays, violation, reasons, tests.outputs.tolist(), strict=True)
-        for individual, f, g, h, cv, reason, outputs in rows:
+        arrays = tests.F.copy(), model.constraints(tests), tests.H.copy()
+        designs = model.space.designs(tests.X.copy())
+        violation = total_violation(tests, model.asked)[:, None]
+        numbers = tests.numbers.tolist()
+        individuals = []
+        rows = zip(numbers, designs, *arrays, violation, tests.outputs.tolist(), strict=True)
+        for number, x, f, g, h, cv, outputs in rows:  # `set` takes twice as long
+            individual = Individual(config)
+            individual.X = x
             individual.F = f
             individual.G = g
             individual.H = h
             individual.CV = cv
-            individual.data.update(zip(names, outputs, strict=True), failure=reason, outputs=names)
+            individual.data = dict(zip(names, outputs, strict=True))
+            individual.data["test_point"] = number
+            individual.data["failure"] = tests.reasons.get(number, "")
+            individual.data["outputs"] = names
             individual.evaluated.update("FGH")
+            individuals.append(individual)
+        return Population.create(*individuals)
 
     # What pymoo's tools read: individuals, made from the table when they are first asked for.
     # pymoo also assigns these attributes, which changes nothing.
@@ -301,16 +311,11 @@ class PointAlgorithm(WithTable, Algorithm):
         """Every tested design."""
         n_known = len(self._population)
         if n_known < self.n_tested:
-            tests = self._tests.rows(np.arange(n_known, self.n_tested))
-            designs = self._run.model.space.designs(tests.X.copy())
-            config = Individual.default_config()  # one for all, which takes less time
-            block = Population.create(*[Individual(config) for _ in range(len(tests))])
+            block = self._individuals(self._tests.rows(np.arange(n_known, self.n_tested)))
             iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[n_known:]
-            rows = zip(block, designs, tests.numbers.tolist(), iterations.tolist(), strict=True)
-            for individual, x, number, iteration in rows:  # `set` takes twice as long
-                individual.X = x
-                individual.data = {"test_point": number, "n_gen": iteration, "n_iter": iteration}
-            self._give_values(block, tests)
+            for individual, iteration in zip(block, iterations.tolist(), strict=True):
+                individual.data["n_gen"] = iteration
+                individual.data["n_iter"] = iteration
             self._population = Population.merge(self._population, block).view(_Designs)
         return self._population
 

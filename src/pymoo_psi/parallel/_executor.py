@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import asyncio
 import importlib
-import itertools
 import os
 import platform
 import secrets
@@ -26,7 +25,7 @@ from functools import partial
 from pickle import PickleError
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any, NamedTuple
+from typing import Any
 
 import cloudpickle
 
@@ -179,13 +178,6 @@ class _NoExecutor:
         )
 
 
-class _Task(NamedTuple):
-    """Some designs that were sent together, and the future of their values."""
-
-    future: Any
-    designs: Waiting
-
-
 class Tasks:
     """The tasks of one run: which designs wait, which were sent, and which were sent twice.
 
@@ -208,16 +200,15 @@ class Tasks:
                 self._payload = executor.client.scatter(self._pickled)
             except OSError as error:  # its scheduler is gone
                 raise _gone(error) from error
-        self._name = secrets.token_hex(8)  # engines that know a task by its content repeat none
+        self._name = secrets.token_hex(8)
         self._identity = _identity(runner, function, self._pickled)
         self._processes: Processes | None = None
         if executor is None:
             count = runner.n_workers
             threads = max(1, (os.cpu_count() or 1) // count)
             self._processes = Processes(count, Setting.now(self._identity, threads))
-        self._tickets = itertools.count()
-        self._sent: dict[int, _Task] = {}
-        self._done: SimpleQueue[int] = SimpleQueue()
+        self._sent: dict[Any, Waiting] = {}  # designs that were sent together, by their future
+        self._done: SimpleQueue[Any] = SimpleQueue()  # futures
         self._sent_again: set[int] = set()  # designs of tasks that the engine gave up
 
     def results(self) -> Generator[Result | None]:
@@ -231,15 +222,15 @@ class Tasks:
                 self._fill()
                 if not self._sent:
                     return
-                ticket = self._next_done()
-                if ticket is not None:
-                    yield from self._results_of(self._sent.pop(ticket))
+                future = self._next_done()
+                if future is not None:
+                    yield from self._results_of(future, self._sent.pop(future))
                 else:
                     yield None
         finally:
-            for task in self._sent.values():
+            for future in self._sent:
                 with suppress(Exception):  # an executor that is gone
-                    task.future.cancel()
+                    future.cancel()
             if self._processes is not None:
                 self._processes.close()
 
@@ -255,7 +246,6 @@ class Tasks:
             self._send(deque(self._waiting.popleft() for _ in range(size)), lasting)
 
     def _send(self, designs: Waiting, lasting: float, with_function: bool = False) -> None:
-        ticket = next(self._tickets)
         timeout = self._runner.timeout
         work = Work(self._name, self._identity, designs, timeout, lasting)
         if self._processes is not None:
@@ -264,7 +254,7 @@ class Tasks:
             function = None
             if with_function or len(self._pickled) <= _SMALL:
                 function = self._payload
-            name = f"{self._name}-{ticket}"
+            name = secrets.token_hex(8)  # engines that know a task by its content repeat none
             packed = cloudpickle.dumps(work)
             try:
                 future = self._executor.submit(evaluate, _VERSIONS, name, packed, function)
@@ -272,40 +262,40 @@ class Tasks:
                 raise
             except Exception as error:
                 raise _gone(error) from error
-        self._sent[ticket] = _Task(future, designs)
+        self._sent[future] = designs
         if hasattr(future, "add_done_callback"):
-            future.add_done_callback(lambda _: self._done.put(ticket))
+            future.add_done_callback(lambda _: self._done.put(future))
         else:  # it calls nobody when it is done
-            Thread(target=self._await, args=(future, ticket), daemon=True).start()
+            Thread(target=self._await, args=(future,), daemon=True).start()
 
-    def _await(self, future: Any, ticket: int) -> None:
+    def _await(self, future: Any) -> None:
         with suppress(BaseException):  # which is raised again where the result is read
             future.result()
-        self._done.put(ticket)
+        self._done.put(future)
 
-    def _next_done(self) -> int | None:
-        """Return a task that is done; ``None`` after a moment, as workers may have joined."""
+    def _next_done(self) -> Any:
+        """Return a future that is done; ``None`` after a moment, as workers may have joined."""
         try:
             return self._done.get(timeout=MOMENTS)
         except Empty:
             return None
 
-    def _results_of(self, task: _Task) -> Iterator[Result]:
-        """Yield the results of a task; send what is left of it again."""
+    def _results_of(self, future: Any, waiting: Waiting) -> Iterator[Result]:
+        """Yield the results of designs that were sent together; send what is left of them again."""
         try:
-            answer = task.future.result()
+            answer = future.result()
         except PsiError:  # of the guard in the worker
             raise
         except Exception as error:
-            yield from self._given_up(task, error)
+            yield from self._given_up(waiting, error)
             return
         if self._processes is None:
             answer = self._unpacked(*answer)
         if answer is None:  # it lacks the function
-            self._send(task.designs, CHUNK, with_function=True)
+            self._send(waiting, CHUNK, with_function=True)
             return
         results, failure = answer
-        designs = dict(task.designs)
+        designs = dict(waiting)
         for index, values, seconds in results:
             design = designs.pop(index)
             if isinstance(values, LostDesign):
@@ -329,7 +319,7 @@ class Tasks:
         answer: Answer = cloudpickle.loads(packed)
         return answer
 
-    def _given_up(self, task: _Task, error: Exception) -> Iterator[Result]:
+    def _given_up(self, waiting: Waiting, error: Exception) -> Iterator[Result]:
         """Send designs again, each alone, whose task the engine gave up; lose them the next time.
 
         Raises:
@@ -340,7 +330,7 @@ class Tasks:
         if isinstance(error, (ImportError, AttributeError, PickleError)):
             raise _unusable(error) from error
         self._payload = self._pickled  # what Dask kept may be lost with its worker
-        for index, design in task.designs:
+        for index, design in waiting:
             if index not in self._sent_again:
                 self._sent_again.add(index)
                 self._send(deque([(index, design)]), CHUNK)

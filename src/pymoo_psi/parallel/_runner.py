@@ -122,10 +122,15 @@ class Runner:
             1 {'F': 4.0}
             2 {'F': 6.0}
         """
-        return _results_of(self.moments(f, waiting))
+        with closing(self.moments(f, waiting)) as moments:
+            for result in moments:
+                if result is not None:
+                    yield result
 
     def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
         """Do the tasks of a queue; yield the index and the result of each as soon as it is done.
+
+        Those of a single worker, unless others may join, are done in this process.
 
         Close early to stop the workers: what the collector of garbage does, it does at any time and
         in any thread.
@@ -139,22 +144,20 @@ class Runner:
             WorkerError: A worker was lost, or cannot load the function.
             Exception: What the function raises.
         """
+        while waiting and self.n_workers == 1 and not self.elastic:
+            index, task = waiting.popleft()
+            yield index, function(task)
+        if not waiting:
+            return
         try:
-            with closing(_results_of(self.by_workers(function, waiting))) as results:
-                for index, result, _ in results:
-                    yield index, result
+            with closing(self.by_workers(function, waiting)) as moments:
+                for result in moments:
+                    if result is not None:
+                        yield result[:2]
         except EvaluationError as error:
             if error.original is None:
                 raise WorkerError(f"a worker process failed: {error.reason}") from error
             raise error.original from error.original.__cause__
-
-
-def _results_of(moments: Generator[Result | None]) -> Generator[Result]:
-    """Yield the results alone, without the moments between them."""
-    with closing(moments):
-        for result in moments:
-            if result is not None:
-                yield result
 
 
 class JoblibRunner(Runner):
@@ -258,14 +261,6 @@ class JoblibRunner(Runner):
 
             executor = get_reusable_executor(self.n_workers)
         yield from Tasks(self, executor, f, waiting).results()
-
-    def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
-        """Do the tasks of a queue, here if there is one worker; see :meth:`Runner.tasks`."""
-        if self.n_workers > 1 or self.elastic:
-            yield from super().tasks(function, waiting)
-        while waiting:
-            index, task = waiting.popleft()
-            yield index, function(task)
 
     def _cluster(self) -> Runner | None:
         """Return a runner on the cluster that joblib's configuration names, if it names one.
