@@ -6,8 +6,16 @@ from contextlib import closing
 import numpy as np
 import pytest
 from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
 
-from pymoo_psi import JoblibRunner, ProgramProblem, Restricted, investigate, read_table
+from pymoo_psi import (
+    JoblibRunner,
+    ProgramProblem,
+    Restricted,
+    SurrogatePSI,
+    investigate,
+    read_table,
+)
 from pymoo_psi.cli import main
 from pymoo_psi.errors import ArgumentValueError
 
@@ -157,3 +165,23 @@ def test_an_export_keeps_every_test_and_says_that_they_repeat(program, tmp_path,
     assert "8 of them from the study" in capsys.readouterr().out
     assert main(["solve", "zdt1", "--noisy", "--points", "4"]) == 2
     assert "ElementwiseProblem" in capsys.readouterr().err
+
+
+def test_surrogates_of_a_noisy_model_propose_repeats_and_continue_after_a_kill(tmp_path):
+    problem = Queue()
+    table = minimize(problem, SurrogatePSI(48)).algorithm.table
+    designs, counts = np.unique(table.X, axis=0, return_counts=True)
+    assert 30 <= len(designs) < 48  # at most half of the proposals
+    assert len({seed for *_, seed in problem.calls}) == 48
+    means = table.averaged()
+    distances = means.feasible_ranking().criteria[:, 0]
+    n_tests = means["tests"]
+    repeated = n_tests[means.feasible()] > 1
+    assert distances[repeated].mean() < distances[~repeated].mean()
+    study = tmp_path / "queue.db"
+    with pytest.raises(KeyboardInterrupt):
+        minimize(Queue(30), SurrogatePSI(48, study=study))
+    again = minimize(Queue(), SurrogatePSI(48, study=study)).algorithm.table
+    assert np.array_equal(again.X, table.X)
+    assert np.array_equal(again.F, table.F)
+    assert np.array_equal(read_table(study).F, means.F)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
-from scipy.special import log_ndtr
+from scipy.special import log_ndtr, ndtr
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Mask, Numbers, Received, Rows, invalid
@@ -208,6 +208,70 @@ def propose(
         rest = _distant_points(seen, failure_risk, n_missing, goal, random)
         proposals = np.vstack([proposals, rest])
     return proposals
+
+
+def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal) -> Array:
+    """Return proposed points, up to half of which give way to tested designs of a noisy model.
+
+    A test is worth by how much it is expected to bring the best design nearer to the ideal point
+    (the knowledge gradient of Frazier, Powell and Dayanik, SIAM J. Control Optim. 47, 2008). Of a
+    tested design it changes the mean of its tests, of a new one what surrogates predict.
+
+    Args:
+        points: ``(n, d)`` new designs.
+        tests: All tests.
+        learned: What is learned of them.
+        goal: The objectives and limits of the search.
+    """
+    m = goal.n_obj
+    eligible = tests.Y[tests.eligible, :m]
+    designs, group, counts = np.unique(
+        tests.points[tests.eligible], axis=0, return_inverse=True, return_counts=True
+    )
+    n = len(designs)
+    if n < 2:
+        return points
+    means = np.zeros((n, m))
+    np.add.at(means, group.ravel(), eligible / counts[group.ravel(), None])
+    fit = learned.fit
+    rows = np.searchsorted(tests.numbers, learned.numbers)
+    processes = learned.processes(fit.to(bounded(tests.Y[rows])))[:m]
+    front = means[nondominated(means)]
+    low, high = front.min(axis=0), front.max(axis=0)
+    if goal.ranges is not None:
+        low, high = goal.ranges
+    lengths = _lengths(low, high)
+
+    # Of the tested designs, then of the new ones: objectives, errors and noise in shares of ranges.
+    Z = goal.encode(points)
+    F = np.empty((n + len(points), m))
+    errors = np.empty_like(F)
+    noise = np.empty_like(F)
+    for j, process in enumerate(processes):
+        scale = fit.outputs[j].scale
+        T = np.append(scale.to(means[:, j]), process(Z))
+        deviation = np.sqrt(np.exp(fit.outputs[j].lengths[-3]) * process.variance)
+        deviations = np.append(deviation / np.sqrt(counts), process.deviation(Z))
+        F[:, j] = (scale.back(T) - low[j]) / lengths[j]
+        errors[:, j] = (scale.back(T + deviations) - scale.back(T - deviations)) / 2 / lengths[j]
+        noise[:, j] = (scale.back(T + deviation) - scale.back(T - deviation)) / 2 / lengths[j]
+    distance = np.linalg.norm(F, axis=1)
+    slopes = F / np.maximum(distance, _SAME)[:, None]
+    error = np.linalg.norm(slopes * errors, axis=1)
+    step = np.maximum(error**2 / np.hypot(error, np.linalg.norm(slopes * noise, axis=1)), 1e-300)
+    best, second = np.argsort(distance[:n])[:2]
+    gap = (distance - distance[best]) / step
+    gap[best] = (distance[second] - distance[best]) / step[best]
+    worth = step * (np.exp(-(gap**2) / 2) / np.sqrt(2 * np.pi) - gap * ndtr(-gap))
+    if len(tests.pending):
+        is_pending = cdist(designs, tests.pending).min(axis=1) <= _SAME
+        worth[:n][is_pending] = 0.0
+    proposed = points.copy()
+    least = np.argsort(worth[n:])[: len(points) // 2]
+    for i, design in zip(least, np.argsort(-worth[:n]), strict=False):
+        if worth[design] > worth[n + i]:
+            proposed[i] = designs[design]
+    return proposed
 
 
 def best_and_spread(Y: Array, fit: Fit, goal: Goal, size: int) -> Rows:

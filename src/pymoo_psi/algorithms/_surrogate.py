@@ -20,7 +20,7 @@ from pymoo_psi.algorithms._asked import Asked, under_known
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs
-from pymoo_psi.algorithms._proposals import Goal, KnownTests, best_and_spread, propose
+from pymoo_psi.algorithms._proposals import Goal, KnownTests, best_and_spread, propose, with_repeats
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sources import Points, Source
@@ -81,6 +81,10 @@ class SurrogatePSI(PointAlgorithm):
     Use it if a test takes seconds or more, or if there are many variables. After a few hundred
     tests, a proposal takes longer than a cheap model. The tests are no longer a uniform sample:
     histograms and correlations of the table show where it has searched.
+
+    If the problem is ``noisy``, up to half of a round tests designs again: those whose repetition is
+    expected to bring the best design nearer to the ideal point than a new design is. The table has
+    all tests; ``table.averaged()`` has the means, and its ``confidence()`` how sure they are.
 
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.
@@ -394,7 +398,10 @@ class SurrogateSource(Source):
         learned = self._learned(tests, n_uniform, goal)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
-        return propose(tests, learned, goal, size, round_number, random)
+        points = propose(tests, learned, goal, size, round_number, random)
+        if self._model.noisy and learned is not None:
+            points = with_repeats(points, tests, learned, goal)
+        return points
 
     def _learned(self, tests: KnownTests, n_uniform: int, goal: Goal) -> Learned | None:
         """Return what is learned of the tests, or ``None`` if too few are known.
