@@ -154,7 +154,7 @@ def test_a_design_of_an_array_goes_by_its_row(F):
     assert compare_designs(F, [2, 0]).rows.tolist() == [2, 0]
     assert compare_designs(F, rows=[2, 0]).rows.tolist() == [2, 0]
     assert explain(F).row == 1  # the Salukvadze optimum
-    with pytest.raises(PsiError, match="design must be a row of F, 0 to 3, got 4"):
+    with pytest.raises(PsiError, match="design must be the label .* or row, got 4"):
         explain(F, 4)
     with pytest.raises(PsiError, match="row must be a row of F that is ranked, at most 3, got 4"):
         explain(F, row=4)
@@ -165,10 +165,10 @@ def test_a_design_with_a_label_goes_by_its_label():
     for F in (frame, rank_of_efficiency(frame)):
         assert explain(F, "B").row == explain(F, row=1).row == 1
         assert compare_designs(F, ["B", "A"]).rows.tolist() == [1, 0]
-        with pytest.raises(PsiError, match="design must be a label, as a text, got 1"):
+        with pytest.raises(PsiError, match="design must be the label .* as a text, .* got 1"):
             explain(F, 1)
         for label in ("C", "D"):
-            with pytest.raises(PsiError, match=f"the label of just one design, got '{label}'"):
+            with pytest.raises(PsiError, match=f"the label of one design, .* got '{label}'"):
                 explain(F, label)
     names = ["pA-7", "mTorr", "row 3", "B"]
     starts = [re.split(" is | has ", str(explain(labelled(names), row=i)))[0] for i in range(3)]
@@ -180,11 +180,9 @@ def test_labels_that_are_integers_are_not_taken_for_rows():
     for F in (frame, rank_of_efficiency(frame)):
         assert explain(F, "3").row == explain(F, row=0).row == 0
         assert compare_designs(F, ["3", "1"]).rows.tolist() == [0, 2]
-        with pytest.raises(
-            PsiError, match="a label, as a text, got 3; labels are such as '3'; row="
-        ):
+        with pytest.raises(PsiError, match="got 3; labels are such as '3'; row="):
             explain(F, 3)
-        with pytest.raises(PsiError, match="a label, as a text, got 0"):
+        with pytest.raises(PsiError, match="label of one design, as a text, .* got 0"):
             compare_designs(F, [0, 1])
 
 

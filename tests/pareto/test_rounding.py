@@ -155,8 +155,11 @@ def test_noise_in_a_constant_objective_is_no_reason_for_caution_nor_a_range(
     rng = np.random.default_rng(seed)
     F = on_sphere(rng, n, 2)
     noisy = np.column_stack([F, size * (1 + 1e-15 * rng.standard_normal(n))])
-    seen = [c for c in cautions(noisy, normalize=normalize) if c.kind != "constant"]
-    assert [str(c) for c in seen] == [str(c) for c in cautions(F, normalize=normalize)]
+    said = []
+    for values in (noisy, F):  # of three weights other shares are equal within a factor of two
+        found = cautions(values, normalize=normalize)
+        said.append([str(c) for c in found if c.kind not in ("constant", "weights")])
+    assert said[0] == said[1]
     ends = {"ideal": noisy.min(axis=0), "nadir": noisy.max(axis=0)}
     given_ends = rank_of_efficiency(noisy, normalize=normalize, **ends)
     assert given_ends.rank.tolist() == rank_of_efficiency(F, normalize=normalize).rank.tolist()

@@ -218,50 +218,46 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
     tested design it changes the mean of its tests, of a new one what surrogates predict.
 
     Args:
-        points: ``(n, d)`` new designs.
+        points: ``(k, d)`` new designs.
         tests: All tests.
         learned: What is learned of them.
         goal: The objectives and limits of the search.
     """
-    m = goal.n_obj
-    eligible = tests.Y[tests.eligible, :m]
+    rows = np.searchsorted(tests.numbers, learned.numbers)
+    T = learned.fit.to(bounded(tests.Y[rows]))
+    is_eligible = tests.eligible[rows]
     designs, group, counts = np.unique(
-        tests.points[tests.eligible], axis=0, return_inverse=True, return_counts=True
+        tests.points[rows[is_eligible]], axis=0, return_inverse=True, return_counts=True
     )
     n = len(designs)
     if n < 2:
         return points
-    means = np.zeros((n, m))
-    np.add.at(means, group.ravel(), eligible / counts[group.ravel(), None])
-    fit = learned.fit
-    rows = np.searchsorted(tests.numbers, learned.numbers)
-    processes = learned.processes(fit.to(bounded(tests.Y[rows])))[:m]
-    front = means[nondominated(means)]
-    low, high = front.min(axis=0), front.max(axis=0)
-    if goal.ranges is not None:
-        low, high = goal.ranges
-    lengths = _lengths(low, high)
 
-    # Of the tested designs, then of the new ones: objectives, errors and noise in shares of ranges.
+    # Expectations and errors of the tested designs, then of the new ones, in shares of the ranges.
+    m = goal.n_obj
     Z = goal.encode(points)
-    F = np.empty((n + len(points), m))
-    errors = np.empty_like(F)
-    noise = np.empty_like(F)
-    for j, process in enumerate(processes):
-        scale = fit.outputs[j].scale
-        T = np.append(scale.to(means[:, j]), process(Z))
-        deviation = np.sqrt(np.exp(fit.outputs[j].lengths[-3]) * process.variance)
-        deviations = np.append(deviation / np.sqrt(counts), process.deviation(Z))
-        F[:, j] = (scale.back(T) - low[j]) / lengths[j]
-        errors[:, j] = (scale.back(T + deviations) - scale.back(T - deviations)) / 2 / lengths[j]
-        noise[:, j] = (scale.back(T + deviation) - scale.back(T - deviation)) / 2 / lengths[j]
-    distance = np.linalg.norm(F, axis=1)
-    slopes = F / np.maximum(distance, _SAME)[:, None]
+    processes = learned.processes(T)[:m]
+    means = np.zeros((n, m))
+    np.add.at(means, group.ravel(), T[is_eligible, :m])
+    variances = [process.variance for process in processes]
+    shares = [output.lengths[-3] for output in learned.fit.outputs[:m]]
+    noise = np.sqrt(np.exp(shares) * variances)
+    predicted = np.column_stack([process(Z) for process in processes])
+    deviations = np.column_stack([process.deviation(Z) for process in processes])
+    F = np.vstack([means / counts[:, None], predicted])
+    errors = np.vstack([noise / np.sqrt(counts)[:, None], deviations])
+    front = F[:n][nondominated(F[:n])]
+    lengths = _lengths(front.min(axis=0), front.max(axis=0))
+    F = (F - front.min(axis=0)) / lengths
+    distance = np.maximum(np.linalg.norm(F, axis=1), _SAME)
+    slopes = F / (distance[:, None] * lengths)
     error = np.linalg.norm(slopes * errors, axis=1)
-    step = np.maximum(error**2 / np.hypot(error, np.linalg.norm(slopes * noise, axis=1)), 1e-300)
+    step = error**2 / np.hypot(error, np.linalg.norm(slopes * noise, axis=1))
+
     best, second = np.argsort(distance[:n])[:2]
-    gap = (distance - distance[best]) / step
-    gap[best] = (distance[second] - distance[best]) / step[best]
+    gap = distance - distance[best]
+    gap[best] = gap[second]
+    gap /= np.maximum(step, _SAME)
     worth = step * (np.exp(-(gap**2) / 2) / np.sqrt(2 * np.pi) - gap * ndtr(-gap))
     if len(tests.pending):
         is_pending = cdist(designs, tests.pending).min(axis=1) <= _SAME

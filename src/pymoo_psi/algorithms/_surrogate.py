@@ -82,9 +82,9 @@ class SurrogatePSI(PointAlgorithm):
     tests, a proposal takes longer than a cheap model. The tests are no longer a uniform sample:
     histograms and correlations of the table show where it has searched.
 
-    If the problem is ``noisy``, up to half of a round tests designs again: those whose repetition is
-    expected to bring the best design nearer to the ideal point than a new design is. The table has
-    all tests; ``table.averaged()`` has the means, and its ``confidence()`` how sure they are.
+    If the problem is ``noisy``, up to half of a round tests designs again: those whose repetition
+    is expected to bring the best design nearer to the ideal point than a new design is. The table
+    has all tests; ``table.averaged()`` has the means, its ``confidence()`` how sure they are.
 
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.

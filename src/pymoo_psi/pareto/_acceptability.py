@@ -84,21 +84,16 @@ class Acceptability(Shown):
             np.add.at(counts[:, place], (of_place, block), 1 / per_block)
         sums = np.zeros(designs.shape)
         np.add.at(sums, nearest[:, 0], weights)
-        central = np.full(sums.shape, np.nan)
-        is_first = sums.any(axis=1)
-        central[is_first] = sums[is_first] / sums[is_first].sum(axis=1)[:, None]  # the sum is 1
+        with np.errstate(invalid="ignore"):
+            central = sums / sums.sum(axis=1)[:, None]  # the sum is 1
         errors = counts.std(axis=2, ddof=1) / np.sqrt(_BLOCKS)
-
-        def of_all_rows(of_designs: Array, blank: float) -> Array:
-            whole = np.full((len(ranking.pareto), of_designs.shape[1]), blank)
-            whole[front] = of_designs[design_of_row.ravel()]
-            return whole
-
-        return cls(
-            of_all_rows(counts.mean(axis=2), 0.0),
-            of_all_rows(errors, 0.0),
-            of_all_rows(central, np.nan),
-        )
+        place_of_row = design_of_row.ravel()
+        shape = len(ranking.pareto), places
+        result = cls(np.zeros(shape), np.zeros(shape), np.full((shape[0], terms.shape[1]), np.nan))
+        result.shares[front] = counts.mean(axis=2)[place_of_row]
+        result.errors[front] = errors[place_of_row]
+        result.central[front] = central[place_of_row]
+        return result
 
     def __repr__(self) -> str:
         """Return how many designs are the best for some weights."""

@@ -16,7 +16,12 @@ import numpy as np
 from pymoo_psi._validation import Array, Rows
 from pymoo_psi.pareto._acceptability import weight_shares, weights_sentence
 from pymoo_psi.pareto._dominance import nondominated, unit_lengths
-from pymoo_psi.pareto._ranking import EfficiencyRanking, UtopianFrame, front_of, ranking_from
+from pymoo_psi.pareto._ranking import (
+    EfficiencyRanking,
+    front_of,
+    rank_of_efficiency,
+    ranking_from,
+)
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
 
 NEAR = 0.01
@@ -40,15 +45,14 @@ FAR = 10.0
 
 _MORE = 0.05  # of the weights, as many designs share those of a dense front
 _OTHERS = 4  # the fewest values that show what is usual
-_ROUNDING = 1e-9  # distances closer than this are equal, see _explanation.py
 
 
 class Caution(NamedTuple):
     """A reason to check the optimum of a ranking.
 
     Attributes:
-        kind: ``"sign"``, ``"suspect"``, ``"unlike"``, ``"constant"``,
-            ``"equidistant"``, ``"tie"``, ``"near tie"``, ``"extreme"``, ``"outlier"``,
+        kind: ``"sign"``, ``"suspect"``, ``"constant"``, ``"equidistant"``,
+            ``"tie"``, ``"near tie"``, ``"extreme"``, ``"outlier"``,
             ``"unstable"`` or ``"weights"``; see :func:`cautions`.
         sentence: The reason, in one sentence.
 
@@ -75,11 +79,10 @@ def cautions(
     kind            reason
     =============== ============================================================================
     ``sign``        A maximised objective is nowhere above 0: its sign may have been turned.
-    ``suspect``     The optimum has a value in an objective unlike those of all other designs: ten
-                    times their range away, and orders of magnitude away if all have one sign; or a
-                    value that programs write for failures (-9999, 1e30, -1 among positive values),
-                    away from all others by their range.
-    ``unlike``      A Pareto-optimal design other than the optimum has such a value.
+    ``suspect``     A Pareto-optimal design has a value in an objective unlike those of all others:
+                    ten times their range away, and orders of magnitude away if all have one sign;
+                    or a value that programs write for failures (-9999, 1e30, -1 among positive
+                    values), away from all others by their range.
     ``constant``    Objectives, but not all, are equal for all Pareto-optimal designs.
     ``equidistant`` More than half of the designs, over half of a range, are within 1 % of the
                     least distance to the ideal point, as on a sphere around it.
@@ -164,13 +167,11 @@ class _Checks:
     def of_values(self) -> Iterator[Caution]:
         """Yield the cautions about single values, whatever their place in the ranking."""
         objectives = self.ranking.objectives
-        unlike: list[Caution] = []
         columns = zip(objectives.names, objectives.sign, objectives.values.T, strict=True)
         for name, sign, column in columns:
             if sign < 0 and column.max() <= 0 > column.min():
                 yield _caution("sign", objective=name)
-            unlike += self.unlike_values(name, column)
-        yield from sorted(unlike, key=lambda caution: caution.kind)
+            yield from self.unlike_values(name, column)
 
     def unlike_values(self, name: Any, column: Array) -> Iterator[Caution]:
         """Yield the cautions about the least and the greatest value of an objective.
@@ -194,16 +195,14 @@ class _Checks:
             gaps = np.abs(distinct - value)
             if not _is_unlike(value, others, gaps[gaps > 0].min()):
                 continue
-            kind = "unlike"
-            optima = np.intersect1d(holders, self.optima)
-            if len(optima):
-                kind = "suspect"
-                holders = optima
-            design = capital(self.name_of(holders[0]))
-            low = number(others[0])
-            high = number(others[-1])
-            amount = number(value)
-            yield _caution(kind, design=design, objective=name, value=amount, low=low, high=high)
+            yield _caution(
+                "suspect",
+                design=capital(self.name_of(holders[0])),
+                objective=name,
+                value=number(value),
+                low=number(others[0]),
+                high=number(others[-1]),
+            )
 
     def near_front(self) -> Rows:
         """Return the Pareto-optimal designs, and those that would be without these."""
@@ -272,30 +271,32 @@ class _Checks:
         if fixed.any():
             return  # points of the user's own stay where they are
         extremes = {*values.argmin(axis=0), *values.argmax(axis=0)}
-        moves = [self.without(i) for i in sorted(extremes - {*self.optima})]
+        near_front = self.near_front()
+        moves = []
+        for i in sorted(extremes - {*self.optima}):
+            moves.append(self.without(i, near_front[near_front != self.rows[i]]))
         if not moves:
             return
         distance, caution = max(moves, key=lambda move: move[0])
         if distance > ELSEWHERE:
             yield caution
 
-    def without(self, i: int) -> tuple[float, Caution]:
-        """Return how far the optimum moves without a design of the front, and the caution."""
-        values = self.values
-        rows = self.front_without(i)
-        others = self.ranking.objectives.minimized[rows]
-        frame = UtopianFrame(others.min(axis=0), others.max(axis=0), self.ranking.frame.normalize)
-        lengths = unit_lengths(frame.ideal, frame.nadir)
-        mu1 = frame.distances(others)[:, 0]
-        optima = np.flatnonzero(mu1 <= mu1.min() * (1 + _ROUNDING))
+    def without(self, i: int, rows: Rows) -> tuple[float, Caution]:
+        """Return how far the optimum moves without a design of the front, and the caution.
+
+        Args:
+            i: The design.
+            rows: The other rows that may be Pareto optimal without it.
+        """
+        F = self.ranking.objectives.minimized[rows]
+        others = rank_of_efficiency(F, normalize=self.ranking.frame.normalize)
+        optima = others.salukvadze
         # The least way from an optimum before to one after.
-        steps = np.abs(others[optima, None] - values[self.optima]) / lengths
+        steps = np.abs(F[optima, None] - self.values[self.optima]) / others.lengths
         ways = steps.max(axis=2)
         after, before = np.unravel_index(ways.argmin(), ways.shape)
         way = ways[after, before]
-        objective = self.names[steps[after, before].argmax()]
-        other = self.ranking.name_of(int(rows[optima[after]]))
-        times = np.ptp(values, axis=0) / lengths
+        times = np.ptp(self.values, axis=0) / others.lengths
         most = times.max()
         kind = "unstable"
         if most >= OUTLIER:
@@ -305,21 +306,10 @@ class _Checks:
             design=self.name_of(i),
             stretched=self.names[times.argmax()],
             times=number(most, 3),
-            other=other,
+            other=self.ranking.name_of(int(rows[optima[after]])),
             share=percent(way),
-            objective=objective,
+            objective=self.names[steps[after, before].argmax()],
         )
-
-    def front_without(self, i: int) -> Rows:
-        """Return the rows that are Pareto optimal without a design of the front."""
-        F = self.ranking.objectives.minimized
-        rest = np.delete(self.rows, i)
-        # Of the dominated designs only those that it dominates may come in.
-        freed = (self.values[i] <= F).all(axis=1) & ~self.ranking.pareto
-        if not freed.any():
-            return rest
-        rows = np.append(rest, np.flatnonzero(freed))
-        return rows[nondominated(F[rows])]
 
 
 def _is_unlike(value: float, others: Array, gap: float) -> bool:

@@ -288,25 +288,17 @@ class EfficiencyRanking(Shown):
             1
         """
         labels = list(self.objectives.labels)
-        rows = list(range(len(labels)))
-        keys: list[Any] = []
-        if isinstance(design, str):
-            keys = list(map(str, labels))
-            rule = "the label of just one design"
-        elif self.objectives.numbers is not None:
-            keys = self.objectives.numbers.tolist()
-            rule = "the label of a feasible design or the number of its test"
-        elif labels == rows:
-            keys = rows
-            rule = f"a row of F, 0 to {rows[-1]}"
-        else:  # if the labels are integers, 3 may be a label or a row
-            rule = "a label, as a text"
+        rule = "the label of one design, as a text, or the number of its test or row"
+        keys: list[Any] = list(map(str, labels))
         if not isinstance(design, str):
             integer("design", design, minimum=0)
+            keys = list(range(len(labels)))
+            if self.objectives.numbers is not None:
+                keys = self.objectives.numbers.tolist()
+            elif labels != keys:  # a label may be an integer too
+                keys = []
         if keys.count(design) != 1:
-            remedy = ""
-            if labels != rows:
-                remedy = f"labels are such as {str(labels[0])!r}; row= takes a row"
+            remedy = f"labels are such as {str(labels[0])!r}; row= takes a row"
             raise invalid("design", rule, design, remedy)
         return keys.index(design)
 

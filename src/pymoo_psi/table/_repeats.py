@@ -132,8 +132,6 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
 def _labels(table: TestTable, by: str) -> list[Any]:
     """Return the cells of the column that says which tests are of one design."""
     known_name("repeats", by, table.columns)
-    if by in table.layout.objectives:
-        raise invalid("repeats", "a column that names designs", Received(f"the objective {by}"))
     cells = table.column(by)
     gaps = blank(cells)
     if gaps.any():
@@ -205,20 +203,19 @@ def averaged_repeats(table: TestTable) -> TestTable:
 
 def undeclared(table: TestTable) -> list[str]:
     """Say which rows share a label, or all variables, and differ in objectives."""
-    rows = np.arange(len(table))
-    first = rows
     label = table.layout.label
-    word = str(label)
+    word = "variables"
+    first = first_rows(table.X)
     if label is not None:
-        first = first_of(table.extra[label].tolist())
-    if np.array_equal(first, rows):
-        first = first_rows(table.X)
-        word = "variables"
+        first_of_label = first_of(table.extra[label].tolist())
+        if len(np.unique(first_of_label)) < len(table):
+            first = first_of_label
+            word = label
     differing = unequal(table.F, table.F[first]).any(axis=1)
-    n_designs = len(np.unique(first[differing]))
-    if not n_designs:
+    if not differing.any():
         return []
     names = [table.names[row] for row in np.flatnonzero(differing)[:_N_LISTED]]
+    n_designs = len(np.unique(first[differing]))
     return [
         f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives "
         f"({', '.join(names)}): each row counts as a design; if they are repeated tests, say "
