@@ -150,18 +150,6 @@ def process(*words, folder, **environment):
     )  # fmt: skip
 
 
-def test_a_terminal_without_greek_loses_nothing(tmp_path):
-    (tmp_path / "µ.csv").write_text(DESIGNS, encoding="utf-8")
-    done = process(
-        "rank", "µ.csv", "--out", "×.csv", folder=tmp_path,
-        PYTHONIOENCODING="ascii", LC_ALL="C", PYTHONUTF8="0", PYTHONCOERCECLOCALE="0",
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b"2 designs, 2 Pareto optimal" in done.stdout
-    assert b"minimize ?: best 1, worst 2" in done.stdout
-    assert (tmp_path / "×.csv").read_text("utf-8").count("\n") == 3
-
-
 @posix
 def test_a_file_name_that_is_no_text_is_used_as_it_is(tmp_path, monkeypatch, capsys):
     name = os.fsdecode(b"\xff\xe9")

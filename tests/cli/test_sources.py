@@ -290,15 +290,6 @@ def test_a_decision_is_a_formulation_with_a_choice(sources, tmp_path):
     assert (code, "--units must be deflection=mm, as decided" in err) == (2, True)
 
 
-def test_existing_designs_on_the_page(sources, tmp_path):
-    pd.DataFrame({"name": ["old"], "mass": [10.0], "deflection": [3.0]}).to_csv("old.csv")
-    code, _, err = sources("page", "beam.db", "--prototype", "old.csv")
-    assert (code, err) == (0, "")
-    assert "old" in (tmp_path / "page.html").read_text("utf-8")
-    code, _, err = sources("page", "beam.db", "--prototype", "none.csv", "--out", "q.html")
-    assert (code, err) == (2, "pymoo-psi: error: none.csv: No such file or directory\n")
-
-
 def test_a_design_is_chosen_by_the_column_that_numbers_designs(run, tmp_path):
     (tmp_path / "set.csv").write_text("number,f,g\n3,1,2\n1,2,1\n2,1.5,1.5\n", "utf-8")
     words = ["report", "set.csv", "--design"]

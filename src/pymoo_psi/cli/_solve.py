@@ -273,18 +273,17 @@ def _require_effect(options: Options, formulation: Formulation) -> None:
             raise invalid(option, "used with --study", Received("no --study"))
 
 
-def _counting(show: Show, points: int, formulation: Formulation) -> Callable[[TestTable], int]:
-    """Return a function that shows further tests as progress and returns how many there are.
+def _counting(show: Show, points: int, formulation: Formulation) -> Callable[[TestTable], None]:
+    """Return a function that shows further tests as progress.
 
     It refuses a column that the tests do not have at the first of them.
     """
     statuses: Counter[str] = Counter()
 
-    def count(tests: TestTable) -> int:
+    def count(tests: TestTable) -> None:
         statuses.update(_under(tests, formulation).status.tolist())
-        n_tests = statuses.total()
-        show(min(1.0, n_tests / points), f"{statuses['ok']} feasible, {statuses['failed']} failed")
-        return n_tests
+        note = f"{statuses['ok']} feasible, {statuses['failed']} failed"
+        show(min(1.0, statuses.total() / points), note)
 
     return count
 
@@ -345,13 +344,9 @@ def _by_surrogate(
         retry=run.retry,
         more=run.more,
     )
-    count = _counting(show, points, formulation)
-    n_counted = 0
 
     def callback(algorithm: SurrogatePSI) -> None:
-        nonlocal n_counted
-        new = np.arange(n_counted, algorithm.n_tested)
-        n_counted = count(algorithm.table.rows(new))
+        _counting(show, points, formulation)(algorithm.table.tested)
 
     result = minimize(problem, algorithm, seed=run.seed, callback=callback).algorithm
     return _search(problem, result.table.tested, formulation, result.evaluator.n_eval)
