@@ -16,7 +16,7 @@ import numpy as np
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import AnyArray, Designs, Received, counted, invalid, known_name
 from pymoo_psi.algorithms._asked import under_known
-from pymoo_psi.algorithms._executor import Model, table_of_values
+from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import Points, unit_points
@@ -548,28 +548,24 @@ def import_tests(
     for variable, name in zip(model.space.variables, layout.variables, strict=True):
         designs.append(_values_of(variable, name, table.column(names[name])))
     X = design_matrix("X", np.column_stack(designs), layout.variables, layout.kinds)
-    results = {}
-    for name, column in names.items():
-        if name not in layout.variables and column in table.layout.columns:
-            results[name] = table.column(column)
+    numbers = np.arange(1, len(table) + 1)
     reasons = [table.reasons.get(number, "") for number in table.numbers.tolist()]
-    none = np.zeros((len(table), 0))
-    F = np.column_stack([results[name] for name in layout.objectives]) * layout.sign
-    G = np.column_stack([none, *(results[name] for name in inequalities), model.violations(X)])
-    H = np.column_stack([none, *(results[name] for name in layout.equalities)])
-    points = Points(np.arange(1, len(table) + 1), 0, designs=X)  # tests of other runs are theirs
-    outputs = {name: results[name] for name in results if name not in layout.columns}
-    values = {"F": F, "G": G, "H": H, "failure": np.array(reasons, dtype=object), **outputs}
-    tests = table_of_values(layout, points, X, values)
+    results: Columns = columns_of_designs(layout.variables, layout.kinds, X)
+    results |= {"test": numbers, "test_point": numbers, "reason": np.array(reasons, dtype=object)}
+    results["status"] = np.where(results["reason"] == "", "ok", "failed")
+    for name, column in names.items():
+        if name not in results and column in table.layout.columns:
+            results[name] = table.column(column)
     origin = "a table"
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
-    text = repr((X.tolist(), {name: cells.tolist() for name, cells in results.items()}))
+    text = repr({name: cells.tolist() for name, cells in results.items()})
     fingerprint = hashlib.sha256(text.encode()).hexdigest()[:8]
     identity = f"tests of {origin} ({fingerprint})"
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
+    tests = store.table(results, "test")
     with store.session() as recall:
-        recall(points)
+        recall(Points(numbers, 0, designs=X))  # designs that other runs have tested are theirs
         store.keep(tests)
     return replace(tests, remarks=table.remarks)
 

@@ -226,7 +226,7 @@ class StudyStore(Store):
         return self._kept(self.study.contents(run=self._run)[1])
 
     def _kept(self, columns: Columns) -> TestTable:
-        tests = self._table(columns, POINT)
+        tests = self.table(columns, POINT)
         is_retried = self._is_retried(columns)
         if not is_retried.any():
             return tests
@@ -247,12 +247,12 @@ class StudyStore(Store):
     def stored(self, first: int) -> tuple[TestTable, Mask]:
         """Return the tests of the run from test point ``first`` on, and which are retried."""
         columns = self.study.contents(first, run=self._run)[1]
-        return self._table(columns, POINT), self._is_retried(columns)
+        return self.table(columns, POINT), self._is_retried(columns)
 
     def whole(self) -> TestTable:
         """Return all tests of the study, of whatever run, by their numbers."""
         columns = self.study.contents()[1]
-        tests = self._table(columns, "test")
+        tests = self.table(columns, "test")
         if (columns["run"] == 1).all():
             return tests
         rows = np.searchsorted(columns["test"], tests.numbers)
@@ -271,10 +271,10 @@ class StudyStore(Store):
         columns = self.study.contents()[1]
         is_of_other = (columns["run"] != self._run) & ~self._is_retried(columns)
         columns = {name: column[is_of_other] for name, column in columns.items()}
-        self._others = self._table(columns, "test")
+        self._others = self.table(columns, "test")
         return self._others
 
-    def _table(self, columns: Columns, number: str) -> TestTable:
+    def table(self, columns: Columns, number: str) -> TestTable:
         """Return the table of columns of the study; ``number`` is the column that numbers them."""
         layout = self.empty.layout
         unknown = np.full(len(columns["test"]), np.nan)
