@@ -23,6 +23,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.algorithms import PointAlgorithm, Points, RunOptions, Source, run_of_sequence
 from pymoo_psi.algorithms._options import AlgorithmKeywords, InvestigateKeywords, PSIKeywords
+from pymoo_psi.study import Steering, Study
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -88,6 +89,32 @@ def test_a_source_may_be_changed_between_two_questions():
     assert run.n_left == 0
     run.source.n_points += 2
     assert [block.numbers.tolist() for block in run.tests()] == [[10], [11]]
+
+
+@pytest.mark.parametrize("n_before", [0, 8, 10])
+def test_a_run_that_is_stopped_keeps_what_is_tested(tmp_path, monkeypatch, n_before):
+    """Also in a block none of whose tests was ready."""
+    monkeypatch.setattr("pymoo_psi.algorithms._store._SECONDS", 0.0)
+    path = tmp_path / "s.db"
+
+    class Stopped(SphereChute):
+        n_tested = 0
+
+        def _evaluate(self, *args, **kwargs):
+            super()._evaluate(*args, **kwargs)
+            if self.n_tested == n_before:
+                with Study(path).changes() as study:
+                    study.steer(Steering("Bo", {"action": "stop"}))
+            self.n_tested += 1
+
+    tested = minimize(Stopped(0.4), PSI(400, block_size=4, study=path)).algorithm.table
+    assert len(tested) in (n_before // 4 * 4, n_before + 1)
+    stored = read_table(path)
+    assert len(stored) == n_before + 1
+    assert stored.rows(np.arange(len(tested))).equals(tested)
+    problem = Stopped(0.4)
+    problem.n_tested = 400
+    assert len(minimize(problem, PSI(400, study=path)).algorithm.table) == 400
 
 
 @pytest.mark.parametrize("owner", [PSI, SurrogatePSI, investigate, Recorded])

@@ -122,7 +122,7 @@ class Run:
             if self._is_stopped:
                 break
             if self._is_paused:
-                self._rest()
+                self._advance()
                 continue
             points = self.source.ask(least - len(self._points), self._n_free)
             if len(points) == 0 and not self.source.wait():
@@ -167,13 +167,6 @@ class Run:
         else:
             self._ready += blocks
 
-    def _rest(self) -> None:
-        """Finish designs that are being evaluated, or wait for a moment."""
-        if self.executor.n_pending:
-            self._advance()
-        else:
-            time.sleep(_MOMENT)
-
     def _follow_requests(self) -> None:
         """Do what people ask of the run, and say so in the study."""
         for request in self.store.requests():
@@ -214,8 +207,7 @@ class Run:
 
     def _forget(self, numbers: Numbers) -> None:
         """Forget points whose tests are returned."""
-        is_left = np.ones(len(self._points), dtype=bool)
-        is_left[np.searchsorted(self._points.numbers, numbers)] = False
+        is_left = ~np.isin(self._points.numbers, numbers)  # a stop may have dropped some of them
         self._points = self._points.at(is_left)
         self._n_started -= len(numbers)
 
@@ -232,7 +224,7 @@ class Run:
             if not is_due.all():
                 later.append(block.rows(~is_due))
         self._ready = later
-        tests = by_number([block.tests for block in blocks])
+        tests = by_number([block.tests for block in blocks] or [self.store.empty])
         return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
 
     def tell(self, tests: TestTable) -> None:
