@@ -77,7 +77,7 @@ def test_help_names_all_formats(capsys):
         ("solve chute --objectives f1 --algorithm nsga3", "then pymoo-psi rank FILE.db"),
         ("solve chute --share 3/2 --study r", "share must be (k, n) with k from 1 to n"),
         ("rank set.csv --units c=kg", "units must be one of"),
-        ("report set.csv --design 9", "--design must be the name or the number of one design"),
+        ("report set.csv --design 9", "design must be the name of one design"),
         ("solve bnh --algorithm nsga4", "'nsga4' is not one of 'psi'"),
         ("export a=set.csv a=set.csv --out o.csv", "of different names, as in name=path"),
     ],

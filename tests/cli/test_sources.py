@@ -296,7 +296,7 @@ def test_a_design_is_chosen_by_the_column_that_numbers_designs(run, tmp_path):
     for number, name in ((1, 1), (3, "number 3")):
         assert f"number {number} chosen" in run(*words, name)[1]
     code, _, err = run(*words, 4)
-    assert (code, "the name or the number of one design" in err) == (2, True)
+    assert (code, "the name of one design" in err) == (2, True)
     (tmp_path / "set.csv").write_text("name,f,g\nOur A,1,2\nYour A,2,1\nC,1.5,1.5\n", "utf-8")
     for name, code in (("Our A", 0), ("A", 2), ("c", 2)):
         assert run(*words, name)[0] == code

@@ -316,11 +316,7 @@ def _chosen(table: TestTable, design: str | None, decided: str | None) -> str | 
         if decided in names and table.eligible()[names.index(decided)]:
             return decided
         return None
-    try:
-        return names[table.row_of(design)]
-    except ArgumentValueError:  # which names another argument
-        rule = f"the name or the number of one design, such as {names[0]}"
-        raise invalid("--design", rule, design) from None
+    return names[table.row_of(design)]
 
 
 def run_analyze(options: Options) -> int:
