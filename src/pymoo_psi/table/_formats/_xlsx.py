@@ -45,7 +45,7 @@ class WorkbookFile(FileFormat):
         """Return the cells of a sheet, with what we wrote of them."""
         if file.start.startswith(_OLE):
             raise UnfitError(
-                "it is a workbook of old, or with a password",
+                "it is an old workbook (.xls), or has a password",
                 "save it as .xlsx without one, or as CSV",
             )
         head, rows = _rows_of_workbook(file.content, file.skip_rows, file.sheet)
