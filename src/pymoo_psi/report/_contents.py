@@ -99,7 +99,7 @@ class Choice:
         is_optimum: Whether the design is a Salukvadze optimum.
         name: Name of the design.
         explanation: Why it is where it is.
-        cautions: Reasons not to rely on the optimum, the gravest first.
+        cautions: Reasons not to rely on the optimum, the most serious first.
         alternatives: Sentences on the designs that selectors choose.
     """
 

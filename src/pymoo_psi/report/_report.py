@@ -47,7 +47,7 @@ class DecisionReport(Framed):
         title: Heading of the report.
         about: Lines below the heading.
         ranking: The ranking of the feasible designs; None if none is feasible.
-        cautions: Reasons not to rely on the optimum, the gravest first.
+        cautions: Reasons not to rely on the optimum, the most serious first.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])

@@ -352,7 +352,7 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
         columns: The columns of :meth:`Study.append`, and the ``run`` if there are several.
 
     Raises:
-        StudyAccessError: There is a file of that name, or none can be written.
+        StudyAccessError: The file exists already, or cannot be written.
     """
     file = Study(path).path
     if os.path.lexists(file):

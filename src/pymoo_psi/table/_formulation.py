@@ -413,7 +413,7 @@ def formulated(
         columns: ``(n,)`` its columns, in the original direction.
 
     Raises:
-        ArgumentValueError: A column is not there, or cannot be what it is named for.
+        ArgumentValueError: A column is unknown, or cannot be used as stated.
     """
     whole = dict(columns)
     for name, text in formulation.computed.items():

@@ -119,7 +119,7 @@ class TestTable(Tests, Shown):
                 by their index from 0.
 
         Raises:
-            ArgumentValueError: A column is not there, or cannot be what it is named for.
+            ArgumentValueError: A column is unknown, or cannot be used as stated.
             ArgumentTypeError: There is no such attribute, or one has a wrong type.
 
         Example:
@@ -790,7 +790,7 @@ class TestTable(Tests, Shown):
         ``seconds`` and ``origin`` of an original study are not written.
 
         Raises:
-            StudyAccessError: There is a file of that name, or none can be written.
+            StudyAccessError: The file exists already, or cannot be written.
 
         Example:
             >>> import os, tempfile

@@ -49,7 +49,7 @@ class StudyFile(FileFormat):
         Tests are written as they were before any limits, so that a run can continue the study.
 
         Raises:
-            StudyAccessError: There is a file of that name, or none can be written.
+            StudyAccessError: The file exists already, or cannot be written.
         """
         from pymoo_psi.study import write_study
 
