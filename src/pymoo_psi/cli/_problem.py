@@ -308,7 +308,7 @@ def _dask_client(place: str, cluster: Any) -> Any:
         distributed = importlib.import_module("distributed")
     except ImportError as error:
         remedy = "pip install 'pymoo-psi[cluster]'"
-        raise PsiError(f"--cluster needs dask.distributed, which is not installed: {remedy}") from error
+        raise PsiError(f"--cluster needs dask.distributed: {remedy}") from error
     # What it reports of a lost scheduler comes as an error of the run, in one line.
     logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     options = {"timeout": _CONNECTING}
