@@ -141,16 +141,16 @@ def _results(head: Mapping[str, Any]) -> list[str]:
 def ask_tests(
     problem: Any, n_tests: int, options: RunOptions, *, with_surrogates: bool = False
 ) -> pd.DataFrame:
-    """Return designs that people are to test, which are pending in the study from now on.
+    """Return designs for people to test, and record them as pending in the study.
 
-    What is tested, or was asked for before, is not asked for again.
+    Designs that are tested or pending are not proposed again.
 
     Args:
         problem: A pymoo problem; it is not evaluated.
         n_tests: How many designs; 0 for all that are pending.
         options: The options of the run, with a study.
-        with_surrogates: Whether surrogates of all tests propose the designs, in regard to those
-            that are pending; the first 20 are points of the sequence.
+        with_surrogates: Whether surrogates of all tests propose the designs, taking pending ones
+            into account; the first 20 are points of the sequence.
 
     Returns:
         For each design ``test``, the number of its test; the variables; empty columns for the
@@ -281,28 +281,28 @@ def tell_tests(
     decimal: str | None = None,
     sheet: str | None = None,
 ) -> list[str]:
-    """Take the results of tests that people were asked for into their study, all or none.
+    """Add the results of tests that people made to their study, all of them or none.
 
-    A row belongs to the test of its number; several of a number are repeats, and all are kept. Rows
-    without results stay pending. If a variable differs in 15 digits from what was asked for, what
-    was tested counts. Results that the study has already change nothing.
+    The number of a row identifies its test; several rows of one test are repeats. Rows without
+    results stay pending. If a variable differs in 15 digits from the proposed value, its new value
+    is what was tested. Results that the study has already change nothing.
 
     Args:
         source: The table of :func:`ask_tests` with results, as a file or a data frame; or ``None``.
         study: The study.
-        withdraw: Tests whose results are withdrawn before others are taken; those that were asked
-            for are pending again.
+        withdraw: Tests whose results are withdrawn before others are added; proposed tests are then
+            pending again.
         cancel: Pending tests that will not be made.
         decimal: The decimal mark of a text, if it is not clear.
         sheet: The sheet of a workbook, if it has several.
 
     Returns:
-        Sentences on what was taken, and what is pending. What was withdrawn or cancelled
-        is in the table ``history`` of the study.
+        Sentences on what was added, and what is pending. The table ``history`` of the study keeps
+        what was withdrawn or cancelled.
 
     Raises:
-        ArgumentValueError: A row cannot be read, or belongs to no test that was asked for; or the
-            study has other results.
+        ArgumentValueError: A row cannot be read, or belongs to no proposed test; or the study has
+            other results.
         StudyError: The study is damaged or cannot be written.
     """
     sentences: list[str] = []
@@ -497,16 +497,16 @@ def import_tests(
     options: RunOptions,
     columns: Mapping[str, str] | None = None,
 ) -> TestTable:
-    """Take tests from elsewhere into a study, as a run of its own.
+    """Add tests from elsewhere to a study, as a separate run.
 
-    Designs that the study has already are not stored again. Rows that lack an objective are left
-    out, which a remark says. Designs may lie outside the bounds of the problem.
+    Designs that the study has already are not stored again. Rows that lack an objective are
+    omitted, with a remark. Designs may lie outside the bounds of the problem.
 
     Args:
         problem: The problem whose tests they are.
         source: A file that :func:`read_table` reads, a frame or a table: one column for each
             variable, objective and constraint, in the original units and directions. Further
-            outputs are taken over as far as the source has them.
+            outputs are added if the source has them.
         options: The options of the study.
         columns: The columns of the source by the names of the problem, where these differ.
 
@@ -514,7 +514,7 @@ def import_tests(
         The tests of the source.
 
     Raises:
-        ArgumentValueError: A column is missing, or a value is none that its variable can have.
+        ArgumentValueError: A column is missing, or a variable cannot have a value.
         StudyError: The study belongs to another model, or cannot be written.
 
     Example:

@@ -210,7 +210,7 @@ class NamedProblem(ElementwiseProblem):
 def known_limits(problem: Any) -> Sequence[OutputLimit]:
     """Return the limits on outputs that are the first constraints of a problem.
 
-    A table has them as limits, which can be changed without a test, not as constraints.
+    A table shows them as limits, which can be changed without a test.
     """
     *wrappers, model = layers(problem)
     for wrapper in wrappers:

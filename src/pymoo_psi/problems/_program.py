@@ -68,14 +68,14 @@ class Output:
         file: File in the design's folder; ``stdout.txt`` has what the program prints.
         pattern: Regular expression with one group, which is the number.
         key: Path in a JSON file, such as ``"tip.u"`` or ``"loads.0"``.
-        column: Column of a table with a header, all rows as long as that, between whose cells stand
-            tabs, semicolons, commas, bars or blanks; see :func:`read_table`.
+        column: Column of a table with a header and rows of equal length, whose cells are separated
+            by tabs, semicolons, commas, bars or blanks; see :func:`read_table`.
         row: Number of the match of the pattern, or of the table's row: from 0, or from -1
-            backwards. Unless it is given, there must be exactly one.
+            backwards. By default there must be exactly one.
         expression: Arithmetic of variables and of the outputs above, instead of a file.
         unit: Its unit.
 
-    Without a program, the results of tests that people make have the number: there is no file.
+    If people make the tests, the number comes from their results, without a file.
 
     Raises:
         ArgumentValueError: There is not exactly one way to find the number, or the pattern cannot
@@ -188,14 +188,14 @@ def _require_inside(argument: str, file: str) -> None:
 
 @dataclass(frozen=True)
 class Program:
-    """The way in which a program is run: the section ``[program]``.
+    """How a program is run: the section ``[program]``.
 
     Attributes:
-        command: The program with its arguments, as in a shell but without one; ``{width}`` is
-            replaced here, too.
+        command: The program with its arguments, run without a shell; ``{width}`` is replaced by the
+            value.
         template: Folder that is copied for each design; the command runs in the copy.
         files: Files of it in which ``{width}`` or ``{width:.6g}`` is replaced by a value.
-        timeout: Seconds that it may run; None is any number.
+        timeout: Seconds after which a design fails; None for no limit.
         keep: Which folders are kept: those of designs that ``"failed"``, ``"all"``, or ``"none"``.
         folder: Folder in which the folders of the designs are made.
     """
