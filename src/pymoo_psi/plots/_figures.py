@@ -7,6 +7,7 @@ objective.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
+from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import (
     Array,
@@ -25,6 +27,7 @@ from pymoo_psi._validation import (
     Received,
     Rows,
     counted,
+    finite_array,
     instance,
     integer,
     invalid,
@@ -42,6 +45,7 @@ from pymoo_psi.plots._points import (
     name_axis,
     points_of_table,
     require_table,
+    shaded_groups,
 )
 from pymoo_psi.plots._style import (
     Drawing,
@@ -235,6 +239,8 @@ def plot_objectives(
     *,
     objectives: Names | None = None,
     design: int | str | None = None,
+    shares: ArrayLike | None = None,
+    people: Mapping[str, ArrayLike] | None = None,
     title: str = "",
 ) -> Drawing:
     """Return the objectives against each other, each pair once.
@@ -243,6 +249,11 @@ def plot_objectives(
         table: A test table.
         objectives: Names of two to seven objectives or other columns; all objectives by default.
         design: Number or label of a design to be marked, such as the chosen one.
+        shares: ``(k,)`` a share of each feasible design, such as
+            ``acceptability(table, factor=2)[:, 0]`` or ``table.confidence()["pareto"]``; large ones
+            are dark.
+        people: Weights of the objectives by person; a number marks the design that is the best for
+            them, as :class:`pymoo_psi.CompromiseProgramming` chooses.
         title: Subject of the table, with which the caption begins.
 
     Raises:
@@ -265,6 +276,17 @@ def plot_objectives(
     if design is not None:
         chosen = table.rows([table.row_of(design)])
     points = points_of_table(table, names, chosen)
+    if shares is not None:
+        points = replace(points, groups=shaded_groups(table, finite_array("shares", shares)))
+    if people:
+        from pymoo_psi.selection import CompromiseProgramming
+
+        ranking = table.feasible_ranking()
+        rows = {}
+        for name, weights in people.items():
+            best = CompromiseProgramming(weights=weights).do(ranking)[0]
+            rows[name] = int(ranking.rows[best])
+        points = replace(points, people=rows)
     n = len(names) - 1
     with new_figure(28.0 + n * row_height(n)) as figure:
         for ax, first, second in _planes(figure, n):

@@ -6,11 +6,14 @@ Every design is in one group. Groups differ in marker and lightness.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.patheffects import withStroke
 
 from pymoo_psi._validation import Array, Mask, Names, counted, instance
@@ -57,6 +60,7 @@ _DOMINATED = Marker("s", BLUE, 2.6, 3.0)
 OPTIMUM = Marker("*", "#D55E00", 11.0, 6.0)
 _REST = Marker(".", GREY, 4.5, 2.0)
 _INFEASIBLE = Marker("x", "0.5", 2.4, 2.1)
+_SHADES = (-1.0, 0.01, 0.05, 0.2, 0.5, 0.9, 1.0)
 _PARETO = Marker("D", ORANGE, 3.8, 3.5)
 # By rank, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
 _RANKS = {
@@ -207,11 +211,13 @@ class Points:
         columns: Columns by name.
         groups: Groups of designs by name.
         chosen: Name of the design that is marked.
+        people: The row of the design that is the best for the weights of each person, by name.
     """
 
     columns: Mapping[str, Column]
     groups: Mapping[str, Group]
     chosen: str = ""
+    people: Mapping[str, int] = field(default_factory=dict)
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
@@ -223,6 +229,10 @@ class Points:
             axes.plot(x.places[drawn], y.places[drawn], **group.style(name))
         if not np.isnan(x.mark):
             axes.plot(x.mark, y.mark, label=self.chosen, **_CHOSEN)
+        for i, (name, row) in enumerate(self.people.items(), 1):
+            point = x.places[row], y.places[row]
+            label = f"{i}: {literal(name)}"
+            axes.plot(*point, marker=f"${i}$", color="#D55E00", zorder=8.0, ls="none", label=label)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
@@ -286,6 +296,26 @@ def _groups(table: TestTable) -> dict[str, Group]:
         groups["infeasible"] = Group(infeasible, _INFEASIBLE)
     groups["feasible, dominated"] = Group(feasible & ~pareto, _DOMINATED)
     groups[PARETO] = Group(pareto, _PARETO)
+    return groups
+
+
+def shaded_groups(table: TestTable, shares: Array) -> dict[str, Group]:
+    """Return the tests in groups, the Pareto-optimal ones by shares, the larger the darker.
+
+    Args:
+        table: The tests.
+        shares: ``(k,)`` shares of the feasible designs, from 0 to 1.
+    """
+    groups = _groups(table)
+    share = np.zeros(len(table))
+    share[table.feasible_ranking().rows] = shares
+    optimal = groups.pop(PARETO).mask
+    for low, high in pairwise(_SHADES):
+        mask = optimal & (share > low) & (share <= high)
+        if mask.any():
+            colour = to_hex(colormaps["Blues"](0.2 + 0.8 * high))
+            marker = Marker("D", colour, _PARETO.size, _PARETO.level + high)
+            groups[f"up to {100 * high:g} %"] = Group(mask, marker)
     return groups
 
 
