@@ -7,14 +7,18 @@ import signal
 import stat
 import subprocess
 import sys
+import time
 from contextlib import closing, suppress
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.core.problem import ElementwiseProblem
+from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import investigate, live, read_table
+from pymoo_psi import Recorded, investigate, live, read_table
 from pymoo_psi.errors import PsiError
 from pymoo_psi.study import Steering, Study
 from tests.page.test_page_browser import browser  # noqa: F401
@@ -31,7 +35,7 @@ class Model(ElementwiseProblem):
         super().__init__(n_var=2, n_obj=2, xl=[0, 0], xu=[1, 1])
 
     def _evaluate(self, x, out, *args, **kwargs):
-        time.sleep(0.05)
+        time.sleep(0.02)
         with open("evaluated.txt", "a") as file:
             file.write(f"{x.tolist()}\\n")
         out["F"] = [x[0], 1 - x[0] ** 0.5 + (x[1] - 0.3) ** 2]
@@ -67,11 +71,11 @@ class Visitor:
 def begun(folder, *words):
     """A run in a group of processes of its own."""
     command = [sys.executable, "-m", "pymoo_psi", "solve", "model:Model", "--study", "run.db"]
-    command += ["--algorithm", "surrogate", "--points", "120", "--jobs", "2", *words]
-    nothing = subprocess.DEVNULL
-    return subprocess.Popen(
-        command, cwd=folder, stdout=nothing, stderr=nothing, start_new_session=True
-    )
+    command += ["--algorithm", "surrogate", "--points", "200", "--jobs", "2", *words]
+    with open(folder / "output.txt", "w") as output:
+        return subprocess.Popen(
+            command, cwd=folder, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+        )
 
 
 @posix
@@ -79,9 +83,9 @@ def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_pat
     (tmp_path / "model.py").write_text(MODEL)
     path = tmp_path / "run.db"
     run = begun(tmp_path)
-    with live(path, steer=True) as view:
+    with live(path, steer=True, port=0) as view:
         one, other = Visitor(browser, view.address), Visitor(browser, view.address)
-        one.until("decisionPage.data.n >= 24")
+        one.until("decisionPage.data.n >= 16")
         one.page.click("[name=pause]")
         one.says("your name", "messages")
         one.page.fill("#steerer", "Anna <i>")
@@ -91,11 +95,11 @@ def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_pat
         limits = {"f1": [None, 0.3], "f2": [None, 0.8]}
         one.ask(f"decisionPage.set({{...decisionPage.state(), limits: {json.dumps(limits)}}})")
         one.page.click("[name=search]")
-        other.says("Anna <i>: search: f1, f2 within f1<=0.3, f2<=0.8")
-        assert other.ask("document.querySelectorAll('#live i').length") == 0
         one.page.fill("#more", "8")
         one.page.click("[name=more]")
-        other.says("of 128 tests")
+        other.says("Anna <i>: search: f1, f2 within f1<=0.3, f2<=0.8")
+        other.says("of 208 tests")
+        assert other.ask("document.querySelectorAll('#live i').length") == 0
         assert other.count == n_paused == len(read_table(path))
         one.page.click("[name=continue]")
         other.until(f"decisionPage.data.n >= {n_paused + 8}")
@@ -109,24 +113,26 @@ def test_a_run_is_watched_and_steered_by_two_and_survives_kills(browser, tmp_pat
         one.until(
             "document.getElementById('offline').hidden && !document.getElementById('live').hidden"
         )
-        one.until("decisionPage.data.n == 128")
-        one.says("All tests are done.")
+        one.until(f"decisionPage.data.n >= {len(read_table(path)) + 4}")
         assert one.ask("decisionPage.state().limits") == limits
+        one.page.click("[name=stop]")
+        assert run.wait() == 0, (tmp_path / "output.txt").read_text()
+        one.says("Anna <i>: stop: done")
+        one.until(f"decisionPage.data.n == {len(read_table(path))}")
         assert one.page.input_value("#steerer") == "Anna <i>"
         shown = "data.names[ranking.best[0]], ranking.front.length"
         best, n_optimal = one.ask(f"(({{data, ranking}}) => [{shown}])(decisionPage)")
-    run.wait()
     # What it shows is what Python says of the study; nothing is lost or tested twice.
     table = read_table(path)
     evaluated = (tmp_path / "evaluated.txt").read_text().splitlines()
-    assert len(table) == len({*evaluated}) == 128
-    assert len(evaluated) <= 128 + 8  # a round, whose tests were not stored when it was killed
+    assert len(table) == len({*evaluated}) < 208  # stopped before the end
+    assert len(evaluated) <= len(table) + 8  # a round, not stored when the run was killed
     within = table.under(limits={name: limit[1] for name, limit in limits.items()})
     ranking = within.feasible_ranking()
     assert best == within.names[ranking.rows[ranking.salukvadze[0]]]
     assert n_optimal == ranking.pareto.sum()
     directed = [
-        point for point, _, _, content in Study(path).proposals(1, 200) if "request" in content
+        point for point, _, _, content in Study(path).proposals(1, 300) if "request" in content
     ]
     assert len(directed) > 8  # how many depends on when the request came
     assert within.eligible()[np.isin(table.numbers, directed)].mean() >= 0.8
@@ -191,17 +197,11 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(tmp_path):
         for connection in slow:
             connection.close()
     assert stat.S_IMODE(os.stat(f"{path}-live").st_mode) == 0o600
-    with live(path) as view:
-        assert (
-            answers(
-                view.address,
-                f"{home}steer",
-                "POST",
-                request,
-                Origin=f"http://{urlsplit(view.address).netloc}",
-            )
-            == 403
-        )
+    with live(path) as view:  # without steer
+        own = f"http://{urlsplit(view.address).netloc}"
+        assert answers(view.address, f"{home}steer", "POST", request, Origin=own) == 403
+        with pytest.raises(PsiError, match="cannot start"):
+            live(path, port=urlsplit(view.address).port)
 
 
 def test_a_run_answers_in_the_study(tmp_path):
@@ -214,11 +214,39 @@ def test_a_run_answers_in_the_study(tmp_path):
     search, pause, more = Study(path).facts().steering
     assert "refused" in search.answer
     assert "surrogates" in search.answer
-    assert pause.answer.startswith("over")
+    assert pause.answer == "waits for the run; over when the run began"
     assert more.answer == "17 tests in all"
     # The same call goes on as before.
     assert len(table) == len(investigate(get_problem("bnh"), 9, study=path)) == 17
-    with live(path) as view:
-        port = urlsplit(view.address).port
-        with pytest.raises(PsiError, match="cannot start"):
-            live(path, port=port)
+
+
+class Stopping(ElementwiseProblem):
+    """A model during whose first evaluation somebody asks to direct and to stop the run."""
+
+    def __init__(self, path):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+        self._path = path
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        study = Study(self._path)
+        if not study.facts().steering:
+            for action in ("search", "stop"):
+                with study.changes() as database:
+                    database.steer(Steering("Bo", {"action": action, "formulation": {}}))
+        time.sleep(0.01)
+        out["F"] = [x[0], 1 - x[0] + x[1]]
+
+
+def test_any_algorithm_stops_and_is_continued(tmp_path):
+    path = tmp_path / "run.db"
+    problem = Recorded(Stopping(path), study=path)
+    with pytest.raises(KeyboardInterrupt):
+        minimize(problem, NSGA2(150), ("n_gen", 2), seed=1)
+    search, stop = Study(path).facts().steering
+    assert "refused" in search.answer
+    assert stop.answer == "done"
+    n_tests = len(problem.table)
+    assert 0 < n_tests < 150
+    again = Recorded(Stopping(path), study=path)
+    minimize(again, NSGA2(150), ("n_gen", 2), seed=1)
+    assert n_tests + again.n_evaluated == len(again.table) == 300

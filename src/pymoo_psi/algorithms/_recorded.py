@@ -78,6 +78,7 @@ class Recorded(WithTable, WrappedProblem):
         StudyError: The study belongs to another model, is damaged or cannot be written; in use:
             another process is writing it.
         EvaluationError: In use: a design failed.
+        KeyboardInterrupt: In use: somebody has asked to stop the run, by the page of its study.
 
     Example:
         >>> import tempfile
@@ -247,3 +248,5 @@ class Recorded(WithTable, WrappedProblem):
         block = run.block(len(points))
         self._learn(block.tests)
         self.n_evaluated += block.n_called
+        if len(block.tests) < len(points):
+            raise KeyboardInterrupt("stopped as asked in the study; run it again to continue")

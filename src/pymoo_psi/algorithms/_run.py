@@ -79,7 +79,6 @@ class Run:
         self._last_awaited = 0  # their largest number
         self._ready: list[Block] = []  # tests of these points
         self._work: Generator[list[Block]] | None = None
-        self._has_looked = False  # at what people ask
         self._is_paused = False
         self._is_stopped = False
 
@@ -141,7 +140,7 @@ class Run:
         """
         points = self.next_points(count)
         if len(points) == 0:  # stopped
-            return Block(points.numbers, self.store.empty)
+            return self._take(0)
         last = int(points.numbers[-1])
         self._n_awaited = len(points)
         self._last_awaited = last
@@ -154,8 +153,9 @@ class Run:
             except BaseException:
                 self.close()
                 raise
-        self._forget(points.numbers)
-        return self._take(last)
+        block = self._take(last)
+        self._forget(block.numbers)  # all points, unless the run is stopped
+        return block
 
     def _advance(self) -> None:
         """Test points until some are ready, or to the end."""
@@ -171,15 +171,12 @@ class Run:
         """Do what people ask of the run, and say so in the study."""
         for request in self.store.requests():
             content = dict(request.content)
-            answer = "over, as it was asked before the run began"
-            if self._has_looked or content["action"] in ("search", "more"):
-                try:
-                    answer = self._follow(content, request.number)
-                except (PsiError, LookupError, TypeError) as error:
-                    answer = f"refused: {error}"
+            try:
+                answer = self._follow(content, request.number)
+            except (PsiError, LookupError, TypeError) as error:
+                answer = f"refused: {error}"
             if answer != request.answer:
                 self.store.answer(request._replace(content=content, answer=answer))
-        self._has_looked = True
 
     def _follow(self, content: dict[str, Any], number: int) -> str:
         """Do what one request asks, which may come again when the run goes on; return an answer."""
@@ -216,6 +213,8 @@ class Run:
 
     def _take(self, last: int) -> Block:
         """Take the tests of the points up to a number."""
+        if not self._ready:  # stopped
+            return Block(Points.none().numbers, self.store.empty)
         blocks = []
         later = []
         for block in self._ready:

@@ -15,6 +15,7 @@ import numpy as np
 from pymoo_psi._validation import Array, Designs, Numbers, Received, finite_array, invalid
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sampling import LPTauSampling
+from pymoo_psi.errors import PsiError
 from pymoo_psi.problems import DesignSpace
 from pymoo_psi.sequences import lp_tau, lp_tau_at
 from pymoo_psi.table import Formulation, TestTable
@@ -146,20 +147,17 @@ class Source:
         """Propose the next points for another formulation, that of a request.
 
         Raises:
-            ArgumentValueError: The points follow from no formulation.
+            PsiError: The points follow from no formulation.
         """
-        received = Received(type(self).__name__)
-        raise invalid(
-            "the search", "one by surrogates, whose points follow a formulation", received
-        )
+        raise PsiError("this search cannot be directed, only one by surrogates (SurrogatePSI) can")
 
     def extend(self, count: int) -> None:
         """Add so many points.
 
         Raises:
-            ArgumentValueError: There are no more.
+            PsiError: There are no more.
         """
-        raise invalid("the points", "those of a sequence that can be continued", Received("others"))
+        raise PsiError("the points of this run cannot be continued")
 
 
 class PlannedPoints(Source):

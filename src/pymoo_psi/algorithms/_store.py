@@ -35,7 +35,9 @@ from pymoo_psi.table import (
 
 Recall = Callable[[Points], TestTable]
 Head: TypeAlias = dict[str, Any]
-_SECONDS = 1.0  # between two looks at what people ask, each of which takes about a millisecond
+_LASTING = ("search", "more")  # what people ask that holds when the run is continued
+_OVER = "; over when the run began"
+_SECONDS = 0.5  # between two looks at what people ask, each of which takes about a millisecond
 
 
 class Store:
@@ -99,7 +101,7 @@ class Store:
     def requests(self) -> list[Steering]:
         """Return what people have asked of the run since the last call, in the order of time.
 
-        Those that the run has answered before it was interrupted come with the first call.
+        The first call returns what still holds of what was asked before.
         """
         return []
 
@@ -142,7 +144,7 @@ class StudyStore(Store):
         self._n_others = 0
         self._stored = np.zeros(0, dtype=np.int64)  # test points, as far as they are known
         self._was_locked = False
-        self._n_requests = 0  # how many were read
+        self._n_requests: int | None = None  # how many were read
         self._next_look = 0.0  # when they are read again
         self.study = _study_of(options)
         sampling = str((table.problem or {})["sampling"])
@@ -346,15 +348,23 @@ class StudyStore(Store):
                 database.plan(self._run, last)
 
     def requests(self) -> list[Steering]:
-        """Return what people have asked of the run since the last call, once a second."""
+        """Return what people have asked of the run since the last call, twice a second."""
         now = time.monotonic()
         if now < self._next_look:
             return []
         self._next_look = now + _SECONDS
         steering = self.study.facts().steering
-        new = steering[self._n_requests :]
+        requests = []
+        for request in steering[self._n_requests or 0 :]:
+            is_over = self._n_requests is None and request.content["action"] not in _LASTING
+            if request.run not in (0, self._run) or request.answer.endswith(_OVER):
+                continue
+            if is_over:
+                self.answer(request._replace(answer=f"{request.answer}{_OVER}"))
+            else:
+                requests.append(request)
         self._n_requests = len(steering)
-        return [request for request in new if request.run in (0, self._run)]
+        return requests
 
     def answer(self, request: Steering) -> None:
         """Store a request with the answer of the run."""
