@@ -44,18 +44,6 @@ def test_a_ranking_knows_which_rows_it_ranks():
     assert some.rank.tolist() == ranking.rank.tolist()
 
 
-# Designs 1 and 3 have rank 5 and are farther from U than design 0, which has none.
-RANK_BEFORE_DISTANCE = np.array([[7.0, 6], [1, 8], [4, 7], [8, 4], [9, 9], [7, 7]])
-
-
-@given(F=generic | st.just(RANK_BEFORE_DISTANCE))
-def test_designs_are_ordered_by_rank_and_within_a_rank_by_distance(F):
-    ranking = rank_of_efficiency(F)
-    keys = zip(~ranking.pareto, -ranking.rank, ranking.criteria[:, 0], strict=True)
-    expected = [i for _, i in sorted(zip(keys, range(len(F)), strict=True))]
-    assert ranking.order.tolist() == expected
-
-
 def test_equally_near_designs_share_a_place_and_frames_are_ordered_by_it():
     F = [[5.0, 5.0], [0.0, 4.0], [1.0, 1.0], [4.0, 0.0], [3.0, 0.5], [4.0, 4.0]]
     ranking = rank_of_efficiency(F)
@@ -67,12 +55,6 @@ def test_equally_near_designs_share_a_place_and_frames_are_ordered_by_it():
     assert frame["place"].tolist()[:4] == [1, 2, 3, 3]
     assert frame["place"].isna().tolist() == [False] * 4 + [True] * 2
     assert frame["efficiency_rank"].tolist() == ranking.rank[ranking.by_place].tolist()
-
-
-def test_a_design_without_a_rank_comes_behind_a_farther_one_with_a_rank():
-    ranking = rank_of_efficiency(RANK_BEFORE_DISTANCE)
-    assert ranking.criteria[0, 0] < ranking.criteria[1, 0]
-    assert ranking.order.tolist() == [2, 1, 3, 0, 5, 4]
 
 
 def test_given_ideal_and_nadir():

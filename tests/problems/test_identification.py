@@ -56,7 +56,7 @@ def test_curves_of_the_best_designs_lie_over_the_measurements():
         measured, *curves = ax.lines
         np.testing.assert_array_equal(measured.get_ydata(), data[name])
         assert len(curves) == 2
-        for curve, row in zip(curves, ranking.rows[ranking.order], strict=False):
+        for curve, row in zip(curves, ranking.rows[ranking.by_place], strict=False):
             design = dict(zip(BOX, table.X[row], strict=True))
             np.testing.assert_array_equal(curve.get_ydata(), model.series(design, name)[name])
             assert curve.get_label() == table.names[row]

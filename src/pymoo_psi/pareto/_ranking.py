@@ -381,16 +381,6 @@ class EfficiencyRanking(Shown):
         distance = np.where(self.pareto, 0.0, self.criteria[:, 0])
         return np.lexsort((distance, self.place, ~self.pareto))
 
-    @property
-    def order(self) -> Rows:
-        """``(n,)`` indices by descending rank, then by distance from U; the dominated rows last.
-
-        Example:
-            >>> rank_of_efficiency([[9, 9], [1, 4], [2, 2], [4, 1]]).order
-            array([2, 1, 3, 0])
-        """
-        return np.lexsort((self.criteria[:, 0], -self.rank, ~self.pareto))
-
 
 def rank_of_efficiency(
     F: Any,
