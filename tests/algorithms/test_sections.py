@@ -5,9 +5,11 @@ import pandas as pd
 import pytest
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.core.variable import Choice, Integer, Real
+from pymoo.optimize import minimize
+from pymoo.problems import get_problem
 
-from pymoo_psi import PsiError, TestTable, investigate, lp_tau
-from pymoo_psi.algorithms import sections
+from pymoo_psi import PsiError, SurrogatePSI, TestTable, investigate, lp_tau
+from pymoo_psi.algorithms import prospects, sections
 from pymoo_psi.plots import plot_sections
 
 
@@ -81,6 +83,16 @@ def test_a_pole_at_a_bound_is_learned():
     section = frame[(frame["variable"] == "x1") & (frame["value"] >= 0.1)]
     true = 1 / (section["value"] + 1e-3) + 1 / (X[6, 1] + 1e-3)
     np.testing.assert_allclose(section["expected"], true, rtol=0.05)
+
+
+def test_prospects_shrink_as_tests_grow_and_say_where_nothing_is_found():
+    table = minimize(get_problem("bnh"), SurrogatePSI(40)).algorithm.table
+    first = prospects(table.rows(np.arange(20)), 8)
+    assert first.gain > 0.03
+    assert prospects(table, 8).gain < first.gain / 5
+    impossible = prospects(table.under(limits={"f1": 10, "f2": 10}), 8)
+    assert impossible.found < 0.05
+    assert np.isnan(impossible.gain)
 
 
 def test_panels_are_one_for_each_column_and_variable(table):

@@ -7,17 +7,37 @@ variables, as do the outputs of a problem that are expressions.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from pymoo_psi._validation import AnyArray, Array
+from pymoo_psi._validation import AnyArray, Array, Designs
 from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
 from pymoo_psi.algorithms._surrogate_models import below_zero, bounded, without_penalties
-from pymoo_psi.problems import known_expressions
+from pymoo_psi.problems import DesignSpace, known_expressions
 from pymoo_psi.table import Expression, Formulation, TestTable
+
+
+@dataclass(frozen=True)
+class TestedModel:
+    """What a table says of the model of its tests.
+
+    Attributes:
+        space: The variables.
+        n_ieq_constr: Number of inequality constraints, requirements among them.
+    """
+
+    space: DesignSpace
+    n_ieq_constr: int
+    inner: Any = None
+
+    def violations(self, X: Designs) -> Array:
+        """Return ``(n, 0)`` violations of requirements, which a table does not know."""
+        return np.zeros((len(X), 0))
 
 
 class LearnedOutputs:
@@ -34,7 +54,7 @@ class LearnedOutputs:
         operands: The names of columns as tested from which others are computed, beside ``names``.
     """
 
-    def __init__(self, model: Model, table: TestTable, asked: Asked) -> None:
+    def __init__(self, model: Model | TestedModel, table: TestTable, asked: Asked) -> None:
         computed: Mapping[str, str] = {}
         if isinstance(asked, Formulation):
             computed = asked.computed

@@ -60,9 +60,17 @@ _APART = (0.01, 0.03, 0.1)
 # If the errors of the surrogates of objectives reach this many standard deviations, only the middle
 # of the front is searched. They are 0.2 on DTLZ2 with 13 variables and 0.04 on the chute.
 _DOUBTFUL = 0.2
+# One of so many designs, in turn, is the most promising one, whatever others are near. Where
+# surrogates err, the same promise is made again and again, so the others have distances.
+_TURNS = 4
 # If limits narrow a problem, and fewer tests than this keep all of them, the search counts how
 # likely designs keep them. For the constraints of a problem alone this gains nothing.
 _FEW_ELIGIBLE = 8
+# If limits narrow a problem, and none of so many tests in a row keeps them although some test does,
+# predictions have to keep away from limits by a standard deviation.
+_MISSES = 4
+# Of the distance of the best compromise from the ideal point, what is worth a test
+_NEARER = 1e-3
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
 # The least deviation, in those of an output, of a prediction. With a larger one, a design that is
 # known to miss a narrow limit would still look likely to keep it.
@@ -99,25 +107,32 @@ class Goal:
     ranges: Array | None = None
     narrowed: bool = False
 
-    def excess(self, T: Array, fit: Fit) -> Array:
+    def excess(self, T: Array, fit: Fit, margins: Array | None = None) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit.
 
         Where limits narrow a problem, an excess counts less if surrogates predict the output badly:
         otherwise a search would avoid what they wrongly take for infeasible.
+
+        Args:
+            T: ``(n, q)`` outputs on their scales.
+            fit: The scales, and the errors of surrogates.
+            margins: ``(n, q)`` how far from its limits an output has to be; 0 unless given.
         """
+        if margins is None:
+            margins = np.zeros_like(T)
         columns = [np.zeros((len(T), 0))]
         for j, least, greatest in self.limits:
             scale = fit.outputs[j].scale
-            tolerance = 0.0
+            margin = margins[:, j]
             if least == greatest:
-                tolerance = _EQUALITY
+                margin = np.full(len(T), -_EQUALITY)
             unit = 1.0
             if self.narrowed:
                 unit = np.sqrt(max(fit.outputs[j].error, _EQUALITY))
             if least > -np.inf:
-                columns.append((scale.to(least) - T[:, j] - tolerance) / unit)
+                columns.append((scale.to(least) - T[:, j] + margin) / unit)
             if greatest < np.inf:
-                columns.append((T[:, j] - scale.to(greatest) - tolerance) / unit)
+                columns.append((T[:, j] - scale.to(greatest) + margin) / unit)
         return np.column_stack(columns)
 
 
@@ -179,6 +194,8 @@ def propose(
     rows = np.searchsorted(tests.numbers, learned.numbers)
     T = fit.to(bounded(tests.Y[rows]))
     surrogates = _Surrogates(learned, T, goal, failure_risk)
+    if goal.narrowed and tests.eligible.any() and not tests.eligible[-_MISSES:].any():
+        surrogates.caution = 1.0
     contraction = _contraction(fit, n_obj)
     order = _survivors(T[:, :n_obj], goal.excess(T, fit), _SIZE // 4, contraction)
     best = tests.points[rows][order]
@@ -195,7 +212,9 @@ def propose(
     log_chance = np.zeros(n)
     if goal.narrowed and np.count_nonzero(tests.eligible) < _FEW_ELIGIBLE:
         log_chance = surrogates.log_chance(points)
-    candidates = _Candidates(goal.encode(points), F[:n], violation[:n], log_chance)
+    is_directed = goal.narrowed or goal.ranges is not None
+    Z = goal.encode(points)
+    candidates = _Candidates(Z, F[:n], violation[:n], log_chance, is_directed)
     pending = F[n:][violation[n:] <= 0]
     front = np.vstack([tests.Y[tests.eligible, :n_obj], pending])
     scale = goal.ranges
@@ -270,6 +289,32 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
     return proposed
 
 
+def drawn(
+    tests: KnownTests, learned: Learned, goal: Goal, points: Array, n_draws: int, random: Random
+) -> list[Array]:
+    """Return, for each draw from the predictions for points, the objectives that keep all limits.
+
+    Args:
+        tests: All tests.
+        learned: What is learned of them.
+        goal: The objectives and limits.
+        points: ``(n, d)`` points of the unit cube; each is drawn for itself.
+        n_draws: Number of draws.
+        random: Random numbers.
+
+    Returns:
+        ``(k, m)`` arrays, k <= n.
+    """
+    rows = np.searchsorted(tests.numbers, learned.numbers)
+    T = learned.fit.to(bounded(tests.Y[rows]))
+    surrogates = _Surrogates(learned, T, goal, lambda Z: np.zeros((len(Z), 0)))
+    draws = []
+    for _ in range(n_draws):
+        F, excess = surrogates.predict(points, random)
+        draws.append(learned.fit.back(F[_violation(excess) <= 0]))
+    return draws
+
+
 def best_and_spread(Y: Array, fit: Fit, goal: Goal, size: int) -> Rows:
     """Return the rows of ``(n, q)`` outputs of the best tests, and of as many among the others."""
     T = fit.to(bounded(Y))
@@ -338,6 +383,9 @@ class _Surrogates:
         T: ``(n, q)`` their outputs, on the scales of the fit.
         goal: The objectives and limits of the search.
         failure_risk: As :func:`_failure_risk` returns it.
+
+    Attributes:
+        caution: How many standard deviations a mean has to keep away from its limits.
     """
 
     def __init__(self, learned: Learned, T: Array, goal: Goal, failure_risk: ArrayFunction) -> None:
@@ -345,24 +393,35 @@ class _Surrogates:
         self._fit = learned.fit
         self._failure_risk = failure_risk
         self._processes = learned.processes(T)
+        self.caution = 0.0
 
     def population(self, points: Array, low: Array, high: Array) -> _Population:
         """Return designs with their predictions; see :class:`_Population`."""
         F, excess = self.predict(points)
         return _Population(points, F, excess, low, high)
 
-    def predict(self, points: Array) -> tuple[Array, Array]:
-        """Return ``(n, m)`` objectives on their scales, and ``(n, c)`` the excess of each limit."""
+    def predict(self, points: Array, random: Random | None = None) -> tuple[Array, Array]:
+        """Return ``(n, m)`` objectives on their scales, and ``(n, c)`` the excess of each limit.
+
+        They are means, or a draw with random numbers.
+        """
         goal = self.goal
         Z = goal.encode(points)
-        T = self._predicted(points, Z)
-        exceeded = goal.excess(T, self._fit)
+        T = self._predicted(points, Z, random)
+        margins = np.zeros_like(T)
+        if self.caution > 0:
+            for j, _, _ in goal.limits:
+                margins[:, j] = self.caution * self._processes[j].deviation(Z)
+        exceeded = goal.excess(T, self._fit, margins)
         excess = np.hstack([exceeded, self._failure_risk(Z), goal.required(points)])
         return T[:, : goal.n_obj], excess
 
-    def _predicted(self, points: Array, Z: Array) -> Array:
-        """Return ``(n, q)`` outputs on their scales."""
+    def _predicted(self, points: Array, Z: Array, random: Random | None = None) -> Array:
+        """Return ``(n, q)`` outputs on their scales: means, or a draw."""
         T = np.column_stack([process(Z) for process in self._processes])
+        if random is not None:
+            deviations = [process.deviation(Z) for process in self._processes]
+            T += np.column_stack(deviations) * random.normal(size=T.shape)
         if self.goal.compute is not None:
             Y = self.goal.compute(points, self._fit.back(T))
             T = self._fit.to(Y)
@@ -638,12 +697,14 @@ class _Candidates(NamedTuple):
         violation: ``(n,)`` the sums of what exceeds limits.
         log_chance: ``(n,)`` the logarithm of the probability that they keep all limits; 0 for all
             where this does not count.
+        is_directed: Whether limits or ranges of a decision direct the search.
     """
 
     Z: Array
     F: Array
     violation: Array
     log_chance: Array
+    is_directed: bool
 
 
 def _choice(
@@ -656,8 +717,10 @@ def _choice(
 ) -> list[int]:
     """Return the indices of the candidates to be tested.
 
-    One half promises the largest gain; the other half is farthest from all known objectives. If
-    all candidates exceed limits, those are taken that do so least, or least likely.
+    One in four promises the largest gain; the others are farthest from all known objectives. Where
+    a decision directs the search, another one in four is the best compromise, the nearest to the
+    ideal point; or it has the largest gain, too, if no candidate is nearer than the tests. If all
+    candidates exceed limits, those are taken that do so least, or least likely.
 
     Args:
         candidates: The candidates.
@@ -681,21 +744,29 @@ def _choice(
         gap = np.full(len(F), np.inf)
     distance = cdist(candidates.Z, seen).min(axis=1)
     units = _directions(F.shape[1], contraction).max(axis=1)  # of the values in each direction
+    norms = np.linalg.norm(np.maximum(F, 0), axis=1)
+    least_norm = np.linalg.norm(np.maximum(front, 0), axis=1).min(initial=np.inf)
+    turns_of_gain = [0]
+    if candidates.is_directed:
+        turns_of_gain = [0, 2]
     chosen = []
     for place in range(batch):
+        turn = (len(seen) + place) % _TURNS
         new = np.flatnonzero(distance > _SAME)
         if len(new) == 0:
             break
         rows = new[candidates.violation[new] <= 0]
         gain = (np.maximum(best - values, 0) * units).sum(axis=1)
         if len(rows) == 0:
-            n_chosen = place
+            n_chosen = turn
             score = -candidates.violation
             if candidates.log_chance.any():
-                n_chosen = min(place, 1)  # all at the same distance, where they are likeliest
+                n_chosen = min(turn, 1)  # all at the same distance, where they are likeliest
                 score = candidates.log_chance
             rows = _apart(new, candidates.Z.shape[1], distance, n_chosen)
-        elif place < (batch + 1) // 2 and gain[rows].max() > 0:
+        elif candidates.is_directed and turn == 2 and norms[rows].min() < least_norm - _NEARER:
+            score = -norms
+        elif turn in turns_of_gain and gain[rows].max() > 0:
             score = gain * np.exp(candidates.log_chance)
         else:
             score = np.where(np.isinf(gap), distance, gap)

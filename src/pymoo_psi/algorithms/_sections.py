@@ -14,12 +14,14 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import AnyArray, Array, Received, instance, integer, invalid, known_name
+from pymoo_psi.algorithms._proposals import encoded
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
     GaussianProcess,
     OutputFit,
     bounded,
 )
+from pymoo_psi.problems import DesignSpace, Variable
 from pymoo_psi.table import PROPOSAL_ROUND, TestTable
 
 _LEAST_TESTS = 8
@@ -81,21 +83,20 @@ def sections(
         known_name("columns", name, [*layout.objectives, *layout.constraints, *layout.outputs])
     if row is None:
         row = _row(table, design)
-    axes = [_Axis(table, j) for j in range(len(layout.variables))]
-    Z = np.hstack([axis.encoded(x) for axis, x in zip(axes, table.X.T, strict=True)])
+    space = space_of_table(table)
+    Z = encoded(space, space.points(table.X))
     usable = (table.status != "failed") & np.isfinite(Z).all(axis=1)
     frames = []
     with threadpool_limits(limits=1, user_api="blas"):
         for name in columns:
             model = _Model(table, name, Z, row, usable)
-            for j, axis in enumerate(axes):
-                values = axis.values(n_values)
+            for j, variable in enumerate(space.variables):
+                values = _values(variable, n_values)
                 line = np.repeat(table.X[[row]], len(values), axis=0)
                 line[:, j] = values
-                at = np.hstack([axis.encoded(x) for axis, x in zip(axes, line.T, strict=True)])
-                frame = model.predicted(at)
+                frame = model.predicted(encoded(space, space.points(line)))
                 frame.insert(0, "column", name)
-                frame.insert(1, "variable", layout.variables[j])
+                frame.insert(1, "variable", variable.name)
                 frame.insert(2, "value", values)
                 frame.insert(3, "design", [table.X[row, j]] * len(values))
                 frames.append(frame)
@@ -112,44 +113,29 @@ def _row(table: TestTable, design: int | str | None) -> int:
     return table.row_of(design)
 
 
-class _Axis:
-    """A variable: its values, and these as surrogates see them.
+def space_of_table(table: TestTable) -> DesignSpace:
+    """Return the variables of tests; without bounds, such as those of a file, what they span."""
+    layout = table.layout
+    variables = []
+    for j, (name, kind) in enumerate(zip(layout.variables, table.kinds, strict=True)):
+        column = table.X[:, j]
+        if kind is Kind.CHOICE:
+            options = tuple(sorted({*column}, key=str))
+            variables.append(Variable(name, kind, 0, len(options) - 1, options))
+            continue
+        low, high = layout.lower[j], layout.upper[j]
+        if not np.isfinite([low, high]).all():
+            numbers = column.astype(float)
+            low, high = numbers.min(), numbers.max()
+        variables.append(Variable(name, kind, low, high))
+    return DesignSpace(tuple(variables), named=False)
 
-    Args:
-        table: The tests.
-        j: Place of the variable.
-    """
 
-    def __init__(self, table: TestTable, j: int) -> None:
-        self._column = table.X[:, j]
-        self._kind = table.kinds[j]
-        self._bounds = table.layout.lower[j], table.layout.upper[j]
-        if self._kind is not Kind.CHOICE and not np.isfinite(self._bounds).all():  # as of a file
-            numbers = self._column.astype(float)
-            self._bounds = numbers.min(), numbers.max()
-
-    def values(self, n: int) -> AnyArray:
-        """Return values along the axis: n of a real variable, all of a discrete one."""
-        if self._kind is Kind.CHOICE:
-            return np.array(sorted({*self._column}, key=str), dtype=object)
-        low, high = self._bounds
-        if self._kind is Kind.LOG:
-            return np.geomspace(low, high, n)
-        if self._kind is Kind.REAL:
-            return np.linspace(low, high, n)
-        steps = np.unique(np.linspace(low, high, min(n, int(high - low) + 1)).round())
-        return steps.astype(self._column.dtype)
-
-    def encoded(self, values: AnyArray) -> Array:
-        """Return ``(n, k)`` columns of values in [0, 1]; of a choice, one for each option."""
-        if self._kind is Kind.CHOICE:
-            options = self.values(0)
-            return np.asarray(values[:, None] == options).astype(float)
-        numbers = values.astype(float)[:, None]
-        low, high = self._bounds
-        if self._kind is Kind.LOG:
-            numbers, low, high = np.log(numbers), np.log(low), np.log(high)
-        return np.asarray((numbers - low) / max(high - low, 1e-300))
+def _values(variable: Variable, n: int) -> AnyArray:
+    """Return values of a variable, increasing: n of a real one, at most n or all options else."""
+    if variable.kind is Kind.CHOICE:
+        return np.array(variable.options, dtype=object)
+    return np.unique(variable.values(np.linspace(0, 1, n)))
 
 
 class _Model:

@@ -12,17 +12,26 @@ from dataclasses import replace
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import moocore
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, Rows, boolean, integer
+from pymoo_psi._validation import Array, Received, Rows, boolean, integer, invalid
 from pymoo_psi.algorithms._asked import Asked, under_known
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
-from pymoo_psi.algorithms._outputs import LearnedOutputs
-from pymoo_psi.algorithms._proposals import Goal, KnownTests, best_and_spread, propose, with_repeats
+from pymoo_psi.algorithms._outputs import LearnedOutputs, TestedModel
+from pymoo_psi.algorithms._proposals import (
+    Goal,
+    KnownTests,
+    best_and_spread,
+    drawn,
+    propose,
+    with_repeats,
+)
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
+from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
@@ -39,12 +48,18 @@ if TYPE_CHECKING:
 _GROWTH = 1.1
 # Designs in a round, which share the time of the surrogates. Small rounds learn more from each
 # test, which matters most while little is known.
-_BATCH, _FEW, _LITTLE = 8, 4, 64
+_BATCH, _FEW, _LITTLE = 8, 2, 64
+# Part of the name of a run in its study, as 0.3.0 wrote it: with another one, a study would not
+# continue, but begin another run.
+_DEFAULT_BATCHES = "4, from 64 tests on 8"
 _POINTS = 20  # enough to show a heavy tail; more would tell less than as many proposals
 # Tests of which the surrogates of an asynchronous run are made when lengths are fitted again: a
 # round takes longer with their second power, and thousands of workers wait for it.
 _MOST_LEARNED = 2048
 _LEAST = 4  # known tests, below which there is no surrogate
+_DRAWS = 64  # of what surrogates predict for further tests
+_REFERENCE = 1.1  # of the hypervolume, in units of the ranges of the Pareto set
+_NEARER = 0.99  # times the distance of the best test from the ideal point: a better compromise
 
 
 class SurrogatePSI(PointAlgorithm):
@@ -89,8 +104,9 @@ class SurrogatePSI(PointAlgorithm):
     Args:
         n_evaluations: How many designs to test, the points of the sequence among them.
         n_points: How many points of the sequence come first, 20 by default.
-        batch: How many designs a round proposes; by default 4 while fewer than 64 tests are
-            feasible, then 8. A smaller batch learns more from each test.
+        batch: How many designs a round proposes; by default 2, or as many as there are workers,
+            while fewer than 64 tests are feasible, then 8. A smaller batch learns more from each
+            test.
         asynchronous: Whether the next round starts as soon as one worker is free, instead of when
             all have finished. New designs keep away from those being tested. Proposals then depend
             on the order in which tests end, and the study keeps with each proposal which earlier
@@ -112,7 +128,7 @@ class SurrogatePSI(PointAlgorithm):
         >>> from pymoo_psi import SphereChute
         >>> res = minimize(SphereChute(0.4, model="rolling"), SurrogatePSI(28))
         >>> res.algorithm.table.column("proposal_round")[20:].tolist()
-        [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0]
+        [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0]
     """
 
     @takes(SearchKeywords)
@@ -142,7 +158,7 @@ class SurrogatePSI(PointAlgorithm):
     def begin(self, options: RunOptions, may_end_early: bool) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
         self.seed = self.seed or 0
-        batches = self._batch or f"{_FEW}, from {_LITTLE} tests on {_BATCH}"
+        batches = self._batch or _DEFAULT_BATCHES
         # of the points all, also where a run ends among them, as it may go on
         method = f", {self._n_sequence} points, then proposals in batches of {batches}"
         method += f", seed {self.seed}"
@@ -314,7 +330,7 @@ class SurrogateSource(Source):
             # next round is in the making.
             return max(1, n_free + 2 * self._n_ahead)
         if n_eligible < _LITTLE:
-            return _FEW
+            return max(_FEW, self._executor.n_workers)
         return _BATCH
 
     @property
@@ -463,19 +479,94 @@ def proposed_now(
         seed: The seed of the random numbers.
         round_number: The number of the round, from 0.
     """
+    random = np.random.default_rng([seed, round_number])
+    with threadpool_limits(limits=1, user_api="blas"):
+        outputs = LearnedOutputs(model, table, model.asked)
+        tests, learned = _learned_now(outputs, table, pending)
+        return propose(tests, learned, outputs.goal, size, round_number, random)
+
+
+class Prospects(NamedTuple):
+    """What surrogates expect of further tests under a formulation.
+
+    Attributes:
+        n_tests: How many tests.
+        found: The probability that one or more of them keep all constraints and limits.
+        gain: By what share of the hypervolume they are expected to enlarge it; NaN while there are
+            fewer than two Pareto-optimal tests.
+        better: The probability that one of them is nearer to the ideal point than all tests, by
+            1 % or more; NaN as for the gain.
+    """
+
+    n_tests: int
+    found: float
+    gain: float
+    better: float
+
+
+def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
+    """Return what surrogates expect of further tests, which they would propose, without a test.
+
+    Surrogates are fitted to the tests, designs are proposed for the formulation of the table, and
+    their outputs are drawn from the predictions of the surrogates, each design for itself. They see
+    neither requirements nor what lies far from all tests.
+
+    Args:
+        table: Tests, under a formulation.
+        n_tests: How many further tests.
+
+    Raises:
+        ArgumentValueError: There are fewer than 4 tests with outputs, or more than 2048 tests.
+
+    Example:
+        >>> from pymoo_psi import VectorizedSphereChute, investigate
+        >>> table = investigate(VectorizedSphereChute(0.4), 64)
+        >>> prospects(table).gain > 0.01
+        True
+    """
+    n = len(table)
+    if n > _MOST_LEARNED:
+        raise invalid("the table", f"of {_MOST_LEARNED} tests at most", Received(f"{n}"))
+    model = TestedModel(space_of_table(table.tested), len(table.tested.layout.inequalities))
+    random = np.random.default_rng(0)
+    with threadpool_limits(limits=1, user_api="blas"):
+        outputs = LearnedOutputs(model, table, table.formulation)
+        goal = outputs.goal
+        tests, learned = _learned_now(outputs, table, np.zeros((0, len(goal.low))))
+        if learned is None:
+            raise invalid("the table", f"of {_LEAST} tests with outputs or more", Received(f"{n}"))
+        points = propose(tests, learned, goal, n_tests, 0, random)
+        draws = drawn(tests, learned, goal, points, _DRAWS, random)
+    found = float(np.mean([len(F) > 0 for F in draws]))
+    front = table.F[table.pareto()]
+    if len(front) < 2:
+        return Prospects(n_tests, found, np.nan, np.nan)
+    frame = table.ranking().frame
+    volume = moocore.hypervolume(frame.scaled(front), ref=_REFERENCE)
+    nearest = frame.distances(front)[:, 0].min()
+    gains = []
+    better = []
+    for F in draws:
+        both = frame.scaled(np.vstack([front, F]))
+        gains.append(moocore.hypervolume(both, ref=_REFERENCE) / volume - 1)
+        better.append((frame.distances(F)[:, 0] < _NEARER * nearest).any())
+    return Prospects(n_tests, found, float(np.mean(gains)), float(np.mean(better)))
+
+
+def _learned_now(
+    outputs: LearnedOutputs, table: TestTable, pending: Array
+) -> tuple[KnownTests, Learned | None]:
+    """Return what surrogates learn from, and what is learned, outside of a run."""
     n_uniform = len(table)
     if PROPOSAL_ROUND in table.layout.outputs:
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
-    random = np.random.default_rng([seed, round_number])
-    with threadpool_limits(limits=1, user_api="blas"):
-        outputs = LearnedOutputs(model, table, model.asked)
-        tests = outputs.known_tests(n_uniform, pending)
-        goal = outputs.goal
-        rows = np.flatnonzero(~tests.unknown)
-        learned = None
-        if len(rows) >= _LEAST:
-            n_known_uniform = int(np.count_nonzero(~tests.unknown[:n_uniform]))
-            learned = _fitted(tests, rows, n_known_uniform, goal)
-            learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
-        return propose(tests, learned, goal, size, round_number, random)
+    tests = outputs.known_tests(n_uniform, pending)
+    goal = outputs.goal
+    rows = np.flatnonzero(~tests.unknown)
+    if len(rows) < _LEAST:
+        return tests, None
+    n_known_uniform = int(np.count_nonzero(~tests.unknown[:n_uniform]))
+    learned = _fitted(tests, rows, n_known_uniform, goal)
+    learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
+    return tests, learned
