@@ -12,7 +12,6 @@ from dataclasses import replace
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import moocore
 import numpy as np
 from threadpoolctl import threadpool_limits
 
@@ -35,6 +34,7 @@ from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.algorithms._sources import Points, Source
 from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
+from pymoo_psi.pareto import hypervolume
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
 
@@ -542,15 +542,16 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     if len(front) < 2:
         return Prospects(n_tests, found, np.nan, np.nan)
     frame = table.ranking().frame
-    volume = moocore.hypervolume(frame.scaled(front), ref=_REFERENCE)
-    nearest = frame.distances(front)[:, 0].min()
-    gains = []
+    low = frame.scaled(np.vstack([front, *draws])).min(axis=0)
+    volumes = []
     better = []
-    for F in draws:
+    nearest = frame.distances(front)[:, 0].min()
+    for F in [front[:0], *draws]:
         both = frame.scaled(np.vstack([front, F]))
-        gains.append(moocore.hypervolume(both, ref=_REFERENCE) / volume - 1)
+        volumes.append(hypervolume((both - low) / (_REFERENCE - low), 1.0)[0])
         better.append((frame.distances(F)[:, 0] < _NEARER * nearest).any())
-    return Prospects(n_tests, found, float(np.mean(gains)), float(np.mean(better)))
+    gain = float(np.mean(volumes[1:]) / volumes[0] - 1)
+    return Prospects(n_tests, found, gain, float(np.mean(better[1:])))
 
 
 def _learned_now(
