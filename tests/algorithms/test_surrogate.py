@@ -344,7 +344,7 @@ def test_other_proposals_are_another_run_of_a_study_that_learns_from_the_first(t
         ({"n_evaluations": 0}, "n_evaluations must be an integer >= 1, got 0"),
         ({"share": (1, 2)}, "share"),
         ({"limits": {"f1": 1}, "formulation": Formulation()}, "limits must be left out beside a"),
-        ({"formulation": {"objectives": ["f1"]}}, "formulation must be a"),
+        ({"formulation": {"objectives": ["f1"]}}, "formulation must be of type"),
     ],
 )
 def test_what_cannot_be_is_told(options, message):
