@@ -11,6 +11,7 @@ from dataclasses import replace
 from datetime import datetime, timezone
 from functools import reduce
 from importlib.metadata import version
+from math import isnan
 from pathlib import Path
 
 import pandas as pd
@@ -399,6 +400,25 @@ def _convergence(table: TestTable) -> pd.DataFrame:
     return frame
 
 
+def _prospects(table: TestTable) -> pd.DataFrame:
+    """Print and return what surrogates expect of further tests."""
+    from pymoo_psi.algorithms import prospects
+    from pymoo_psi.pareto import percent
+
+    expected = prospects(table)
+    more = f"{expected.n_tests} more tests"
+    if isnan(expected.gain):
+        say(f"With probability {expected.found:.2f}, one of {more} or several keep all limits.")
+    elif expected.gain < _LITTLE_GAIN and expected.better < _UNLIKELY:
+        say(f"Nothing better is likely any more: {more} would hardly change the Pareto set.")
+    else:
+        say(
+            f"Surrogates expect {more} to enlarge the hypervolume by {percent(expected.gain)}, "
+            f"and a better compromise with probability {expected.better:.2f}."
+        )
+    return pd.DataFrame([expected]).round(3)
+
+
 def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str) -> None:
     """Print texts by column and variable as a table with a row for each of some variables."""
     columns = texts.index.unique("column").tolist()
@@ -412,7 +432,11 @@ _ANALYSES = {
     "sensitivities": _sensitivities,
     "sections": _sections,
     "convergence": _convergence,
+    "prospects": _prospects,
 }
+# Of the hypervolume, and the probability of a better compromise, below which nothing is expected.
+_LITTLE_GAIN = 0.01
+_UNLIKELY = 0.05
 
 
 def run_export(options: Options) -> int:
