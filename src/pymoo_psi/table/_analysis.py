@@ -28,6 +28,7 @@ from pymoo_psi._validation import (
     invalid,
     known_name,
 )
+from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import RUN, Key
@@ -176,13 +177,14 @@ def alike(reasons: Iterable[str]) -> list[str]:
     """
     lines = [" ".join(reason.split()) for reason in reasons]
     patterns = [_NUMBER.sub("…", _FOLDER.sub("", line)) for line in lines]
-    lines_by_pattern: dict[str, list[str]] = {}
+    first: dict[str, str] = {}
+    differing = set()
     for line, pattern in zip(lines, patterns, strict=True):
-        lines_by_pattern.setdefault(pattern, []).append(line)
+        if first.setdefault(pattern, line) != line:
+            differing.add(pattern)
     for i, pattern in enumerate(patterns):
-        same = lines_by_pattern[pattern]
-        if len(set(same)) > 1:
-            lines[i] = pattern + "".join(_FOLDER.findall(same[0]))
+        if pattern in differing:
+            lines[i] = pattern + "".join(_FOLDER.findall(first[pattern]))
     return lines
 
 
@@ -408,19 +410,17 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
         (64, ('It is unknown how designs were sampled; they lie evenly within their range.',))
     """
     instance("table", table, TestTable)
-    rule = "an even sample of one set of bounds"
     sentences = []
     if RUN in table.extra:
         table, sentence = _largest_sample(table)
         sentences.append(sentence)
-    layout = table.layout
-    sampling = str((table.problem or {}).get("sampling") or "")
     n = len(table)
+    sampling = str((table.problem or {}).get("sampling") or "")
     if len(table.experiments) > 1:
-        raise invalid("the tests", rule, Received(f"those of {listed(table.experiments)}"))
+        raise _uneven(f"those of {listed(table.experiments)}")
     if "an algorithm" in sampling:
-        raise invalid("the tests", rule, Received("those that an algorithm has chosen"))
-    if PROPOSAL_ROUND in layout.outputs:
+        raise _uneven("those that an algorithm has chosen")
+    if PROPOSAL_ROUND in table.layout.outputs:
         # Tests that failed have no round.
         proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
         table = table.rows(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
@@ -431,11 +431,7 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
             )
     elif not sampling:
         if not _lies_evenly(table, ordered):
-            raise invalid(
-                "the tests",
-                rule,
-                Received("tests of unknown sampling that crowd, or whose variables depend"),
-            )
+            raise _uneven("tests of unknown sampling that crowd, or whose variables depend")
         sentences.append(
             "It is unknown how designs were sampled; they lie evenly within their range."
         )
@@ -450,29 +446,33 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
     return table, tuple(sentences)
 
 
+def _uneven(received: str) -> ArgumentValueError:
+    return invalid("the tests", "an even sample of one set of bounds", Received(received))
+
+
 def _largest_sample(table: TestTable) -> tuple[TestTable, str]:
     """Return the tests of the run of a study that has most points of a sequence, and a sentence."""
-    runs = (table.problem or {}).get("runs", {})
-    counts = {}
-    for name, points in runs.items():
+    largest = table.rows([])
+    sentence = ""
+    for run, points in (table.problem or {}).get("runs", {}).items():
+        part = table.rows(table.extra[RUN] == int(run))
         sampling = str(points.get("sampling"))
-        if not sampling.startswith(_CHOSEN):
-            counts[name] = np.count_nonzero(table.extra[RUN] == int(name))
-    if not counts or max(counts.values()) == 0:
-        received = Received("tests that algorithms or people have chosen")
-        raise invalid("the tests", "an even sample of one set of bounds", received)
-    run = max(counts, key=lambda name: counts[name])
-    points = runs[run]
-    lower, upper = (np.array(points[side], dtype=np.float64) for side in ("lower", "upper"))
-    layout = replace(table.layout, lower=lower, upper=upper)
-    part = table.rows(table.extra[RUN] == int(run))
-    part = replace(part, layout=layout, problem={"sampling": points["sampling"]})
-    tests = counted(len(part), "test")
-    return part, f"By {tests} of run {run} alone, {points['sampling']}."
+        if len(part) <= len(largest) or sampling.startswith(_CHOSEN):
+            continue
+        lower, upper = (np.array(points[side], dtype=np.float64) for side in ("lower", "upper"))
+        layout = replace(table.layout, lower=lower, upper=upper)
+        largest = replace(part, layout=layout, problem={"sampling": sampling})
+        sentence = f"By {counted(len(part), 'test')} of run {run} alone, {sampling}."
+    if not sentence:
+        raise _uneven("tests that algorithms or people have chosen")
+    return largest, sentence
 
 
 def _lies_evenly(table: TestTable, ordered: bool) -> bool:
-    """Whether designs may be an even sample by what they are; a chance of 1 in 1000 to be wrong."""
+    """Whether designs may be an even sample by what they are; a chance of 1 in 1000 to be wrong.
+
+    The values of each variable must be uniform, or their logarithms, and no two columns depend.
+    """
     from scipy import stats
 
     p_values = [1.0]
@@ -483,27 +483,21 @@ def _lies_evenly(table: TestTable, ordered: bool) -> bool:
         values, ranks = value_ranks(column)
         if len(values) < 2:
             continue
+        ranked_columns.append(stats.rankdata(ranks))
         if len(values) <= len(column) / 5 or isinstance(values[0], str):
             p_values.append(stats.chisquare(np.bincount(ranks)).pvalue)
-        else:
-            p_values.append(_uniformity(column.astype(np.float64)))
-        ranked_columns.append(stats.rankdata(ranks))
+            continue
+        chances = []
+        for scale in (np.asarray, np.log):
+            if scale is np.asarray or values[0] > 0:
+                x = scale(column.astype(np.float64))
+                chances.append(stats.kstest((x - x.min()) / np.ptp(x), "uniform").pvalue)
+        p_values.append(max(chances))
     if len(ranked_columns) > 1 and len(table) > 2:
         correlations = np.asarray(np.corrcoef(ranked_columns))
         pairs = correlations[np.triu_indices(len(ranked_columns), 1)]
         p_values += (2 * stats.norm.sf(np.abs(pairs) * np.sqrt(len(table) - 1))).tolist()
     return min(p_values) * len(p_values) > 1e-3
-
-
-def _uniformity(x: Array) -> float:
-    """Return the chance that a uniform sample, of the values or their logarithms, is less even."""
-    from scipy import stats
-
-    scales = [x]
-    if x.min() > 0:
-        scales.append(np.log(x))
-    units = [(scale - scale.min()) / np.ptp(scale) for scale in scales]
-    return max(float(stats.kstest(unit, "uniform").pvalue) for unit in units)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

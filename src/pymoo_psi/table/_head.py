@@ -75,22 +75,21 @@ def head_of(table: Any) -> Head:
         ``normalize`` if it is false and ``chosen``, the name of a design and why; and ``problem``.
     """
     layout = table.layout
-    # The kinds of a table without tests are unknown: a later block may be of any kind.
-    kinds = layout.kinds
-    if len(table):
-        kinds = table.kinds
-    values = {field.name: getattr(layout, field.name) for field in fields(layout)}
+    head: Head = {field.name: getattr(layout, field.name) for field in fields(layout)}
     for side in ("lower", "upper"):  # in JSON there is no NaN, but null
-        bounds = getattr(layout, side).astype(object)
+        bounds = head[side].astype(object)
         bounds[bounds != bounds] = None
-        values[side] = bounds.tolist()
-    values["kinds"] = [kind.value for kind in kinds]
-    values["extra"] = [*table.extra]
-    values["problem"] = table.problem
+        head[side] = bounds.tolist()
+    # The kinds of a table without tests are unknown: a later block may be of any kind.
+    if len(table):
+        head["kinds"] = table.kinds
+    head["kinds"] = [kind.value for kind in head["kinds"]]
+    head["extra"] = [*table.extra]
+    head["problem"] = table.problem
     for name in _OPTIONAL:
-        if not values[name]:
-            del values[name]
-    return values | formulation_head(table.formulation)
+        if not head[name]:
+            del head[name]
+    return head | formulation_head(table.formulation)
 
 
 def formulation_head(formulation: Formulation) -> Head:
@@ -153,6 +152,8 @@ def columns_of(table: Any) -> Columns:
     columns |= zip(layout.outputs, table.outputs.T, strict=True)
     for name, cells in table.extra.items():
         columns[name] = choice_texts(cells.tolist())
+        is_integer = np.array([type(cell) is int for cell in cells.tolist()], dtype=bool)
+        columns[name][is_integer] = cells[is_integer]  # to a spreadsheet 7 is a number
     columns["status"] = table.status.astype(object)
     columns["reason"] = np.full(len(table), "", dtype=object)
     # Looked up only if there are any: else it is a pass in Python over all tests for nothing.
@@ -431,39 +432,22 @@ def tests_of_cells(where: object, cells: Cells) -> StoredTests:
         columns = {}
         for name, kind in kinds.items():
             if name in cells_by_name:
-                value = _READERS[kind]
                 try:
-                    columns[name] = np.fromiter(map(value, cells_by_name[name]), DTYPES[kind], n)
+                    columns[name] = _cells(cells_by_name[name], kind)
                 except ValueError:
                     problem = f"the column {name!r} holds other than {kind.value} values"
                     raise ValueError(problem) from None
         return StoredTests(head, columns)
 
 
-def _text(cell: Any) -> str:
-    if cell is None:
-        return ""
-    return str(cell)
-
-
-def _integer(cell: Any) -> int:
-    return int(str(cell).replace("_", " "))  # not of 1.5, nor of 1_0, which Python takes for 10
-
-
-def _boolean(cell: Any) -> bool:
-    return ("false", "true").index(str(cell).lower()) == 1
-
-
-def _real(cell: Any) -> float:
-    if cell in ("", None):
-        return np.nan
-    return float(str(cell).replace("_", " "))
-
-
-_READERS = {
-    Kind.REAL: _real,
-    Kind.LOG: _real,
-    Kind.INTEGER: _integer,
-    Kind.BINARY: _boolean,
-    Kind.CHOICE: _text,
-}
+def _cells(cells: Iterable[Any], kind: Kind) -> AnyArray:
+    """Return the values of a column of a kind."""
+    texts = ["" if cell is None else str(cell) for cell in cells]
+    if kind is Kind.CHOICE:
+        return np.fromiter(texts, object)
+    if kind is Kind.BINARY:
+        return np.array([("false", "true").index(text.lower()) == 1 for text in texts], dtype=bool)
+    number: Any = int if kind is Kind.INTEGER else float
+    # Python takes 1_0 for 10.
+    values = [number(text.replace("_", " ") or "nan") for text in texts]
+    return np.array(values, DTYPES[kind])

@@ -18,7 +18,6 @@ from pymoo_psi._validation import (
     invalid,
 )
 from pymoo_psi.table._designs import design_matrix, first_rows, joined_designs
-from pymoo_psi.table._formulation import ATTRIBUTES
 from pymoo_psi.table._layout import Layout, joined_layout
 
 if TYPE_CHECKING:
@@ -99,18 +98,13 @@ def require_one_formulation(tables: Sequence[TestTable]) -> None:
     formulations = []
     for table in tables:
         if table.layout.columns:
-            formulations.append(replace(table.formulation, chosen=None, reason="", page={}))
-    for formulation in formulations[1:]:
-        for name in ATTRIBUTES:
-            value = getattr(formulations[0], name)
-            other = getattr(formulation, name)
-            if (value or None) != (other or None):
-                raise invalid(
-                    "tables",
-                    "under one formulation to be joined",
-                    Received(f"{name} {value} against {other}"),
-                    "ask each of them by the same table.under(...)",
-                )
+            asked = table.formulation
+            asked = replace(asked, chosen=None, reason="", page={}, ranges=asked.ranges or None)
+            formulations.append(asked)
+    if any(asked != formulations[0] for asked in formulations):
+        received = Received("several")
+        remedy = "ask each of them by the same table.under(...)"
+        raise invalid("tables", "under one formulation to be joined", received, remedy)
 
 
 def require_one_result(table: TestTable, first: Rows | None = None) -> None:

@@ -41,14 +41,11 @@ from pymoo_psi.pareto import (
     explain,
     nondominated,
     ranking_of,
-    violated_constraints,
 )
 from pymoo_psi.table._designs import design_matrix
 from pymoo_psi.table._formats import CSV, STUDY, WORKBOOK
 from pymoo_psi.table._formulation import (
     ATTRIBUTES,
-    OPEN,
-    Allowed,
     Formulation,
     FormulationFields,
     formulated,
@@ -64,7 +61,7 @@ from pymoo_psi.table._joining import (
     stacked,
     unequal,
 )
-from pymoo_psi.table._layout import Key, Layout, number_column
+from pymoo_psi.table._layout import Key, number_column
 from pymoo_psi.table._repeats import averaged, confidence
 from pymoo_psi.table._switching import switching_sentences
 from pymoo_psi.table._tests import (
@@ -150,12 +147,17 @@ class TestTable(Tests, Shown):
     def _under(self, formulation: Formulation) -> TestTable:
         columns = {name: self.column(name) for name in self.layout.columns}
         layout, columns = formulated(formulation, self.layout, columns)
-        completed = _completed(formulation, self.formulation, self.layout, layout)
-        changes: dict[str, Any] = {"layout": layout, "formulation": completed, "_tested": self}
+        former = self.formulation
+        if formulation.ranges is None:  # those of the tests, if they are of the same objectives
+            is_same = {*layout.objectives} == {*self.layout.objectives}
+            formulation = replace(formulation, ranges=former.ranges if is_same else {})
+        if formulation.chosen is None:
+            formulation = replace(formulation, chosen=former.chosen, reason=former.reason)
+        changes: dict[str, Any] = {"layout": layout, "formulation": formulation, "_tested": self}
         # Failed for an objective, a design may count under others; failed in its evaluation, it
         # has no values.
         reasons = self._failed_in_evaluation()
-        if completed.without_columns() != completed:
+        if formulation.without_columns() != formulation:
             blocks = blocks_of(layout, columns, len(self))
             _fill_failed(blocks, np.isin(self.numbers, list(reasons)))
             changes |= blocks
@@ -166,9 +168,8 @@ class TestTable(Tests, Shown):
         table = self._with(**changes)
         table._check_ranges()
         table._set_status(reasons)
-        remarks = [f"The limit {limit} rejects no design." for limit in table._idle_limits()]
         table._require_ranges()
-        return table._with(remarks=(*self.remarks, *remarks))
+        return table._with(remarks=(*self.remarks, *table._idle_limits()))
 
     def _require_ranges(self) -> None:
         """Refuse fixed ranges by which an objective would not count, though designs differ."""
@@ -189,19 +190,12 @@ class TestTable(Tests, Shown):
         return reasons
 
     def _idle_limits(self) -> list[str]:
-        """Return the limits, each end by itself, that no design exceeds, as they are written."""
+        """Return remarks on limits that no design exceeds."""
         tested = ~self.failed()
-        if not tested.any():
-            return []
         idle = []
         for name, limit in self.limits.items():
-            parts: list[Allowed] = [limit]
-            if not isinstance(limit, list):
-                low, high = limit
-                parts = [(low, np.inf), (-np.inf, high)]
-            for part in parts:
-                if part != OPEN and not self.excess(name, part)[tested].any():
-                    idle.append(limit_text(name, part))
+            if tested.any() and not self.excess(name, limit)[tested].any():
+                idle.append(f"The limit {limit_text(name, limit)} rejects no design.")
         return idle
 
     # Sets of designs
@@ -435,17 +429,11 @@ class TestTable(Tests, Shown):
             >>> mask.tolist(), names
             ([[True, False], [False, True]], ('g1', 'f1<=1.5'))
         """
-        constraints = violated_constraints(self.G, self.H, self.layout.eq_tolerance)
-        has_run = ~constraints.any(axis=1) | np.isfinite(self.F).any(axis=1)
-        masks = [constraints]
-        names = list(self.layout.constraints)
-        for name, limit in self.limits.items():
-            exceeds = (self.excess(name, limit) > 0) & has_run
-            masks.append(exceeds[:, None])
-            names.append(limit_text(name, limit))
-        mask = np.hstack(masks)
+        limits = self.limits
+        texts = [limit_text(name, limit) for name, limit in limits.items()]
+        mask = self._violated(limits)
         mask[self.failed()] = False
-        return mask, tuple(names)
+        return mask, (*self.layout.constraints, *texts)
 
     def refined_bounds(self, *, margin: float = 0.0) -> tuple[Array, Array]:
         """Return the bounds of the feasible set, for the next investigation.
@@ -720,8 +708,6 @@ class TestTable(Tests, Shown):
         mask, names = self.violations()
         violated = [", ".join(compress(names, row)) for row in mask.tolist()]
         columns = columns_of(self)
-        for name, cells in self.extra.items():
-            columns[name] = _plain_integers(cells, columns[name])
         reason = columns.pop("reason")
         columns["violated"] = np.fromiter(violated, object)
         columns["reason"] = reason
@@ -810,15 +796,6 @@ class TestTable(Tests, Shown):
     read_study = Renamed("read_table(path)")
 
 
-def _plain_integers(cells: Any, texts: Any) -> Any:
-    """Return texts with the integers among cells as they are: to a spreadsheet 7 is a number."""
-    column = np.array(texts, dtype=object)
-    for row, cell in enumerate(cells.tolist()):
-        if type(cell) is int:
-            column[row] = cell
-    return column
-
-
 def _widened(low: Any, high: Any, margin: float, kind: Kind) -> tuple[Any, Any]:
     """Return the ends of a range, each farther out by a share of its width."""
     if kind is Kind.LOG:
@@ -835,18 +812,6 @@ def _fill_failed(blocks: Mapping[str, Array], failed: Mask) -> None:
     for name, value in _OF_FAILED.items():
         values = blocks[name][failed]
         blocks[name][failed] = np.where(np.isfinite(values), values, value)
-
-
-def _completed(
-    formulation: Formulation, former: Formulation, former_layout: Layout, layout: Layout
-) -> Formulation:
-    """Return a formulation whose missing ranges and choice are those of the former one."""
-    if formulation.ranges is None:
-        same = {*layout.objectives} == {*former_layout.objectives}
-        formulation = replace(formulation, ranges=(former.ranges or {}) if same else {})
-    if formulation.chosen is None and former.chosen is not None:
-        formulation = replace(formulation, chosen=former.chosen, reason=former.reason)
-    return formulation
 
 
 def facts_of(problem: Any, *names: str) -> dict[str, Any] | None:

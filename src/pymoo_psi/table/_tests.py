@@ -147,7 +147,7 @@ class Tests:
         """
         reasons = _writable_reasons(reasons)
         failed = np.isin(self.numbers, list(reasons))
-        violates = self._violates(failed)
+        violates = np.asarray(self._violated(self._limits(failed)).any(axis=1))
         is_finite = np.isfinite(self.F).all(axis=1)
         for row in np.flatnonzero(~failed & ~violates & ~is_finite):
             reasons[int(self.numbers[row])] = nonfinite_objective(self, row)
@@ -178,12 +178,18 @@ class Tests:
         """
         return np.asarray(self._codes == STATUSES.index("failed"))
 
-    def _violates(self, failed: Mask) -> Mask:
-        """``(n,)`` which tests violate a constraint or a limit."""
-        violates = violated_constraints(self.G, self.H, self.layout.eq_tolerance).any(axis=1)
-        for name, limit in self._limits(every_test_failed=bool(failed.all())).items():
-            violates = violates | (self.excess(name, limit) > 0)
-        return np.asarray(violates)
+    def _violated(self, limits: Mapping[str, Allowed]) -> Mask:
+        """``(n, k)`` which tests violate each constraint, and then each limit.
+
+        A design that a requirement kept from running violates no limit.
+        """
+        constraints = violated_constraints(self.G, self.H, self.layout.eq_tolerance)
+        masks = [constraints]
+        if limits:
+            has_run = ~constraints.any(axis=1) | np.isfinite(self.F).any(axis=1)
+            for name, limit in limits.items():
+                masks.append(((self.excess(name, limit) > 0) & has_run)[:, None])
+        return np.hstack(masks)
 
     def excess(self, name: str, limit: Allowed) -> Array:
         """``(n,)`` by how much tests exceed a limit on a column.
@@ -240,11 +246,11 @@ class Tests:
             >>> table.under(limits="f1<=1.5, x1=tin").limits
             {'f1': (-inf, 1.5), 'x1': ['tin']}
         """
-        return self._limits(every_test_failed=bool(self.failed().all()))
+        return self._limits(self.failed())
 
-    def _limits(self, *, every_test_failed: bool) -> dict[str, Allowed]:
+    def _limits(self, failed: Mask) -> dict[str, Allowed]:
         limits = limits_of(self.formulation.limits)
-        if every_test_failed:  # as the first tests may: then it is unknown which outputs there are
+        if failed.all():  # as the first tests may: then it is unknown which outputs there are
             columns = self.columns
             limits = {name: limit for name, limit in limits.items() if name in columns}
         return limits_on(limits, self.layout)
@@ -331,13 +337,11 @@ class Tests:
         n_repeated = int(np.count_nonzero(self.repeats))
         if n_repeated:
             tests += f" of {counted(len(self) - n_repeated, 'design')}"
-        sizes = [
-            counted(len(layout.variables), "variable"),
-            counted(len(layout.objectives), "objective"),
-            counted(len(layout.constraints), "constraint"),
-        ]
-        if layout.outputs:
-            sizes.append(counted(len(layout.outputs), "output"))
+        sizes = []
+        for word in ("variable", "objective", "constraint", "output"):
+            names = getattr(layout, f"{word}s")
+            if names or word != "output":
+                sizes.append(counted(len(names), word))
         return f"TestTable({tests}: {self.status_counts()}; {', '.join(sizes)})"
 
     def status_counts(self) -> str:
