@@ -261,7 +261,6 @@ def test_numbers_are_those_of_the_stored_tests(study):
     assert study.numbers().tolist() == [3, 4, 5, 6]
     assert study.numbers(5).tolist() == [5, 6]
     assert study.numbers(7).tolist() == []
-    assert study.numbers(failed=False).tolist() == [3, 5, 6]
     study.append(block(9, 2))
     assert study.numbers(6).tolist() == [6, 9, 10]
     assert study.numbers(6).dtype == np.int64

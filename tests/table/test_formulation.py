@@ -329,7 +329,7 @@ def test_what_the_table_does_not_have_is_refused(asked, message):
 
 def test_a_limit_that_rejects_nothing_is_a_remark():
     table = beam_tests({3})
-    anew = table.under(Formulation(limits={"mass": 100, "width": (0.25, 2)}))
+    anew = table.under(Formulation(limits={"mass": 100, "width": (None, 2)}))
     said = ("The limit width<=2 rejects no design.", "The limit mass<=100 rejects no design.")
     assert anew.remarks == said
     assert anew.under(normalize=False).remarks == said

@@ -107,11 +107,11 @@ def test_columns_by_name_in_any_sense_and_failures_left_out():
 def test_the_band_of_random_tests_holds_the_truth():
     """Of 200 tests at random points, 19 times of 20; one variable in two explains nothing."""
     rng, truth, held = np.random.default_rng(1), np.tile([0.25, 0], 4), 0
-    for _ in range(60):
+    for _ in range(30):
         X, effects = mixed(rng.random((200, 9)))
         table = TestTable.of(range(1, 201), X[:, :8], effects.sum(axis=0)[:, None])
         found = sensitivities(table)
-        held += ((found["lower"] <= truth) & (found["upper"] >= truth)).mean() / 60
+        held += ((found["lower"] <= truth) & (found["upper"] >= truth)).mean() / 30
     assert held > 0.95
 
 
@@ -133,15 +133,12 @@ def test_of_a_surrogates_study_the_points_before_the_proposals_count():
     part, said = even_part(table)
     assert part.equals(table.rows(np.arange(48)))
     assert said[0].startswith("By the first 48 of 64 tests")
-    named = table.under(Formulation(objectives=["f2"], limits={"f1": 100}))
-    for asked in (table, named):
-        assert len(even_part(asked)[0]) == 48
-        expected = sensitivities(investigate(problem, 48), ["f2"])
-        np.testing.assert_allclose(sensitivities(asked, ["f2"]), expected)
+    asked = table.under(Formulation(objectives=["f2"], limits={"f1": 100}))
+    expected = sensitivities(investigate(problem, 48), ["f2"])
+    np.testing.assert_allclose(sensitivities(asked, ["f2"]), expected)
     assert convergence(table).tests.tolist() == [12, 24, 48]
-    few = minimize(problem, SurrogatePSI(64, n_points=20), seed=1).algorithm.table
     with pytest.raises(PsiError, match="known of 40 tests or more, got 20"):
-        sensitivities(few)
+        sensitivities(table.rows(np.arange(20)))
 
 
 def test_what_an_algorithm_has_chosen_is_no_even_sample(tmp_path):

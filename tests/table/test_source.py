@@ -52,6 +52,14 @@ def hide_rows(*numbers):
     return edit
 
 
+def hide_columns(*letters):
+    def edit(sheet):
+        for letter in letters:
+            sheet.column_dimensions[letter].hidden = True
+
+    return edit
+
+
 def inserted(content, mark, text):
     """A workbook with a text in the XML of its sheet, in front of a mark."""
     stream = io.BytesIO()
@@ -100,11 +108,23 @@ FILES = {
     "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', no plain number like the others; .* --skip-rows 3"),
     **{
         text: (f"a,b,c\n1,3,{text}\n2,4,{text}\n", {}, f"{re.escape(text)}' in the column 'c', no plain number")
-        for text in ("$2.50", "2.5 €", "EUR 3", "12 kg", "7°C", "304L", "~5", "<5", "5-6", "1/2", "0x1F", "1.2.3", "=A2/B2", "1_000", "(1.5)")
+        for text in ("$2.50", "2.5 €", "EUR 3", "12 kg", "7°C", "304L", "~5", "<5", "5-6", "1/2", "0x1F", "1.2.3", "=A2/B2", "1_000", "(1.5)", "5 minutes")
     },
+    "numbers of one unit": ("a,b,c\n1,3,10k Euro\n2,4,20k Euro\n", {}, "no plain number"),
     # Rows that summarise others
     "a sum": ("m;a;b\nA;1;4\nB;2;3\nC;4;2\nSumme:;7;9\n", {}, r"row 4 \(line 5\) is called 'Summe:' and summarises other rows; leave it out by --skip-rows 5, or rename"),
     "sums of groups": ("m,a,b\nA,1,4\nB,2,3\nAB Total,3,7\nC,8,1\nD,9,1\nCD Total,17,2\n", {}, "--skip-rows 4,7,"),
+    "sums of groups below their heads": ("m,a,b\nSum 1,3,7\nA,1,4\nB,2,3\nSum 2,17,2\nC,8,1\nD,9,1\nTotal,20,9\n", {}, "'Sum 1' and summarises .* --skip-rows 2,5,8,"),
+    **{
+        f"a sum called {name}": (f"m,a,b\nA,1,4\nB,2,3\nC,4,2\n{name},7,9\n", {}, f"line 5. is called '{name}' and")
+        for name in ("Итого", "合计", "∑", "sum_all")
+    },
+    "a sum without a name": ("m,a,b\n,7,9\nA,1,4\nB,2,3\nC,4,2\n", {}, "line 2. has no name and"),
+    "a sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,9\n", {}, "line 5. has no name and"),
+    "no sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,8\n", {}, {"a": [1, 2, 4, 7], "b": [4, 3, 2, 8]}),
+    "sums, and a ratio of two": ("m,a,b,c\nA,10,3,5\nB,20,2,10\nC,30,1,15\nTotal,60,6,10\n", {}, "'Total' and summarises"),
+    "one sum of three by chance": ("m,a,b,c\nA,10,3,5\nB,20,2,10\nC,30,1,15\nTotal,60,7,3\n", {}, {"a": [10, 20, 30, 60], "b": [3, 2, 1, 7], "c": [5, 10, 15, 3]}),
+    "the best in two of three columns": ("m,a,b,c\nA,10,3,5\nB,20,2,10\nC,30,1,15\nBest,10,1,9\n", {}, {"a": [10, 20, 30, 10], "b": [3, 2, 1, 1], "c": [5, 10, 15, 9]}),
     "a design called Total": ("m,a,b\nBP,1,4\nShell,2,3\nTotal,4,2\n", {}, {"a": [1, 2, 4], "b": [4, 3, 2]}),
     "a design of a ranking called Best": ("m,a,b,mu1,mu2,mu3,rank,pareto\nBest,1,1,0,0,0,6,True\nA,1,2,1,1,1,0,False\nB,2,1,1,1,1,0,False\n", {}, {"a": [1, 1, 2], "b": [1, 2, 1]}),
     "a sum below a ranking": ("m,a,b,mu1,mu2,mu3,rank,pareto\nA,1,4,0,0,0,6,True\nB,2,3,1,1,1,0,False\nTotal,3,7,1,1,1,6,\n", {}, "'Total' and summarises"),
@@ -132,6 +152,7 @@ FILES = {
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
     "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide_rows(4)), {}, "hides 1 row; .* --skip-rows 4"),
     "hidden rows left out": (workbook([["t"], *TYPED, [7, 7]], edit=hide_rows(5, 20)), {"skip_rows": [1, 5]}, COST),
+    "hidden columns": (workbook([["n", "a", "b"], ["A", 1, 7], ["B", 2, 8]], edit=hide_columns("B", "Z")), {}, "hides the columns B; show or delete them"),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     # What else a file may be
@@ -424,40 +445,6 @@ def test_a_row_is_a_summary_by_its_name_and_its_numbers(path, seed, n, m, name, 
     np.testing.assert_array_equal(read(name, numbers, skip_rows=[place + 2]).F, F)
 
 
-@pytest.mark.parametrize("above", [False, True])
-def test_sums_of_groups_are_found_above_and_below_them(read, above):
-    groups = [[("A", [1, 40]), ("B", [2, 33])], [("C", [8, 9]), ("D", [9, 17]), ("E", [3, 5])]]
-    sums = [("Sum 1", [3, 73]), ("Sum 2", [20, 31])]
-    pairs = zip(groups, sums, strict=True)
-    rows = [row for group, own in pairs for row in ([own, *group] if above else [*group, own])]
-    lines = "2,5" if above else "4,8"
-    with pytest.raises(PsiError, match=f"'Sum 1' and summarises .* --skip-rows {lines},"):
-        read(named_rows(rows))
-    both = [*rows, ("Total", [23, 104])]
-    with pytest.raises(PsiError, match=f"summarises .* --skip-rows {lines},9"):
-        read(named_rows(both))
-
-
-@pytest.mark.parametrize(
-    ("name", "numbers", "is_summary"),
-    [
-        ("Total", [60, 6, 10], True),  # sums, and the ratio of two sums
-        ("Total", [60, 7, 3], False),  # one sum of three may be chance
-        ("Best", [10, 1, 9], False),  # the best in two of three columns
-        ("Best", [10, 1, 5], True),
-        ("Mean", [20, 2, 10], True),
-    ],
-)
-def test_a_summary_need_not_have_sums_in_all_columns(read, name, numbers, is_summary):
-    rows = [("A", [10, 3, 5]), ("B", [20, 2, 10]), ("C", [30, 1, 15])]
-    text = named_rows([*rows, (name, numbers)])
-    if is_summary:
-        with pytest.raises(PsiError, match=f"'{name}' and summarises"):
-            read(text)
-    else:
-        assert len(read(text)) == 4
-
-
 # Numbers of a country's style, and what must come of them: themselves or a refusal
 
 
@@ -489,7 +476,7 @@ def styles(draw):
     return title + end.join(lines) + end, columns, decimal, thousands, encoding
 
 
-@settings(max_examples=150)
+@settings(max_examples=75)
 @given(style=styles(), told=st.booleans())
 def test_what_is_read_is_what_was_written(path, style, told):
     text, columns, decimal, thousands, encoding = style
@@ -506,7 +493,7 @@ def test_what_is_read_is_what_was_written(path, style, told):
     assert {name: table.column(name).tolist() for name in columns} == columns
 
 
-@settings(max_examples=75)
+@settings(max_examples=50)
 @given(
     text=st.one_of(
         st.binary(max_size=200),
@@ -524,7 +511,7 @@ def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, de
     assert np.isfinite(table.F).all()
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(
     cells=st.lists(
         st.lists(st.text("0123456789.,-+eE '", min_size=1, max_size=8), min_size=2, max_size=2),
@@ -575,36 +562,6 @@ def test_a_digit_in_front_of_words_makes_no_number(tmp_path, rows):
     assert table.extra["process"].tolist() == [row.split(",")[0] for row in rows]
 
 
-@pytest.mark.parametrize("cells", [["5 kg", "6 kg"], ["10k Euro", "20k Euro"], ["5 minutes", "7"]])
-def test_numbers_with_units_are_still_refused(tmp_path, cells):
-    path = tmp_path / "set.csv"
-    path.write_text(f"a,cost,mass\n{cells[0]},1,2\n{cells[1]},2,1\n")
-    with pytest.raises(PsiError, match="no plain number"):
-        read_table(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\nИтого;9;11\n", "line 5) is called 'Итого' and"),
-        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\n合计;9;11\n", "line 5) is called '合计' and"),
-        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\n;9;11\n", "line 5) has no name and"),
-        ("name;cost;mass\n;9;11\nA;1;2\nB;3;4\nC;5;5\n", "line 2) has no name and"),
-        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\n∑;9;11\n", "line 5) is called '∑' and"),
-        ("name;cost;mass\nA;1;2\nB;3;4\nC;5;5\nsum_all;9;11\n", "called 'sum_all' and"),
-        ("cost;mass\n1;2\n3;4\n5;5\n9;11\n", "line 5) has no name and"),
-    ],
-)
-def test_sums_in_other_languages_or_without_a_name_are_no_designs(tmp_path, text, said):
-    path = tmp_path / "set.csv"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(PsiError, match=re.escape(said)):
-        read_table(path)
-    path.write_text(text.replace("11", "10"), encoding="utf-8")  # no sum any more
-    if not text.startswith("name"):
-        assert len(read_table(path)) == 4
-
-
 def test_equal_rows_of_a_file_count_once(tmp_path):
     path = tmp_path / "set.csv"
     path.write_text("name,cost,mass\nA,1,2\nB,2,1\nA,1,2\nA,1,3\nB,2,1\n")
@@ -615,15 +572,3 @@ def test_equal_rows_of_a_file_count_once(tmp_path):
     path.write_text("id,cost,mass\n1.1,1,2\n1.1,1,2\n1.10,1,2\n")  # labels are no numbers
     assert read_table(path).names == ["1.1", "1.10"]
     assert len(read_table(np.ones((3, 2)))) == 3
-
-
-def test_hidden_columns_of_a_workbook_are_named(tmp_path):
-
-    book = openpyxl.Workbook()
-    for row in (["name", "cost", "margin", "mass"], ["A", 1, 7, 2], ["B", 2, 8, 1]):
-        book.active.append(row)
-    book.active.column_dimensions["C"].hidden = True
-    book.active.column_dimensions["Z"].hidden = True
-    book.save(tmp_path / "set.xlsx")
-    with pytest.raises(PsiError, match=r"hides the columns C; show or delete them"):
-        read_table(tmp_path / "set.xlsx")

@@ -231,7 +231,7 @@ PLAIN = TestTable.of([1, 2], [[0.0], [1.0]], [[1.0, 2.0], [2.0, 1.0]], [[0.0], [
         (lambda: PLAIN.under(limits={"f1": 1, 0: 2}).pareto(), ValueError, "limits must be given once for a column"),
         (lambda: histogram(PLAIN, "x3"), ValueError, "variable must be one of 'x1', got 'x3'"),
         (lambda: PLAIN.rows([1, 1]), ValueError, "distinct, got test point 2 twice"),
-        (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "got objectives .* against .*g1"),
+        (lambda: PLAIN.extended(freed(PLAIN, "g1")), ValueError, "under one formulation .* got several"),
         (lambda: TestTable.of([1], [["a"]], [[1.0]], layout=Layout.of(1, 1, kinds=["real"])), TypeError, "X must hold real values for x1, got 'a'"),
         (lambda: TestTable.of([1], [[0.0]], [[1.0], [2.0]]), ValueError, r"F must be of shape \(1, 1\), got shape \(2, 1\)"),
         (lambda: TestTable.of([1], [[np.nan]], [[1.0]]), ValueError, "X must be a finite number, got nan"),

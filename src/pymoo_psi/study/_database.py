@@ -618,13 +618,10 @@ class Database:
         (count,) = self.db.execute("SELECT count(*) FROM history").fetchone()
         return int(count)
 
-    def test_points(self, run: int, first: int, *, failed: bool) -> Integers:
+    def test_points(self, run: int, first: int) -> Integers:
         """Return the test points of a run from ``first`` on that have a test, increasing."""
         points = self._points_of_run(run, first, LAST)
-        query = f"SELECT point FROM ({points}) AS points"
-        if not failed:
-            query += " JOIN tests USING (test) WHERE status <> 'failed'"
-        rows = self.db.execute(f"{query} ORDER BY point")
+        rows = self.db.execute(f"SELECT point FROM ({points}) AS points ORDER BY point")
         return np.fromiter((point for (point,) in rows), np.int64)
 
     def _points_of_run(self, run: int, first: int, last: int) -> str:

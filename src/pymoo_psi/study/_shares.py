@@ -108,13 +108,9 @@ def read_folder(path: str | PathLike[str]) -> tuple[Facts, Columns, str]:
                 if len(columns["test"]):
                     joined.append(1, columns)
             except ArgumentValueError as error:
-                holders = []
-                for holder, (_, others) in zip(files, contents, strict=True):
-                    if np.isin(columns["test"], others["test"]).any():
-                        holders.append(holder)
                 raise StudyMismatchError(
-                    f"studies {' and '.join(holders)} have different results for test points; move "
-                    f"the file that is wrong, or older, to another folder ({error})"
+                    f"study {file} and one before it in the folder have different results for test "
+                    f"points; move the file that is wrong, or older, to another folder ({error})"
                 ) from error
         columns = joined.tests()
     return first, columns, _missing(n_shares, columns["test"])

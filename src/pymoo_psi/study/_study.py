@@ -230,19 +230,18 @@ class Study:
                 return database.facts, database.tests(first, last)
             return database.facts, database.tests_of_run(run, first, last)
 
-    def numbers(self, first: int = 1, *, failed: bool = True, run: int = 1) -> Integers:
+    def numbers(self, first: int = 1, *, run: int = 1) -> Integers:
         """Return the test points of a run that have a test, increasing.
 
         Args:
             first: The first test point.
-            failed: Whether failed tests are included.
             run: The run.
 
         Raises:
             StudyError: As :meth:`facts`.
         """
         with self.reading() as database:
-            return database.test_points(run, first, failed=failed)
+            return database.test_points(run, first)
 
     def propose(self, proposals: Sequence[Proposal], run: int = 1) -> list[Proposal]:
         """Commit designs to be tested, unless others are stored under their numbers.

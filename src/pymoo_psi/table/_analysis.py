@@ -29,7 +29,7 @@ from pymoo_psi._validation import (
     known_name,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, number, percent
+from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, percent
 from pymoo_psi.table._designs import value_ranks
 from pymoo_psi.table._layout import RUN, Key
 from pymoo_psi.table._table import TestTable
@@ -588,8 +588,9 @@ class Convergence(Shown):
             "Not known: whether there is a better region between the tests, and how right the "
             "model is."
         )
+        is_same = np.array_equal(self.best[-1], self.best[-2])
         if np.isnan(self.moved[-1]):
-            change = listed(self._changes() or ["nothing"])
+            change = "nothing" if is_same else "which it is"
             distances = "One design is the best in every objective, so that distances have no unit"
             return f"{distances}. {doubling} changed {change}. {unknown}"
         before, now = self.mu1[-2:].tolist()
@@ -600,21 +601,13 @@ class Convergence(Shown):
         if max(nearer, larger - 2 * self.volume_error[-2]) > _WORTH:
             mattered = "still mattered"
         moved = ""
-        if self._changes():
+        if not is_same:
             moved = f", which moved by {percent(self.moved[-1])} of a range"
         growth = f"by {percent(larger)}".replace("by inf %", "from nothing")
         return (
             f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the "
             f"ideal point{moved}, and enlarged the hypervolume {growth}. {unknown}"
         )
-
-    def _changes(self) -> list[str]:
-        """Say which objectives of the best design the last doubling changed."""
-        changes = []
-        for objective, before, now in zip(self.objectives, *self.best[-2:], strict=True):
-            if before != now:
-                changes.append(f"{objective} from {number(before)} to {number(now)}")
-        return changes
 
 
 def convergence(table: TestTable) -> Convergence:
@@ -643,20 +636,15 @@ def convergence(table: TestTable) -> Convergence:
     while sizes[-1] // 2 >= _FIRST:
         sizes.append(sizes[-1] // 2)
     sizes.reverse()
-    n_feasible = []
     fronts = []
     optima = []
     for n in sizes:
         first = table.rows(np.arange(n))
-        n_feasible.append(int(first.feasible().sum()))
-        front = np.zeros(0, dtype=np.intp)
-        optimum = -1
-        if first.eligible().any():
+        fronts.append(np.flatnonzero(first.pareto()))
+        optima.append(-1)
+        if len(fronts[-1]):
             ranking = first.ranking()
-            front = ranking.rows
-            optimum = int(front[ranking.salukvadze[0]])
-        fronts.append(front)
-        optima.append(optimum)
+            optima[-1] = int(ranking.rows[ranking.salukvadze[0]])
     # Measured in the units of the ranking of all tests.
     frame = table.ranking().frame
     scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
@@ -671,8 +659,8 @@ def convergence(table: TestTable) -> Convergence:
         mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
     return Convergence(
         tests=np.array(sizes),
-        feasible=np.array(n_feasible),
-        pareto=np.array([len(front) for front in fronts]),
+        feasible=np.cumsum(table.feasible())[np.array(sizes) - 1],
+        pareto=np.array([*map(len, fronts)]),
         hypervolume=volumes,
         volume_error=errors,
         optimum=np.where(exists, table.numbers[rows], 0),

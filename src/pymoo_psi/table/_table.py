@@ -120,6 +120,7 @@ class TestTable(Tests, Shown):
             ArgumentTypeError: There is no such attribute, or one has a wrong type.
 
         Example:
+            >>> from pymoo_psi.table import Layout
             >>> layout = Layout.of(["width"], ["mass"], ["stress"], outputs=["gain"])
             >>> table = TestTable.of(
             ...     [1, 2, 3], [[0.1], [0.5], [0.9]], [[1], [2], [3]], G=[[0.2], [-0.1], [-0.3]],

@@ -54,12 +54,13 @@ class StudyFile(FileFormat):
         from pymoo_psi.study import write_study
 
         layout = replace(table.layout, label=None)
-        tests = table.under(limits={})
-        formulation = replace(tests.formulation, chosen=None, reason="")
-        tests = tests._with(layout=layout, extra={}, formulation=formulation)
+        tests = table.under(limits={})._with(layout=layout, extra={})
         head = head_of(tests)
-        limits = limits_of(table.formulation.limits)
-        limits = {name: limit for name, limit in limits.items() if name in tests.columns}
+        head.pop("chosen", None)
+        limits = {}
+        for name, limit in limits_of(table.formulation.limits).items():
+            if name in table.layout.columns:
+                limits[name] = limit
         if limits:
             head["limits"] = limits
         columns = columns_of(tests)
