@@ -219,7 +219,7 @@ def test_names_reasons_and_titles_are_text():
     X, F = lp_tau(16, 1), np.column_stack([lp_tau(16, 1)[:, 0], (1 - lp_tau(16, 1)[:, 0]) ** 2])
     reasons = {3: f"{EVIL} \x01"}
     table = TestTable.of(range(1, 17), X, F, X - 0.9, reasons=reasons, layout=layout)
-    html = decision_report(table.under(limits={0: 0.8}), title=EVIL, about=[EVIL]).html()
+    html = decision_report(table.under(limits={f"a {EVIL}": 0.8}), title=EVIL, about=[EVIL]).html()
     found = Reader(html)
     found.text += " ".join(found.sections)
     assert not {"script", "b"} & {*found.tags}

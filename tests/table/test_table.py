@@ -38,7 +38,7 @@ def tables(draw, values=odd):
     return TestTable.of(numbers, X, F, G, H, reasons=reasons)
 
 
-limits_on_f1 = st.one_of(st.none(), st.sampled_from([{"f1": 1.0}, {0: -1.0}, {"f1": np.inf}]))
+limits_on_f1 = st.one_of(st.none(), st.sampled_from([{"f1": 1.0}, {"f1": -1.0}, {"f1": np.inf}]))
 
 
 def keeps(row, limits):

@@ -34,7 +34,7 @@ def under(tests: TestTable, asked: Asked) -> TestTable:
         names = [*asked.columns, *asked.units]
         names = [name for name in names if name not in asked.computed]
     else:
-        names = [name for name in limits_of(asked) if isinstance(name, str)]
+        names = [*limits_of(asked)]
     missing = [name for name in dict.fromkeys(names) if name not in tests.layout.columns]
     if missing:
         outputs = (*tests.layout.outputs, *missing)

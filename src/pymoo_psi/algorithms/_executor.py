@@ -52,7 +52,7 @@ from pymoo_psi.table import (
     Layout,
     TestTable,
     choice_values,
-    limits_by_name,
+    limits_of,
 )
 
 Filter = Callable[[TestTable], TestTable]
@@ -211,17 +211,16 @@ class Model:
         self.layout = replace(layout, inequalities=layout.inequalities[len(self._limits) :])
         self.default_limits = limits_of_problem(self._limits)
         if options.formulation is None:
-            limits = limits_by_name(options.limits, self.layout.objectives)
+            limits = limits_of(options.limits)
             self.limits = self.default_limits | limits
             self.asked: Asked = self.limits
         else:
             self.asked = self.asked_by(options.formulation)
-            self.limits = limits_by_name(self.asked.limits, self.layout.objectives)
+            self.limits = limits_of(self.asked.limits)
 
     def asked_by(self, formulation: Formulation) -> Formulation:
         """Return a formulation with the limits of the problem where it says no others."""
-        objectives = formulation.objectives or self.layout.objectives
-        limits = self.default_limits | limits_by_name(formulation.limits, objectives)
+        limits = self.default_limits | limits_of(formulation.limits)
         return replace(formulation, limits=limits)
 
     @property

@@ -55,7 +55,7 @@ from pymoo_psi.table import (
     confidence_sentence,
     is_of_texts,
     limit_text,
-    limits_by_name,
+    limits_of,
     suffixes_for,
 )
 
@@ -210,12 +210,12 @@ def _points(options: Options) -> int:
 def _limits(problem: Problem, formulation: Formulation) -> Values:
     """Return the limits of a search: those of the problem, where options say no others."""
     limits = limits_of_problem(known_limits(with_requirements(problem)))
-    return limits | limits_by_name(formulation.limits, formulation.objectives)
+    return limits | limits_of(formulation.limits)
 
 
 def _sources_of_limits(problem: str, given: Formulation, limits: Entries) -> str:
     """Return a line on which limits apply, and where each is from."""
-    limits_given = limits_by_name(given.limits, given.objectives)
+    limits_given = limits_of(given.limits)
     texts = []
     for name, limit in limits.items():
         source = problem

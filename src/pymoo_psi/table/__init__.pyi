@@ -44,7 +44,6 @@ from ._formulation import ends as ends
 from ._formulation import entries_of as entries_of
 from ._formulation import is_of_texts as is_of_texts
 from ._formulation import limit_text as limit_text
-from ._formulation import limits_by_name as limits_by_name
 from ._formulation import limits_of as limits_of
 from ._formulation import limits_on as limits_on
 from ._formulation import sides_of_text as sides_of_text

@@ -44,7 +44,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._expression import Expression
-from pymoo_psi.table._layout import RESERVED, Layout, column_names, index_of, unit_texts
+from pymoo_psi.table._layout import RESERVED, Layout, column_names, unit_texts
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,15 +56,8 @@ _VERSION = 2  # of the file; 1 had no positions
 Limit: TypeAlias = float | str | Sequence[float | None] | Sequence[str]
 """The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
 ``">= 1, <= 5"``; of a column of texts the text allowed, or a list of them."""
-Limits: TypeAlias = (
-    Mapping[str, Limit]
-    | Mapping[int, Limit]
-    | Mapping[str | int, Limit]
-    | Sequence[str]  # which a text is, too
-)
-"""Limits on objectives, variables and outputs by name, and on objectives also by index from 0; or
-texts such as ``"f1<=60, x1<=2"``."""
-Ends: TypeAlias = tuple[float | None, float | None]
+Limits: TypeAlias = Mapping[str, Limit] | Sequence[str]
+"""Limits on objectives, variables and outputs by name; or texts such as ``"f1<=60, x1<=2"``."""
 Allowed: TypeAlias = tuple[float, float] | list[str]
 """What a limit allows: the least and the greatest value in the original direction, infinite if
 open; of a column of texts, these."""
@@ -489,9 +482,7 @@ def _json_limit(name: Any, limit: Any) -> Any:
     """Return a limit as a number, pair or list of texts that JSON can hold; an open end is None."""
     if is_of_texts(limit):
         return [*limit]
-    low, high = ends(name, limit)
-    lower = None if np.isinf(low) else plain_number(low)
-    upper = None if np.isinf(high) else plain_number(high)
+    lower, upper = (None if np.isinf(end) else plain_number(end) for end in ends(name, limit))
     if isinstance(limit, (tuple, list)) or upper is None:
         return lower, upper
     return upper
@@ -517,7 +508,7 @@ def entries_of(texts: Sequence[str]) -> list[str]:
     return entries
 
 
-def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
+def limits_of(limits: Any, argument: str = "limits") -> dict[str, Any]:
     """Return limits in any of their forms as a mapping from columns to numbers or pairs.
 
     Args:
@@ -549,6 +540,8 @@ def limits_of(limits: Any, argument: str = "limits") -> dict[str | int, Any]:
     rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
     limit_by_column = {}
     for column, limit in mapping(argument, limits, rule).items():
+        if not isinstance(column, str):
+            raise wrong_type(argument, "of columns by their names", column)
         if isinstance(limit, str) and re.search("[<>=]", limit):
             sides = sides_of_text(f"the limit on {column!r}", limit)
             limit = (sides.get(">="), sides.get("<="))
@@ -590,8 +583,8 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
     return sides
 
 
-def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str | int, Any]:
-    sides_by_column: dict[str | int, dict[str | None, Any]] = {}
+def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str, Any]:
+    sides_by_column: dict[str, dict[str | None, Any]] = {}
     listed: list[str] | None = None  # of the list that an entry may continue
     for entry in entries_of(texts):
         match = _TEXTS.fullmatch(entry)
@@ -651,35 +644,18 @@ def ends(column: Any, limit: Any) -> tuple[float, float]:
         ArgumentTypeError: It is neither a number nor a pair of numbers or None.
     """
     pair = limit if isinstance(limit, (tuple, list)) else (None, limit)
-    if limit is None or len(pair) != 2 or not all(map(_is_end, pair)):
+    values = []
+    for value, unbounded in zip(pair, OPEN, strict=False):
+        number = unbounded if value is None else value
+        if isinstance(number, numbers.Real) and not isinstance(number, (bool, np.bool_)):
+            values.append(float(number))
+    if limit is None or len(pair) != 2 or len(values) != 2:
         raise wrong_type(f"the limit on {column!r}", "a number or a pair (lower, upper)", limit)
-    lower, upper = pair
-    low = -np.inf if lower is None else float(lower)
-    high = np.inf if upper is None else float(upper)
+    low, high = values
     # Not so of NaN either, nor of two infinite ends with one sign.
     if not (low <= high and low < np.inf and high > -np.inf):
         raise invalid(f"the limit on {column!r}", "(lower, upper) in increasing order", limit)
     return low, high
-
-
-def _is_end(value: Any) -> bool:
-    """Whether a value can be an end of a limit: a number or None."""
-    if value is None:
-        return True
-    return isinstance(value, numbers.Real) and not isinstance(value, (bool, np.bool_))
-
-
-def limits_by_name(limits: Limits | None, objectives: Sequence[str]) -> dict[str, Any]:
-    """Return limits in any of their forms by the names of columns; an index is of an objective."""
-    limit_by_name = {}
-    for key, limit in limits_of(limits).items():
-        name = key
-        if not isinstance(key, str):
-            name = objectives[index_of("objective", key, objectives)]
-        if name in limit_by_name:
-            raise invalid("limits", "given once for a column", limits)
-        limit_by_name[str(name)] = limit
-    return limit_by_name
 
 
 def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
@@ -694,7 +670,7 @@ def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
     free = [name for name in layout.columns if name not in layout.constraints]
     on_numbers = {}
     on_texts: dict[str, Allowed] = {}
-    for name, limit in limits_by_name(limits, layout.objectives).items():
+    for name, limit in limits_of(limits).items():
         if is_of_texts(limit):
             on_texts[name] = [*limit]
             continue

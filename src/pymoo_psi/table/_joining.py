@@ -80,11 +80,8 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
 
 def _stacked_extra(tables: Sequence[TestTable]) -> dict[str, AnyArray]:
     """Return the extra columns of all tables; cells of a table without a column are None."""
-    names: dict[str, None] = {}
-    for table in tables:
-        names |= dict.fromkeys(table.extra)
     columns = {}
-    for name in names:
+    for name in dict.fromkeys(name for table in tables for name in table.extra):
         parts = []
         for table in tables:
             none = np.full(len(table), None, dtype=object)
@@ -178,34 +175,33 @@ def difference(a: TestTable, b: TestTable) -> str:
     if a.layout is b.layout and a.problem is b.problem:
         return ""
     facts = _facts(a)
-    other_facts = _facts(b)
-    keys = [key for key in facts if key in other_facts]
+    others = _facts(b)
+    keys = [key for key in facts if key in others]
     problem = flat(a.problem or {})
     other_problem = flat(b.problem or {})
     if "problem" in problem and "problem" in other_problem:
         keys += sorted({*problem, *other_problem})
         facts |= problem
-        other_facts |= other_problem
+        others |= other_problem
     for key in keys:
-        if facts.get(key) != other_facts.get(key):
-            return f"{key} {facts.get(key)} against {other_facts.get(key)}"
+        if facts.get(key) != others.get(key):
+            return f"{key} {facts.get(key)} against {others.get(key)}"
     return ""
 
 
 def _facts(table: TestTable) -> dict[str, str]:
     """Return the facts of a table apart from its tests, as texts, so that NaN equals NaN."""
     layout = table.layout
-    facts = {}
+    facts: dict[str, Any] = {}
     for group in ("variables", "objectives", "inequalities", "equalities", "eq_tolerance"):
         facts[group] = getattr(layout, group)
     for name in layout.columns:
         facts[f"unit of {name}"] = layout.units.get(name, "none")
         facts[f"direction of {name}"] = "max" if name in layout.maximize else "min"
+    for name, *bounds in zip(layout.variables, layout.lower, layout.upper, strict=True):
+        facts[f"bounds of {name}"] = tuple(map(float, bounds))
     facts["fixed ranges"] = table.formulation.ranges or {}
     facts["limits"] = table.limits
-    for name, kind in zip(layout.variables, layout.kinds, strict=False):
-        facts[f"kind of {name}"] = kind.value
-    bounds = zip(layout.lower.tolist(), layout.upper.tolist(), strict=True)
-    for name, pair in zip(layout.variables, bounds, strict=True):
-        facts[f"bounds of {name}"] = pair
+    if layout.kinds:
+        facts["kinds"] = [kind.value for kind in layout.kinds]
     return {key: str(value) for key, value in facts.items()}

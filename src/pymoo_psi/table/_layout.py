@@ -137,13 +137,14 @@ class Layout:
             raise invalid("kinds", f"{n} kinds, one for each variable", Received(len(self.kinds)))
 
     def _check_bounds(self) -> None:
+        n = len(self.variables)
         for side in ("lower", "upper"):
             bounds = getattr(self, side)
             if bounds is None:
-                bounds = np.full(len(self.variables), np.nan)
+                bounds = np.full(n, np.nan)
             # A copy, as it is made read-only and the caller's array is the caller's.
             bounds = real_array(side, bounds).copy()
-            require_shape(side, bounds, (len(self.variables),))
+            require_shape(side, bounds, (n,))
             bounds.setflags(write=False)
             self._set(side, bounds)
         if (self.lower > self.upper).any():  # false with NaN, a bound that is not known
@@ -361,11 +362,10 @@ def unit_texts(units: Any) -> dict[str, str]:
     for name, unit in mapping("units", units, "columns to units, such as {'mass': 'kg'}").items():
         if not isinstance(name, str) or not isinstance(unit, str):
             raise wrong_type("units", "names to texts", units)
-        if not is_writable(name) or not unit.isprintable():
+        if not (is_writable(name) and unit.isprintable()):
             raise invalid(f"the unit of {name!r}", "one line of Unicode text", unit)
-        text = str(unit).strip()
-        if text:
-            texts[str(name)] = text
+        if unit.strip():
+            texts[str(name)] = unit.strip()
     return texts
 
 

@@ -50,7 +50,6 @@ from pymoo_psi.table._formulation import (
     FormulationFields,
     formulated,
     limit_text,
-    limits_by_name,
 )
 from pymoo_psi.table._head import Columns, blocks_of, columns_of
 from pymoo_psi.table._joining import (
@@ -112,8 +111,7 @@ class TestTable(Tests, Shown):
         Args:
             formulation: The formulation; that of the table unless given.
             **fields: Attributes of :class:`Formulation`, which replace those of the formulation:
-                ``under(limits={"mass": 30}, normalize=False)``. Limits on objectives may be given
-                by their index from 0.
+                ``under(limits={"mass": 30}, normalize=False)``.
 
         Raises:
             ArgumentValueError: A column is unknown, or cannot be used as stated.
@@ -140,9 +138,6 @@ class TestTable(Tests, Shown):
         instance("formulation", formulation, Formulation)
         for name in fields:
             known_name("an argument of under", name, ATTRIBUTES)
-        if "limits" in fields:
-            objectives = fields.get("objectives") or self.layout.objectives
-            fields["limits"] = limits_by_name(fields["limits"], objectives)
         return self.tested._under(replace(formulation, **fields))
 
     def _under(self, formulation: Formulation) -> TestTable:

@@ -301,17 +301,16 @@ class Tests:
             X = design_matrix("X", X)
             layout = Layout.of(X.shape[1], _width("F", F), _width("G", G), _width("H", H))
         columns = mapping("outputs", outputs or {}, "names to values")
-        names = tuple(dict.fromkeys((*layout.outputs, *columns)))
-        if names != layout.outputs:
-            layout = replace(layout, outputs=names)
-        shape = real_array("numbers", numbers).shape
-        further = np.full((*shape, len(names)), np.nan)
-        for name, column in columns.items():
-            values = real_array(f"the output {name!r}", column)
-            require_shape(f"the output {name!r}", values, shape)
-            further[:, names.index(name)] = values
-        arrays = {"numbers": numbers, "X": X, "F": F, "G": G, "H": H, "outputs": further}
-        return cls(layout, reasons=reasons or {}, extra=extra or {}, **arrays)
+        layout = replace(layout, outputs=tuple(dict.fromkeys((*layout.outputs, *columns))))
+        unknown = np.full(real_array("numbers", numbers).shape, np.nan)
+        values = [np.zeros((*unknown.shape, 0))]
+        for name in layout.outputs:
+            column = real_array(f"the output {name!r}", columns.get(name, unknown))
+            require_shape(f"the output {name!r}", column, unknown.shape)
+            values.append(column)
+        arrays = {"numbers": numbers, "X": X, "F": F, "G": G, "H": H}
+        further = np.column_stack(values)
+        return cls(layout, reasons=reasons or {}, extra=extra or {}, outputs=further, **arrays)
 
     @classmethod
     def empty(cls, layout: Layout | None = None) -> Self:
@@ -409,27 +408,24 @@ class Tests:
             >>> replace(table, layout=layout, extra={"row_no": ["A", "A", 7]}).names
             ['A #1', 'A #2', 'row no 7']
         """
-        label = self.layout.label
-        numbers = self.numbers.tolist()
-        if label is None:
-            kind = number_column(self.extra).replace("_", " ")
-            return [f"{kind} {number}" for number in numbers]
+        word = (self.layout.label or number_column(self.extra)).replace("_", " ")
         labels = list(map(str, self._labels()))
         count = Counter(labels)
         names = []
-        for name, number in zip(labels, numbers, strict=True):
+        for name, number in zip(labels, self.numbers.tolist(), strict=True):
             if count[name] > 1:
                 name = f"{name} #{number}"
             if re.fullmatch(r"\d+( #\d+)?", name):
-                name = f"{label.replace('_', ' ')} {name}"
+                name = f"{word} {name}"
             names.append(name)
         return names
 
     def _labels(self) -> list[Any]:
-        """Return the cells of the column that names the designs; empty if none does."""
-        if self.layout.label is None:
-            return []
-        return list(self.extra[self.layout.label].tolist())
+        """Return the cells of the column that names the designs, or else the numbers of tests."""
+        labels = self.numbers
+        if self.layout.label is not None:
+            labels = self.extra[self.layout.label]
+        return list(labels.tolist())
 
     def row_of(self, design: int | str) -> int:
         """Return the row of a design by the number of its test or by its label.
@@ -465,19 +461,15 @@ class Tests:
         return int(rows[0])
 
     def _row_of_name(self, name: str) -> int:
-        names = self.names
-        if name in names:
-            return names.index(name)
         labels = list(map(str, self._labels()))
-        if labels.count(name) == 1:
-            return labels.index(name)
+        for names in (self.names, labels):
+            if names.count(name) == 1:
+                return names.index(name)
         # Where labels are numbers, a number that is none of them is more likely a mistake.
         if re.fullmatch(r"[1-9][0-9]{0,17}", name) and not any(map(str.isdecimal, labels)):
             return self.row_of(int(name))
-        rule = "the name of one design"
-        if names:
-            rule += f", such as {names[0]!r}"
-        raise invalid("design", rule, name)
+        examples = "".join(f", such as {example!r}" for example in self.names[:1])
+        raise invalid("design", f"the name of one design{examples}", name)
 
     @property
     def repeats(self) -> Mask:
