@@ -89,15 +89,14 @@ def test_a_replaced_study_is_noticed(study, tmp_path):
 # Versions
 
 
-@pytest.mark.parametrize(
-    ("version", "remedy"),
-    [(99, "install a later one"), (3, "continue it with pymoo-psi 0.2.0, or export it as CSV")],
-)
-def test_another_version_is_said_to_be_one(study, version, remedy):
+@pytest.mark.parametrize("version", [99, 3])
+def test_another_version_is_said_to_be_one(study, version):
     edit(study.path, f"PRAGMA user_version = {version}", "DROP TABLE study")
     before = contents(Path(study.path).parent)
     for call in calls(study.path):
-        with pytest.raises(StudyVersionError, match=f"door has format {version}, but .*{remedy}"):
+        with pytest.raises(
+            StudyVersionError, match=f"door has format {version}, but .*version that made it"
+        ):
             call()
     assert contents(Path(study.path).parent) == before
 

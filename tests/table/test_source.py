@@ -119,7 +119,7 @@ FILES = {
         f"a sum called {name}": (f"m,a,b\nA,1,4\nB,2,3\nC,4,2\n{name},7,9\n", {}, f"line 5. is called '{name}' and")
         for name in ("Итого", "合计", "∑", "sum_all")
     },
-    "a sum without a name": ("m,a,b\n,7,9\nA,1,4\nB,2,3\nC,4,2\n", {}, "line 2. has no name and"),
+    "a sum without a name": ("name,a,b\n,7,9\nA,1,4\nB,2,3\nC,4,2\n", {}, "line 2. has no name and"),
     "a sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,9\n", {}, "line 5. has no name and"),
     "no sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,8\n", {}, {"a": [1, 2, 4, 7], "b": [4, 3, 2, 8]}),
     "sums, and a ratio of two": ("m,a,b,c\nA,10,3,5\nB,20,2,10\nC,30,1,15\nTotal,60,6,10\n", {}, "'Total' and summarises"),

@@ -191,12 +191,10 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
     (application,) = db.execute("PRAGMA application_id").fetchone()
     (version,) = db.execute("PRAGMA user_version").fetchone()
     if application == _APPLICATION and version not in _TABLES:
-        remedy = "install a later one"
-        if version < _VERSION:
-            remedy = "continue it with pymoo-psi 0.2.0, or export it as CSV with that version"
         raise StudyVersionError(
             f"study {path} has format {version}, but this version of pymoo-psi reads formats "
-            f"{_OF_0_3} and {_VERSION}; {remedy}"
+            f"{_OF_0_3} and {_VERSION}; continue it with the version that made it, or export it as "
+            "CSV with that one"
         )
     # Other items, such as triggers, are refused: SQLite would run them by itself.
     query = (

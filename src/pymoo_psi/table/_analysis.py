@@ -217,17 +217,11 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
     bounds += [(-layout.eq_tolerance, layout.eq_tolerance)] * len(layout.equalities)
     for limit in table.limits.values():
         bounds.append((np.nan, np.nan) if isinstance(limit, list) else limit)
-    lower, upper = np.array(bounds).reshape(len(names), 2).T
     alone = mask & (mask.sum(axis=1) == 1)[:, None]
-    frame = pd.DataFrame(
-        {
-            "lower": lower,
-            "upper": upper,
-            "rejects": mask.sum(axis=0),
-            "alone": alone.sum(axis=0),
-        },
-        index=pd.Index(names, name="constraint", dtype=object),
-    )
+    index = pd.Index(names, name="constraint", dtype=object)
+    frame = pd.DataFrame(bounds, index, ["lower", "upper"], dtype=np.float64)
+    frame["rejects"] = mask.sum(axis=0)
+    frame["alone"] = alone.sum(axis=0)
     feasible = table.feasible()
     for j, name in enumerate(layout.objectives):
         sign = layout.sign[j]

@@ -448,26 +448,24 @@ def _formulated_layout(
     formulation: Formulation, layout: Layout, objectives: tuple[str, ...]
 ) -> Layout:
     """Return the layout of a table under a formulation with these objectives."""
+    changes: Values = {"objectives": objectives}
     without = {*objectives, *formulation.relaxed}
-    kept = [name not in without for name in layout.variables]
-    inequalities = tuple(name for name in layout.inequalities if name not in without)
-    equalities = tuple(name for name in layout.equalities if name not in without)
+    for group in ("variables", "inequalities", "equalities"):
+        changes[group] = tuple(name for name in getattr(layout, group) if name not in without)
     # What was something else before becomes an output.
-    taken = {*objectives, *inequalities, *equalities}
+    taken = {*objectives, *changes["inequalities"], *changes["equalities"]}
     former = (*layout.outputs, *layout.objectives, *layout.constraints, *formulation.computed)
-    outputs = tuple(name for name in former if name not in taken)
+    changes["outputs"] = tuple(name for name in former if name not in taken)
     maximized = {*layout.maximize, *formulation.maximize}
+    dependent = (*objectives, *changes["outputs"])
+    kept = [name not in without for name in layout.variables]
     return replace(
         layout,
-        variables=tuple(compress(layout.variables, kept)),
-        objectives=objectives,
-        inequalities=inequalities,
-        equalities=equalities,
-        outputs=outputs,
+        **changes,
         lower=layout.lower[kept],
         upper=layout.upper[kept],
         kinds=tuple(compress(layout.kinds, kept)),
-        maximize=tuple(name for name in (*objectives, *outputs) if name in maximized),
+        maximize=tuple(name for name in dependent if name in maximized),
         units={**layout.units, **formulation.units},
     )
 

@@ -178,16 +178,16 @@ class Tests:
         """
         return np.asarray(self._codes == STATUSES.index("failed"))
 
-    def _violated(self, limits: Mapping[str, Allowed]) -> Mask:
+    def _violated(self, allowed: Mapping[str, Allowed]) -> Mask:
         """``(n, k)`` which tests violate each constraint, and then each limit.
 
         A design that a requirement kept from running violates no limit.
         """
         constraints = violated_constraints(self.G, self.H, self.layout.eq_tolerance)
         masks = [constraints]
-        if limits:
+        if allowed:
             has_run = ~constraints.any(axis=1) | np.isfinite(self.F).any(axis=1)
-            for name, limit in limits.items():
+            for name, limit in allowed.items():
                 masks.append(((self.excess(name, limit) > 0) & has_run)[:, None])
         return np.hstack(masks)
 
