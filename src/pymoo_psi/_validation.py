@@ -12,6 +12,7 @@ import math
 import numbers
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
+from os import PathLike
 from typing import Any, TypeVar
 
 import numpy as np
@@ -29,6 +30,7 @@ AnyArray = NDArray[Any]
 Names = Sequence[str]
 Entries = Mapping[str, Any]
 Values = dict[str, Any]
+FilePath = str | PathLike[str]
 Class = TypeVar("Class")
 
 

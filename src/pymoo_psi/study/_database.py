@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import AnyArray, Integers, Mask, Received, counted, invalid
+from pymoo_psi._validation import AnyArray, Integers, Mask, Received, Values, counted, invalid
 from pymoo_psi.errors import StudyVersionError
 from pymoo_psi.study._lock import reported, unreadable
 from pymoo_psi.study._runs import ROOM, Head, StudyRun, points_of, same_points
@@ -86,7 +86,7 @@ class Steering(NamedTuple):
     """
 
     name: str
-    content: dict[str, Any]
+    content: Values
     run: int = 0
     answer: str = "waits for the run"
     number: int = 0
@@ -217,7 +217,7 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
     return Database(db, path, facts)
 
 
-def _stored_facts(rows: Iterable[Sequence[Any]]) -> dict[str, Any]:
+def _stored_facts(rows: Iterable[Sequence[Any]]) -> Values:
     return {name: json.loads(text) for name, text in rows}
 
 
@@ -682,7 +682,7 @@ def _read(
 # Heads
 
 
-def with_stored_columns(stored: Head, asked: Head) -> dict[str, Any]:
+def with_stored_columns(stored: Head, asked: Head) -> Values:
     """Return the head that a study has from now on; a column that is stored stays, as an output.
 
     Args:
@@ -716,7 +716,7 @@ def _by_place(stored: Head, asked: Head) -> tuple[dict[str, str], list[str]]:
     return names, [name for name in stored["objectives"] if names.get(name, name) in is_turned]
 
 
-def with_outputs(head: Head, columns: Collection[str]) -> dict[str, Any]:
+def with_outputs(head: Head, columns: Collection[str]) -> Values:
     """Return a head with the outputs that tests have."""
     columns_of_head = {*_FIXED, *_columns(head)}
     outputs = [*head.get("outputs", ())]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from pymoo_psi._validation import flat
+from pymoo_psi._validation import Names, Values, flat
 from pymoo_psi.errors import StudyMismatchError
 
 Head: TypeAlias = Mapping[str, Any]
@@ -120,8 +120,8 @@ def _model(head: Head) -> dict[str, str]:
 
 
 def points_of(
-    head: Head, sampling: str | None, requirements: Sequence[str] = (), repeat: int = 1
-) -> dict[str, Any]:
+    head: Head, sampling: str | None, requirements: Names = (), repeat: int = 1
+) -> Values:
     """Return what determines the points of a run.
 
     Args:
@@ -143,5 +143,5 @@ def points_of(
     }
     if repeat > 1:
         points["repeat"] = repeat
-    plain: dict[str, Any] = json.loads(json.dumps(points))
+    plain: Values = json.loads(json.dumps(points))
     return plain

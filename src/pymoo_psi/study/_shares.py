@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 import sqlite3
 from contextlib import closing
-from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from pymoo_psi._validation import Integers, Received, integer, invalid, wrong_type
+from pymoo_psi._validation import FilePath, Integers, Received, integer, invalid, wrong_type
 from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import Columns, Facts, new_database
 from pymoo_psi.study._study import SUFFIX, Study, require_fellow, studies_in
@@ -81,7 +80,7 @@ class Share(NamedTuple):
 ALL = Share(1, 1)  # all points
 
 
-def read_folder(path: str | PathLike[str]) -> tuple[Facts, Columns, str]:
+def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
     """Return the tests of all studies in a folder as those of one; see :class:`Study`.
 
     Returns:

@@ -37,7 +37,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import Integers, Received, identity_text, invalid, wrong_type
+from pymoo_psi._validation import FilePath, Integers, Received, identity_text, invalid, wrong_type
 from pymoo_psi.errors import StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import (
     LAST,
@@ -75,7 +75,7 @@ class Study:
         wait: Seconds to wait for other processes that are writing the study.
     """
 
-    def __init__(self, path: str | PathLike[str], *, wait: float = 10.0) -> None:
+    def __init__(self, path: FilePath, *, wait: float = 10.0) -> None:
         if not isinstance(path, (str, PathLike)) or not os.fspath(path):
             raise wrong_type("study path", "the name of a file", path)
         self.path = os.path.realpath(path)
@@ -341,7 +341,7 @@ def require_fellow(path: str, facts: Facts, others: Facts, where: str = "asked")
         )
 
 
-def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None:
+def write_study(path: FilePath, head: Head, columns: Columns) -> None:
     """Write tests as a new study, whole or not at all; see :class:`Study` for head and columns.
 
     Args:
@@ -375,6 +375,6 @@ def write_study(path: str | PathLike[str], head: Head, columns: Columns) -> None
     create(file, facts, columns)
 
 
-def studies_in(folder: str | PathLike[str]) -> list[str]:
+def studies_in(folder: FilePath) -> list[str]:
     """Return the paths of the studies in a folder, sorted."""
     return sorted(map(str, Path(folder).glob(f"*{SUFFIX}")))

@@ -8,7 +8,7 @@ Chapter 1): ``Formulation(objectives=[..., constraint])``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from pymoo_psi._validation import (
     Array,
     Integers,
     Mask,
+    Names,
     Received,
     counted,
     instance,
@@ -256,7 +257,7 @@ def _best(values: Array) -> float:
 # Of an even sample of the bounds
 
 
-def sensitivities(table: TestTable, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def sensitivities(table: TestTable, columns: Names | None = None) -> pd.DataFrame:
     """Return the first-order sensitivity of columns to each variable, from the tests at hand.
 
     The index S_i of a variable is the share of a column's variance that the variable explains by

@@ -29,6 +29,7 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Array,
+    Values,
     counted,
     invalid,
 )
@@ -108,7 +109,7 @@ class Cells:
     columns: dict[str, list[Any]]
     lines: Sequence[int] = ()
     separator: str = ""
-    head: dict[str, Any] = field(default_factory=dict)
+    head: Values = field(default_factory=dict)
     label: str | None = None
     rows: Sequence[int] = ()
     metadata: str = ""
@@ -203,7 +204,7 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
     return Cells(cells, [*rows][1:], separator)
 
 
-def cells_as_written(rows: RowsByLine, head: dict[str, Any]) -> Cells:
+def cells_as_written(rows: RowsByLine, head: Values) -> Cells:
     """Return the rows of a file of ours as columns under the names in the first row, as they are.
 
     Raises:

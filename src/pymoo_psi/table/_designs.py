@@ -15,6 +15,7 @@ from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Names,
     Received,
     Rows,
     finite_array,
@@ -38,7 +39,7 @@ def is_writable(text: str) -> bool:
 
 
 def design_matrix(
-    name: str, value: Any, variables: Sequence[str] | None = None, kinds: Sequence[Kind] = ()
+    name: str, value: Any, variables: Names | None = None, kinds: Sequence[Kind] = ()
 ) -> AnyArray:
     """Return designs as a new ``(n, n_var)`` array in one normal form.
 
@@ -177,7 +178,7 @@ def first_of(keys: Iterable[Any]) -> Rows:
     return np.array([index_by_key.setdefault(key, i) for i, key in enumerate(keys)], dtype=np.intp)
 
 
-def _array(name: str, value: Any, variables: Sequence[str] | None) -> AnyArray:
+def _array(name: str, value: Any, variables: Names | None) -> AnyArray:
     """Return rows, mappings or a frame as an array of objects."""
     if hasattr(value, "itertuples"):  # a frame of pandas
         value = value.to_dict("records")
@@ -192,7 +193,7 @@ def _array(name: str, value: Any, variables: Sequence[str] | None) -> AnyArray:
         raise ArgumentValueError(f"{name} must be a rectangular array: {error}") from error
 
 
-def _rows_of_mappings(name: str, mappings: list[Any], variables: Sequence[str]) -> list[list[Any]]:
+def _rows_of_mappings(name: str, mappings: list[Any], variables: Names) -> list[list[Any]]:
     rows = []
     for mapping in mappings:
         if not isinstance(mapping, Mapping) or set(mapping) != set(variables):

@@ -20,6 +20,7 @@ from pymoo_psi._validation import (
     AnyArray,
     Array,
     Received,
+    Values,
     finite_number,
     invalid,
     known_name,
@@ -142,7 +143,7 @@ class Expression:
             ArgumentValueError: There is no such column.
             ArgumentTypeError: A column does not hold numbers.
         """
-        values_by_placeholder: dict[str, Any] = {"__builtins__": {}}
+        values_by_placeholder: Values = {"__builtins__": {}}
         for k, operand in enumerate(self.operands):
             values_by_placeholder[f"_{k}"] = self._value(operand, columns)
         # Division by zero, logarithms below zero and overflow show in the values.

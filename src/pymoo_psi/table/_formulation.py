@@ -20,7 +20,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import compress
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypedDict
 
@@ -30,7 +29,9 @@ import numpy as np
 from pymoo_psi._output import Shown, whole_file
 from pymoo_psi._validation import (
     AnyArray,
+    FilePath,
     Received,
+    Values,
     boolean,
     collection,
     distinct,
@@ -216,7 +217,7 @@ class Formulation(Shown):
     def _set(self, name: str, value: Any) -> None:
         object.__setattr__(self, name, value)
 
-    def _stated(self) -> dict[str, Any]:
+    def _stated(self) -> Values:
         """Return the attributes that differ from their defaults."""
         default = Formulation()
         stated = {}
@@ -269,7 +270,7 @@ class Formulation(Shown):
         """
         return replace(self, objectives=(), maximize=(), relaxed=(), computed={}, units={})
 
-    def to_json(self, path: str | PathLike[str]) -> None:
+    def to_json(self, path: FilePath) -> None:
         """Write the formulation as JSON, to be read by :meth:`read_json` or edited by hand.
 
         Raises:
@@ -301,7 +302,7 @@ class Formulation(Shown):
             file.write_text(f"{{\n {content}\n}}\n", encoding="utf-8")
 
     @classmethod
-    def read_json(cls, path: str | PathLike[str]) -> Formulation:
+    def read_json(cls, path: FilePath) -> Formulation:
         """Read a formulation, or a decision that the page saved; the file may be untrusted.
 
         Raises:
@@ -359,7 +360,7 @@ class _Position(msgspec.Struct, forbid_unknown_fields=True):
     name: Annotated[str, msgspec.Meta(min_length=1)]
     date: str = ""
     chosen: str | None = None
-    limits: dict[str, Any] = {}
+    limits: Values = {}
     weights: dict[str, Annotated[float, msgspec.Meta(ge=0)]] = {}
     aspiration: dict[str, float] = {}
     reason: str = ""
@@ -374,11 +375,11 @@ class _Decision(msgspec.Struct, forbid_unknown_fields=True):
     dissent: list[str]
 
 
-def _checked(where: str, entries: Any, kind: Any) -> dict[str, Any]:
+def _checked(where: str, entries: Any, kind: Any) -> Values:
     """Return entries as a class has them, complete."""
     plain = msgspec.to_builtins(entries, enc_hook=lambda value: np.asarray(value).tolist())
     try:
-        values: dict[str, Any] = msgspec.to_builtins(msgspec.convert(plain, kind))
+        values: Values = msgspec.to_builtins(msgspec.convert(plain, kind))
     except msgspec.ValidationError as error:
         raise ArgumentValueError(f"{where}: {error}") from None
     return values
@@ -506,7 +507,7 @@ def entries_of(texts: Sequence[str]) -> list[str]:
     return entries
 
 
-def limits_of(limits: Any, argument: str = "limits") -> dict[str, Any]:
+def limits_of(limits: Any, argument: str = "limits") -> Values:
     """Return limits in any of their forms as a mapping from columns to numbers or pairs.
 
     Args:
@@ -581,7 +582,7 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
     return sides
 
 
-def _limits_of_texts(texts: Sequence[str], argument: str) -> dict[str, Any]:
+def _limits_of_texts(texts: Sequence[str], argument: str) -> Values:
     sides_by_column: dict[str, dict[str | None, Any]] = {}
     listed: list[str] | None = None  # of the list that an entry may continue
     for entry in entries_of(texts):

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import AnyArray, Received, counted, invalid
+from pymoo_psi._validation import AnyArray, Entries, Names, Received, Values, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._cells import Cells, UnfitError, in_a_line
 from pymoo_psi.table._designs import common_dtype
@@ -56,7 +56,7 @@ class StoredTests(NamedTuple):
     head: Head
     columns: Columns
     remarks: tuple[str, ...] = ()
-    limits: Mapping[str, Any] = MappingProxyType({})
+    limits: Entries = MappingProxyType({})
     is_derived: bool = False
 
 
@@ -163,7 +163,7 @@ def columns_of(table: Any) -> Columns:
     return columns
 
 
-def columns_of_designs(names: Sequence[str], kinds: Sequence[Kind], X: AnyArray) -> Columns:
+def columns_of_designs(names: Names, kinds: Sequence[Kind], X: AnyArray) -> Columns:
     """Return the columns of ``(n, n_var)`` designs; choices are texts."""
     columns = {}
     for name, column, kind in zip(names, X.T, kinds, strict=True):
@@ -174,7 +174,7 @@ def columns_of_designs(names: Sequence[str], kinds: Sequence[Kind], X: AnyArray)
     return columns
 
 
-def lacking(columns: Columns, names: Sequence[str]) -> tuple[str, ...]:
+def lacking(columns: Columns, names: Names) -> tuple[str, ...]:
     """Return a remark on tests of a study that lack values, as they are older than an output.
 
     Args:
@@ -252,7 +252,7 @@ def designs_head(designs: Any, columns: Collection[str]) -> Head:
 
 def checked_designs_head(head: Head) -> Head:
     """Return the head of designs in full, empty where a source says nothing of its columns."""
-    checked: dict[str, Any] = {"normalize": head.get("normalize") is not False}
+    checked: Values = {"normalize": head.get("normalize") is not False}
     try:
         for key in ("objectives", "maximized", "variables", "chosen"):
             checked[key] = tuple(map(in_a_line, head.get(key, ())))

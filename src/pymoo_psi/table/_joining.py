@@ -14,6 +14,7 @@ from pymoo_psi._validation import (
     Mask,
     Received,
     Rows,
+    Values,
     flat,
     invalid,
 )
@@ -192,7 +193,7 @@ def difference(a: TestTable, b: TestTable) -> str:
 def _facts(table: TestTable) -> dict[str, str]:
     """Return the facts of a table apart from its tests, as texts, so that NaN equals NaN."""
     layout = table.layout
-    facts: dict[str, Any] = {}
+    facts: Values = {}
     for group in ("variables", "objectives", "inequalities", "equalities", "eq_tolerance"):
         facts[group] = getattr(layout, group)
     for name in layout.columns:

@@ -15,7 +15,9 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Array,
+    FilePath,
     Mask,
+    Names,
     Received,
     counted,
     invalid,
@@ -235,7 +237,7 @@ def _content_of_file(
 
 
 def source_columns(
-    source: str | PathLike[str] | Any,
+    source: FilePath | Any,
     units: Mapping[str, str] = MappingProxyType({}),
     *,
     decimal: str | None = None,
@@ -437,7 +439,7 @@ def _has_distinct_texts(column: Column) -> bool:
 def _table(
     designs: _Designs,
     formulation: Formulation,
-    variables: Sequence[str] | None,
+    variables: Names | None,
     drop_incomplete: bool,
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
@@ -515,8 +517,8 @@ def _names_and_numbers(
 
 
 def _roles(
-    designs: _Designs, formulation: Formulation, variables: Sequence[str] | None
-) -> tuple[Sequence[str], Sequence[str]]:
+    designs: _Designs, formulation: Formulation, variables: Names | None
+) -> tuple[Names, Names]:
     """Return the names of the objectives and variables: as the user or the source says, or guessed.
 
     Raises:
@@ -553,7 +555,7 @@ def _roles(
     return objectives, [name for name in variables or guessed if name not in objectives]
 
 
-def _incomplete(cells: Cells, objectives: Sequence[str], F: Array, drop: bool) -> list[str]:
+def _incomplete(cells: Cells, objectives: Names, F: Array, drop: bool) -> list[str]:
     """Refuse designs without finite objectives, or return a remark on them."""
     lacking = ~np.isfinite(F)
     rows = np.flatnonzero(lacking.any(axis=1)).tolist()

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import compress
-from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,9 +20,11 @@ from pymoo_psi._names import Renamed
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Array,
+    FilePath,
     Mask,
     Received,
     Rows,
+    Values,
     counted,
     finite_number,
     instance,
@@ -149,7 +150,7 @@ class TestTable(Tests, Shown):
             formulation = replace(formulation, ranges=former.ranges if is_same else {})
         if formulation.chosen is None:
             formulation = replace(formulation, chosen=former.chosen, reason=former.reason)
-        changes: dict[str, Any] = {"layout": layout, "formulation": formulation, "_tested": self}
+        changes: Values = {"layout": layout, "formulation": formulation, "_tested": self}
         # Failed for an objective, a design may count under others; failed in its evaluation, it
         # has no values.
         reasons = self._failed_in_evaluation()
@@ -710,7 +711,7 @@ class TestTable(Tests, Shown):
         columns["pareto"] = self.pareto()
         return columns
 
-    def to_csv(self, path: str | PathLike[str]) -> None:
+    def to_csv(self, path: FilePath) -> None:
         """Write the table; :func:`read_table` reads it back without a change.
 
         The columns are those of :meth:`to_frame`, with units in the header, such as ``mass [kg]``.
@@ -738,7 +739,7 @@ class TestTable(Tests, Shown):
         """
         CSV.save_tests(path, self)
 
-    def to_xlsx(self, path: str | PathLike[str]) -> None:
+    def to_xlsx(self, path: FilePath) -> None:
         """Write the table as a workbook, which :func:`read_table` reads back without a change.
 
         The first sheet has the tests, in the columns of :meth:`to_frame` with units in the header.
@@ -763,7 +764,7 @@ class TestTable(Tests, Shown):
         """
         WORKBOOK.save_tests(path, self)
 
-    def to_study(self, path: str | PathLike[str]) -> None:
+    def to_study(self, path: FilePath) -> None:
         """Write the table as a new study that a run can continue, whole or not at all.
 
         To continue several tables in one run, use ``a.merge(b).to_study("all.db")``, then
@@ -810,7 +811,7 @@ def _fill_failed(blocks: Mapping[str, Array], failed: Mask) -> None:
         blocks[name][failed] = np.where(np.isfinite(values), values, value)
 
 
-def facts_of(problem: Any, *names: str) -> dict[str, Any] | None:
+def facts_of(problem: Any, *names: str) -> Values | None:
     """Return some facts of a problem's identity, of the model or of the points of a run."""
     facts = {name: fact for name, fact in (problem or {}).items() if name in names}
     return facts or None

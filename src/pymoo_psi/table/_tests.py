@@ -19,6 +19,7 @@ from pymoo_psi._validation import (
     Mask,
     Received,
     Rows,
+    Values,
     counted,
     instance,
     integer,
@@ -422,7 +423,7 @@ class Tests:
 
     def _labels(self) -> list[Any]:
         """Return the cells of the column that names the designs, or else the numbers of tests."""
-        labels = self.numbers
+        labels: AnyArray = self.numbers
         if self.layout.label is not None:
             labels = self.extra[self.layout.label]
         return list(labels.tolist())
@@ -582,7 +583,7 @@ class Tests:
         """Return the table itself, which never changes; pymoo copies its algorithms often."""
         return self
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
+    def __setstate__(self, state: Values) -> None:
         """Restore a pickled table with its arrays read-only."""
         # numpy's arrays come back writable from a pickle.
         self._set(state)

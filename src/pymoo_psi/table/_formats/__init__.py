@@ -8,10 +8,9 @@ A new format is a subclass of :class:`FileFormat` in a file of its own and an en
 
 from __future__ import annotations
 
-from os import PathLike
 from pathlib import Path
 
-from pymoo_psi._validation import invalid
+from pymoo_psi._validation import FilePath, invalid
 from pymoo_psi.table._cells import UnfitError
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
 from pymoo_psi.table._formats._study import StudyFile, stored_tests, tests_of_folder
@@ -55,7 +54,7 @@ def recognized(file: SourceFile) -> FileFormat:
     raise UnfitError("its format is unknown")
 
 
-def format_of(path: str | PathLike[str], content: str) -> FileFormat:
+def format_of(path: FilePath, content: str) -> FileFormat:
     """Return the format in which a file is written, by its suffix.
 
     Args:

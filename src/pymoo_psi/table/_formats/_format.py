@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
-from os import PathLike
 from pathlib import Path
 from typing import IO, Any
 
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import invalid
+from pymoo_psi._validation import Entries, FilePath, invalid
 from pymoo_psi.table._cells import Cells, UnfitError
 from pymoo_psi.table._head import Head, StoredTests, marked
 
@@ -112,7 +111,7 @@ class FileFormat(ABC):
             UnfitError: The file holds no table.
         """
 
-    def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
+    def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write a new file; a format needs this method if it writes anything.
 
         Args:
@@ -122,9 +121,7 @@ class FileFormat(ABC):
         """
         raise NotImplementedError(f"{self.suffix} files are not written")
 
-    def save(
-        self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
-    ) -> None:
+    def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
         """Write columns as :meth:`write` does, whole or not at all.
 
         Raises:
@@ -134,7 +131,7 @@ class FileFormat(ABC):
         with whole_file(path) as new:
             self.write(new, columns, head or {})
 
-    def save_tests(self, path: str | PathLike[str], table: Any) -> None:
+    def save_tests(self, path: FilePath, table: Any) -> None:
         """Write a :class:`TestTable`, whole or not at all, so that it is read back unchanged.
 
         Raises:

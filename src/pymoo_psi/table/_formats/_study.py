@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pymoo_psi._validation import FilePath
 from pymoo_psi.table._formats._format import FileFormat, SourceFile
 from pymoo_psi.table._formulation import limits_of
 from pymoo_psi.table._head import (
@@ -43,7 +43,7 @@ class StudyFile(FileFormat):
 
         return stored_tests(*Study(file.path).contents())
 
-    def save_tests(self, path: str | PathLike[str], table: Any) -> None:
+    def save_tests(self, path: FilePath, table: Any) -> None:
         """Write a table as a new study, whole or not at all; extra columns are left out.
 
         Tests are written as they were before any limits, so that a run can continue the study.

@@ -16,17 +16,16 @@ import json
 import os
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from io import StringIO
-from os import PathLike
 from pathlib import Path
 from typing import Any, TypeAlias
 from urllib.parse import quote
 
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import counted, distinct, invalid
+from pymoo_psi._validation import Entries, FilePath, Values, counted, distinct, invalid
 from pymoo_psi.table._cells import (
     EMPTY,
     Cells,
@@ -57,7 +56,7 @@ Line: TypeAlias = tuple[int, str]
 _SEPARATORS = ",;\t|"
 _HEAD = "pymoo-psi:head"  # entries of the metadata that are ours
 _N_ROWS = "pymoo-psi:rows"
-_DATATYPES: dict[str, Any] = {  # of CSVW, by those of pandas
+_DATATYPES: Values = {  # of CSVW, by those of pandas
     "integer": "integer",
     "floating": "number",
     "mixed-integer-float": "number",
@@ -110,9 +109,7 @@ class CsvFile(FileFormat):
             columns[written_text(name)] = list(map(written_text, column))
         return replace(cells, columns=columns, head=head)
 
-    def save(
-        self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
-    ) -> None:
+    def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
         """Write columns, and what they are into a file beside, whole or not at all.
 
         Without a head, former metadata of ours are removed. What is no file, such as a pipe, has
@@ -151,7 +148,7 @@ class CsvFile(FileFormat):
         except UnfitError:
             return False
 
-    def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
+    def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write columns under their names and units."""
         import pandas as pd
 
@@ -192,12 +189,12 @@ def written_text(cell: str) -> str:
 # Metadata
 
 
-def metadata_path(path: str | PathLike[str]) -> Path:
+def metadata_path(path: FilePath) -> Path:
     """Return where the metadata of a CSV file stand; of a link, beside the file."""
     return Path(f"{os.path.realpath(path)}-metadata.json")
 
 
-def _metadata_of(path: Path) -> dict[str, Any] | None:
+def _metadata_of(path: Path) -> Values | None:
     """Return the metadata that we wrote of a file, if there are any; others are not read.
 
     Raises:
@@ -213,7 +210,7 @@ def _metadata_of(path: Path) -> dict[str, Any] | None:
         raise UnfitError(f"{file.name} is damaged", HEAD_REMEDY) from None
 
 
-def _require_described(cells: Cells, metadata: Mapping[str, Any], path: Path) -> None:
+def _require_described(cells: Cells, metadata: Entries, path: Path) -> None:
     """Refuse cells other than those that are described: of a file that was cut, or another one.
 
     Columns may be rearranged and added.
@@ -233,7 +230,7 @@ def _require_described(cells: Cells, metadata: Mapping[str, Any], path: Path) ->
         )
 
 
-def _document(path: str | PathLike[str], columns: Mapping[str, Any], head: Head) -> dict[str, Any]:
+def _document(path: FilePath, columns: Entries, head: Head) -> Values:
     """Return the metadata of columns in CSVW."""
     from pandas.api.types import infer_dtype
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from io import BytesIO
-from os import PathLike
 from pathlib import Path
 from typing import Any
 from warnings import catch_warnings, simplefilter
 from zipfile import ZipFile, is_zipfile
 
-from pymoo_psi._validation import counted, invalid, known_name
+from pymoo_psi._validation import Entries, FilePath, Names, counted, invalid, known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table._cells import Cells, RowsByLine, UnfitError, cells_as_written, cells_of_rows
 from pymoo_psi.table._formats._format import (
@@ -53,9 +52,7 @@ class WorkbookFile(FileFormat):
             return cells_as_written(rows, head)
         return replace(cells_of_rows(rows), head=head)
 
-    def save(
-        self, path: str | PathLike[str], columns: Mapping[str, Any], head: Head | None = None
-    ) -> None:
+    def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
         """Write columns, whole or not at all; spreadsheets only open files with the suffix.
 
         Raises:
@@ -67,7 +64,7 @@ class WorkbookFile(FileFormat):
             raise invalid("path", f"a file with the suffix {self.suffix}", str(path))
         super().save(path, columns, head)
 
-    def write(self, path: Path, columns: Mapping[str, Any], head: Head) -> None:
+    def write(self, path: Path, columns: Entries, head: Head) -> None:
         """Write columns on the first sheet, and the head on the second."""
         import pandas as pd
 
@@ -184,7 +181,7 @@ def _rows_of_workbook(
     return head, rows
 
 
-def _title(titles: Sequence[str], name: str | None) -> str:
+def _title(titles: Names, name: str | None) -> str:
     """Return the title of the sheet with the designs, of which ``name`` is what the user says."""
     if name is not None:
         return known_name("sheet", name, titles)
