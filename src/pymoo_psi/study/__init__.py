@@ -21,11 +21,11 @@ from pymoo_psi.study._database import Database as Database
 from pymoo_psi.study._database import Facts as Facts
 from pymoo_psi.study._database import Proposal as Proposal
 from pymoo_psi.study._database import Steering as Steering
+from pymoo_psi.study._runs import ALL as ALL
+from pymoo_psi.study._runs import Share as Share
 from pymoo_psi.study._runs import StudyRun as StudyRun
 from pymoo_psi.study._runs import points_of as points_of
-from pymoo_psi.study._shares import ALL as ALL
-from pymoo_psi.study._shares import Share as Share
-from pymoo_psi.study._shares import read_folder as read_folder
+from pymoo_psi.study._study import read_folder as read_folder
 from pymoo_psi.study._study import write_study as write_study
 
 __all__ = [

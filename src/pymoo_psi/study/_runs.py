@@ -1,13 +1,24 @@
-"""Runs of a study: which tests are those of their points, and what must agree of their model."""
+"""Runs of a study: their points, shares of these, and what must agree of their model."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
-from pymoo_psi._validation import Names, Values, flat
+import numpy as np
+
+from pymoo_psi._validation import (
+    Integers,
+    Names,
+    Received,
+    Values,
+    flat,
+    integer,
+    invalid,
+    wrong_type,
+)
 from pymoo_psi.errors import StudyMismatchError
 
 Head: TypeAlias = Mapping[str, Any]
@@ -145,3 +156,69 @@ def points_of(
         points["repeat"] = repeat
     plain: Values = json.loads(json.dumps(points))
     return plain
+
+
+SUFFIX = ".db"  # of the studies in a folder
+_GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
+
+
+class Share(NamedTuple):
+    """The k-th of n parts of the test points.
+
+    The points are assigned in rounds of n consecutive numbers, of which each share gets one. So the
+    first results of all shares together are the beginning of the sequence, which is uniform. A
+    longer run extends every share, and the share of a point does not depend on their number.
+
+    The k-th share does not get the k-th point of every round: the low binary digits of a number
+    are the leading ones of a point of LPτ. Every 64th point lies in one strip, a 64th of the first
+    variable, and a lost share would leave that strip empty. Instead each round begins with another
+    share, by multiples of the golden ratio (Fibonacci hashing, Knuth, The Art of Computer
+    Programming 3, section 6.4), so that every single share is spread over the bounds.
+
+    Attributes:
+        part: The part, from 1 to ``of``.
+        of: The number of parts.
+    """
+
+    part: int
+    of: int
+
+    @classmethod
+    def checked(cls, value: object) -> Share:
+        """Return the share that a user gives as ``(k, n)``.
+
+        Raises:
+            ArgumentValueError: There is no k-th of n parts.
+            ArgumentTypeError: It is no pair of integers.
+        """
+        if not isinstance(value, (tuple, list)) or len(value) != 2:
+            raise wrong_type("share", "a pair (k, n), the k-th of n parts", value)
+        part = integer("k and n of share=(k, n)", value[0], minimum=1)
+        of = integer("k and n of share=(k, n)", value[1], minimum=1)
+        if part > of:
+            raise invalid("share", "(k, n) with k from 1 to n", Received(f"({part}, {of})"))
+        return cls(part, of)
+
+    def __str__(self) -> str:
+        """Return "3 of 64"."""
+        return f"{self.part} of {self.of}"
+
+    @property
+    def file(self) -> str:
+        """The name of its file in a folder of studies; the names sort by part."""
+        digits = len(str(self.of))
+        return f"share-{self.part:0{digits}}-of-{self.of}{SUFFIX}"
+
+    def numbers(self, first: int, last: int) -> Integers:
+        """Return its test points from ``first`` to ``last``, increasing."""
+        if self.of == 1:
+            return np.arange(first, last + 1)
+        rounds = np.arange((first - 1) // self.of, (last - 1) // self.of + 1)
+        # Only the lowest 32 bits of the product count, so that its overflow does no harm.
+        shifts = (rounds * _GOLDEN % 2**32) * self.of // 2**32
+        places = (self.part - 1 + shifts) % self.of
+        numbers = rounds * self.of + places + 1
+        return numbers[(first <= numbers) & (numbers <= last)]
+
+
+ALL = Share(1, 1)  # all points

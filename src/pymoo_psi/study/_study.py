@@ -38,7 +38,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._validation import FilePath, Integers, Received, identity_text, invalid, wrong_type
-from pymoo_psi.errors import StudyAccessError, StudyMismatchError
+from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import (
     LAST,
     Columns,
@@ -47,15 +47,23 @@ from pymoo_psi.study._database import (
     Proposal,
     create,
     is_of_0_3,
+    new_database,
     new_run,
     opened,
     with_outputs,
     with_stored_columns,
 )
 from pymoo_psi.study._lock import locked, reported
-from pymoo_psi.study._runs import ROOM, Head, StudyRun, points_of, require_same_model
+from pymoo_psi.study._runs import (
+    ROOM,
+    SUFFIX,
+    Head,
+    Share,
+    StudyRun,
+    points_of,
+    require_same_model,
+)
 
-SUFFIX = ".db"  # of the studies in a folder
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
 # A plain BEGIN would take the write lock at the first change only, after reading.
 _READ = "BEGIN"
@@ -378,3 +386,55 @@ def write_study(path: FilePath, head: Head, columns: Columns) -> None:
 def studies_in(folder: FilePath) -> list[str]:
     """Return the paths of the studies in a folder, sorted."""
     return sorted(map(str, Path(folder).glob(f"*{SUFFIX}")))
+
+
+def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
+    """Return the tests of all studies in a folder as those of one; see :class:`Study`.
+
+    Returns:
+        The facts, the columns, and which test points are missing; empty if none are.
+
+    Raises:
+        StudyMismatchError: Two studies belong to different problems, or have different results for
+            the same test point.
+        StudyError: One of them is damaged, or there is none; the message names the file.
+    """
+    files = studies_in(Path(path).resolve())
+    if not files:
+        raise StudyAccessError(f"folder {os.fspath(path)} holds no study; check the name")
+    contents = [Study(file).contents() for file in files]
+    first = contents[0][0]
+    n_shares = 1
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
+        joined = new_database(db, os.fspath(path), first)
+        for file, (facts, columns) in zip(files, contents, strict=True):
+            require_fellow(file, facts, first, f"in {files[0]}")
+            if facts.share is not None:
+                n_shares = facts.share[1]
+            try:
+                if len(columns["test"]):
+                    joined.append(1, columns)
+            except ArgumentValueError as error:
+                raise StudyMismatchError(
+                    f"study {file} and one before it in the folder have different results for test "
+                    f"points; move the file that is wrong, or older, to another folder ({error})"
+                ) from error
+        columns = joined.tests()
+    return first, columns, _missing(n_shares, columns["test"])
+
+
+def _missing(n_shares: int, numbers: Integers) -> str:
+    """Say how many test points each share lacks between the first and the last stored one."""
+    if n_shares == 1 or len(numbers) == 0:
+        return ""
+    first = int(numbers[0])
+    last = int(numbers[-1])
+    counts = []
+    for part in range(1, n_shares + 1):
+        share = Share(part, n_shares)
+        n_missing = len(np.setdiff1d(share.numbers(first, last), numbers))
+        if n_missing:
+            counts.append(f"{n_missing} of share {share}")
+    if not counts:
+        return ""
+    return f"Missing between test points {first} and {last}: {', '.join(counts)}"

@@ -181,12 +181,12 @@ def lacking(columns: Columns, names: Names) -> tuple[str, ...]:
         columns: The columns of the tests.
         names: The objectives, and the columns that have limits.
     """
-    is_known = columns["status"] == "ok"  # when it was made
+    was_ok = columns["status"] == "ok"
+    unknown = np.full(len(was_ok), np.nan)
     counts = []
     for name in names:
-        n_unknown = int(np.count_nonzero(is_known))
-        if name in columns:
-            n_unknown = int(np.count_nonzero(is_known & (columns[name] != columns[name])))  # NaN
+        cells = columns.get(name, unknown)[was_ok]
+        n_unknown = int((cells != cells).sum())  # NaN
         if n_unknown:
             counts.append(f"{name} of {counted(n_unknown, 'test')}")
     if not counts:

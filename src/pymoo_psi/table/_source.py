@@ -412,25 +412,17 @@ def _label(columns: Mapping[str, Column]) -> str | None:
     under "Model".
     """
     labels = sorted(filter(_is_label, columns), key=lambda name: _LABELS.index(_folded(name)))
-    if labels and _folded(labels[0]) in _NAMING:
-        return labels[0]
-    for name, column in columns.items():
-        if name not in labels:
-            if _has_distinct_texts(column):
-                return name
-            break
+    if not labels or _folded(labels[0]) not in _NAMING:
+        others = [column for name, column in columns.items() if name not in labels]
+        for column in others[:1]:
+            texts = [cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)]
+            n = len(column.cells)
+            is_of_texts = len(texts) == n and column.numbers is None and not column.problem
+            if is_of_texts and 9 * n <= 10 * len({*texts}):
+                labels.insert(0, column.name)
     if labels:
         return labels[0]
     return None
-
-
-def _has_distinct_texts(column: Column) -> bool:
-    if column.numbers is not None or column.problem:
-        return False
-    for cell in column.cells:
-        if not isinstance(cell, str) or is_blank(cell):
-            return False
-    return 10 * len({*column.cells}) >= 9 * len(column.cells)
 
 
 # From designs to a table

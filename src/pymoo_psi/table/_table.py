@@ -333,13 +333,11 @@ class TestTable(Tests, Shown):
         return {"ideal": ideal, "nadir": nadir}
 
     def _none_feasible(self) -> ArgumentValueError:
-        n_failed = self.failed().sum()
         words = self.layout.words
+        n_failed = self.failed().sum()
         size = counted(len(self), words.row)
         received = Received(f"none of {size}, of which {n_failed} {words.failed}")
-        remedy = "loosen the limits, or test more points"
-        if n_failed:
-            remedy = "see its reasons"
+        remedy = "loosen the limits, test more points, or see the reasons of failures"
         return invalid("the table", "one with a feasible design", received, remedy)
 
     def best(self) -> TestTable:
@@ -461,7 +459,19 @@ class TestTable(Tests, Shown):
             if not kind.real and kind is not Kind.INTEGER:
                 continue
             column = self.X[feasible, j].astype(np.float64)
-            low, high = _widened(column.min(), column.max(), margin, kind)
+            low = column.min()
+            high = column.max()
+            if kind is Kind.LOG:
+                growth = (high / low) ** margin
+                low /= growth
+                high *= growth
+            else:
+                step = margin * (high - low)
+                low -= step
+                high += step
+            if kind is Kind.INTEGER:
+                low = np.floor(low)
+                high = np.ceil(high)
             # fmax and fmin ignore a bound that is NaN, as there is none.
             lower[j] = np.fmax(low, lower[j])
             upper[j] = np.fmin(high, upper[j])
@@ -791,17 +801,6 @@ class TestTable(Tests, Shown):
 
     read_csv = Renamed("read_table(path)")
     read_study = Renamed("read_table(path)")
-
-
-def _widened(low: Any, high: Any, margin: float, kind: Kind) -> tuple[Any, Any]:
-    """Return the ends of a range, each farther out by a share of its width."""
-    if kind is Kind.LOG:
-        growth = (high / low) ** margin
-        return low / growth, high * growth
-    step = margin * (high - low)
-    if kind is Kind.INTEGER:
-        return np.floor(low - step), np.ceil(high + step)
-    return low - step, high + step
 
 
 def _fill_failed(blocks: Mapping[str, Array], failed: Mask) -> None:
