@@ -189,20 +189,6 @@ def test_a_file_that_was_cut_is_recognised(tmp_path, whole):
     assert all(is_reported(tmp_path / "s.db", data[:n]) for n in lengths if 0 <= n < len(data))
 
 
-def test_zeros_and_noise_in_place_of_pages_are_reported_or_do_no_harm(tmp_path, whole):
-    data, tests = whole
-    noise = np.random.default_rng(5).bytes(PAGE)
-    reported = 0
-    for start in range(0, len(data), PAGE):
-        for page in (bytes(PAGE), noise):
-            damaged = data[:start] + page + data[start + PAGE :]
-            if is_reported(tmp_path / "s.db", damaged):
-                reported += 1
-            else:  # a page of the proposals or of an index
-                assert bits(read(tmp_path / "s.db")[1]) == bits(tests)
-    assert reported > len(data) // PAGE
-
-
 @pytest.mark.parametrize(
     "statement",
     [

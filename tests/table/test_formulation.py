@@ -200,29 +200,6 @@ def test_every_column_stays_a_column():
 # Limits without a formulation
 
 
-@given(
-    name=st.sampled_from(["mass", "gain", "heat", "width", "wall kg"]),
-    ends=st.tuples(*[st.one_of(st.none(), st.sampled_from([-0.5, 0.25, 1.0, 1.5, 3.0]))] * 2),
-)
-def test_limits_are_those_of_a_formulation(name, ends):
-    table = beam_tests({3})
-    if None not in ends:
-        ends = tuple(sorted(ends))
-    anew = table.under(Formulation(limits={name: ends}))
-    np.testing.assert_array_equal(table.under(limits={name: ends}).feasible(), anew.feasible())
-    np.testing.assert_array_equal(table.under(limits={name: list(ends)}).pareto(), anew.pareto())
-    np.testing.assert_array_equal(
-        table.under(limits={name: ends}).violations()[0].any(axis=1),
-        anew.violations()[0].any(axis=1),
-    )
-    low, high = (np.inf * s if e is None else e for s, e in zip((-1, 1), ends, strict=True))
-    values = table.column(name)
-    inside = (low <= values) & (values <= high) & np.isfinite(values) | (ends == (None, None))
-    np.testing.assert_array_equal(
-        table.under(limits={name: ends}).feasible(), table.feasible() & inside
-    )
-
-
 @pytest.mark.parametrize(
     ("limits", "message"),
     [

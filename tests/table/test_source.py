@@ -1,7 +1,6 @@
 """Sources of every kind: read right to the last digit, or refused with what settles it."""
 
 import io
-import json
 import os
 import re
 import threading
@@ -16,7 +15,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
-from pymoo_psi.table import Layout, designs_head, read_table
+from pymoo_psi.table import Layout, read_table
 
 COST = {"cost": [1.5, 2.25], "mass": [30.0, 2.5]}
 TYPED = [["cost", "mass"], [1.5, 30], [2.25, 2.5]]
@@ -276,26 +275,6 @@ def test_a_file_says_what_its_columns_are(read):
         read(f"k,a,b,c\n1,2,3,4\n{head[:40]}\n")
 
 
-@pytest.mark.parametrize(
-    "layout",
-    [
-        Layout.of(1, 2),
-        Layout.of(["k"], ["a", "b"], maximize=["b"], units={"a": "kg", "k": "mm"}),
-        Layout.of(["k"], ["b"], outputs=["a", "c"], maximize=["c"]),
-    ],
-)
-def test_designs_are_read_back_as_what_they_were_written(read, layout):
-    names = [*layout.columns]
-    cells = np.arange(3.0 * len(names)).reshape(3, -1)[::-1]
-    text = pd.DataFrame(cells, columns=names).to_csv(index=False)
-    head = designs_head(TestTable.empty(layout), names)
-    table = read(f"{text}\n# {json.dumps(head)}\n")  # as files of 0.3 have it
-    for group in ("variables", "objectives", "outputs", "maximize", "units"):
-        assert getattr(table.layout, group) == getattr(layout, group)
-    for name, column in zip(names, cells.T, strict=True):
-        np.testing.assert_array_equal(table.column(name), column)
-
-
 @pytest.mark.parametrize("rank", ["rank", "efficiency_rank"])  # of 0.3, of this version
 def test_prototypes_of_an_export_are_no_designs(read, rank):
     text = (
@@ -509,28 +488,6 @@ def test_whatever_a_file_holds_the_answer_is_numbers_or_a_message(path, text, de
     except PsiError:
         return
     assert np.isfinite(table.F).all()
-
-
-@settings(max_examples=50)
-@given(
-    cells=st.lists(
-        st.lists(st.text("0123456789.,-+eE '", min_size=1, max_size=8), min_size=2, max_size=2),
-        min_size=1,
-        max_size=4,
-        unique_by=tuple,
-    )
-)
-def test_a_number_that_programs_read_is_read_the_same(path, cells):
-    """Whatever looks like Python's numbers is not taken for others, but may be refused."""
-    path.write_text("a\tb\n" + "".join("\t".join(row) + "\n" for row in cells))
-    try:
-        F = read_table(path, Formulation(["a", "b"]), decimal=".").F
-    except PsiError:
-        return
-    gaps = str.maketrans("", "", ",' ")
-    rows = [row for row in cells if "".join(row).strip()]
-    for cell, value in zip(np.ravel(rows), F.ravel(), strict=True):
-        assert float(str(cell).strip().translate(gaps)) == value
 
 
 def test_the_frame_of_a_test_table_has_lost_its_directions():

@@ -3,7 +3,6 @@
 import copy
 import pickle
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -82,40 +81,6 @@ def test_feasible_and_pareto_agree_with_the_oracle(table, limits):
     ]
     assert table.under(limits=limits).pareto().tolist() == pareto
     assert table.under(limits=limits).eligible().tolist() == feasible  # as made by TestTable.of
-
-
-@given(table=tables(), limits=limits_on_f1)
-def test_the_ordered_test_table_holds_the_feasible_designs_in_order(table, limits):
-    ordered = table.under(limits=limits).sorted_by("f1")
-    assert sorted(ordered.numbers) == sorted(table.numbers[table.under(limits=limits).feasible()])
-    assert (np.diff(ordered.F[:, 0]) >= 0).all()
-    place = {number: i for i, number in enumerate(table.numbers.tolist())}
-    steps = np.diff(ordered.F[:, 0]).tolist()
-    for (a, b), step in zip(pairwise(ordered.numbers.tolist()), steps, strict=True):
-        assert step > 0 or place[a] < place[b]
-    for number, x, f, *_ in rows(ordered):
-        np.testing.assert_array_equal(x, table.X[place[number]])
-        np.testing.assert_array_equal(f, table.F[place[number]])
-
-
-@given(table=tables(), cuts=st.lists(st.integers(0, 12), max_size=4))
-def test_blocks_joined_are_the_table(table, cuts):
-    edges = [0, *sorted(min(c, len(table)) for c in cuts), len(table)]
-    blocks = [table.rows(np.arange(a, b)) for a, b in pairwise(edges)]
-    for start in (TestTable.empty(), TestTable.empty(table.layout)):
-        one_by_one = start
-        for block in blocks:
-            one_by_one = one_by_one.extended(block)
-        assert one_by_one.equals(table)
-        assert start.extended(*blocks).equals(table)
-
-
-@given(table=tables())
-def test_rows_by_mask_and_by_index_agree(table):
-    mask = table.numbers % 2 == 0
-    assert table.rows(mask).equals(table.rows(np.flatnonzero(mask)))
-    assert table.rows([]).equals(table.rows(np.zeros(len(table), dtype=bool)))
-    assert set(table.rows(mask).reasons) == {n for n in table.reasons if n % 2 == 0}
 
 
 @given(table=tables())

@@ -15,7 +15,6 @@ from hypothesis.extra.numpy import arrays
 from pymoo_psi import Formulation, PsiError, TestTable, VectorizedSphereChute, investigate
 from pymoo_psi.table import RESERVED, Layout, difference, format_of, read_table
 from tests.processes import posix
-from tests.table.asked import violations
 from tests.table.exact_csv import EXACT
 
 CSV = format_of("t.csv", "tests")
@@ -95,24 +94,6 @@ def test_a_round_trip_by_csv_changes_nothing(folder, table):
 def test_a_round_trip_by_workbook_changes_nothing(folder, table):
     table.to_xlsx(folder / "table.xlsx")
     check_same(read_table(str(folder / "table.xlsx")), table)
-
-
-@SLOW
-@given(table=tables())
-def test_the_frame_holds_what_the_table_holds(table):
-    frame = table.to_frame()
-    layout = table.layout
-    assert frame.index.tolist() == table.numbers.tolist()
-    for name in layout.columns:
-        assert repr(frame[name].tolist()) == repr(table.column(name).tolist())
-    assert frame["status"].tolist() == table.status.tolist()
-    assert frame["pareto"].tolist() == table.pareto().tolist()
-    named = violations(table)
-    assert frame["violated"].tolist() == [", ".join(named.get(n, ())) for n in table.numbers]
-    assert frame["reason"].tolist() == [table.reasons.get(n, "") for n in table.numbers]
-    assert frame.columns.tolist() == [
-        *layout.variables, *layout.objectives, *layout.constraints, *layout.outputs, *RESERVED[1:]
-    ]  # fmt: skip
 
 
 EXAMPLE = TestTable.of(
