@@ -233,19 +233,20 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
 
 def _edges(places: Array, lower: float, upper: float, bins: int) -> Array:
     """Return equidistant edges between bounds, widened to all values; theirs without bounds."""
-    bounds = np.array([lower, upper])
-    points = np.concatenate([bounds[np.isfinite(bounds)], places])
+    points = np.append(places, [lower, upper])
+    points = points[np.isfinite(points)]
     low = 0.0
     high = 1.0
     if len(points):
         low = float(points.min())
         high = float(points.max())
     size = max(abs(low), abs(high))
-    pad = 0.0
     if high - low <= 1e-9 * size:
         # About a single value: half a unit, or space for the bins beside it.
         pad = max(0.5, 1e-9 * size)
-    return np.linspace(low - pad, high + pad, bins + 1)
+        low -= pad
+        high += pad
+    return np.linspace(low, high, bins + 1)
 
 
 def _best(values: Array) -> float:

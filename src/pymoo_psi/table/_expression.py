@@ -197,12 +197,8 @@ def _put_functions(operands: list[Any], plain: str) -> None:
         k = int(ast.unparse(node.func)[1:])
         name = known_name("a function of an expression", operands[k], _FUNCTIONS)
         count = len(node.args)
-        fits = count == 1
-        rule = "of one value"
-        if name in _OF_SEVERAL:
-            fits = count > 1
-            rule = "of two values or more"
-        if not fits:
+        if count == 0 or (count > 1) != (name in _OF_SEVERAL):
+            rule = "of one value, min and max of two values or more"
             raise invalid(f"{name}() of an expression", rule, Received(count))
         operands[k] = _FUNCTIONS[name]
 

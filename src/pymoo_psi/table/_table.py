@@ -639,8 +639,8 @@ class TestTable(Tests, Shown):
         bounds = {}
         if len({table.layout.variables for table in tested}) == 1:
             # NaN, where there is no bound, is passed on.
-            bounds["lower"] = np.minimum.reduce([table.layout.lower for table in tested])
-            bounds["upper"] = np.maximum.reduce([table.layout.upper for table in tested])
+            bounds["lower"] = np.min([table.layout.lower for table in tested], axis=0)
+            bounds["upper"] = np.max([table.layout.upper for table in tested], axis=0)
         blocks = []
         last = 0
         for name, table in zip(experiments, tested, strict=True):

@@ -201,10 +201,9 @@ def _sheet_head(rows: Iterable[Sequence[Any]]) -> Head:
         ValueError: It is damaged.
     """
     head = {}
-    for row in rows:
-        if row:
-            parts = [str(cell) for cell in row[1:] if cell is not None]
-            head[str(row[0])] = json.loads("".join(parts))
+    for name, *parts in rows:
+        text = "".join(str(part) for part in parts if part is not None)
+        head[str(name)] = json.loads(text)
     return head
 
 
