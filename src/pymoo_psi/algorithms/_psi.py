@@ -556,7 +556,7 @@ def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runne
     """
     n_jobs = job_count("n_jobs", n_jobs)
     if runner is not None and not isinstance(runner, Runner):
-        raise wrong_type("runner", "an ExecutorRunner or a JoblibRunner", runner)
+        raise wrong_type("runner", "of type ExecutorRunner or JoblibRunner", runner)
     if n_jobs != 1 and runner is not None:
         raise invalid("n_jobs", "1 if there is a runner", n_jobs)
     if n_jobs != 1:
