@@ -252,8 +252,10 @@ const Charts = (() => {
 
   // Many marks as a density: the more of them cover a pixel, the darker it is, and one alone can be
   // seen. The pixels are counted here, as thousands of strokes would take the browser fifty times as
-  // long. Former counts on the same axes, by colour, are mended by the rows that come and go.
-  //   count(counts, rows, step) adds a step to the counts of every pixel of some rows
+  // long. Former counts on the same axes, by colour or of the context, are mended by the rows that
+  // come and go.
+  //   count(counts, rows, step) adds a step where a mark begins in a column of pixels, from the top,
+  //   and takes it away below its end
   const DARKEST = 1000 // marks at a pixel
   function clouds(g, groups, total, [least, alpha], count, former) {
     const {width, height} = g.canvas
@@ -262,11 +264,12 @@ const Charts = (() => {
     for (const [colour, rows] of groups) {
       const drawn = new Uint8Array(total)
       for (let k = 0; k < rows.length; k++) drawn[rows[k]] = 1
-      const last = former.get(colour)
+      const context = former.get(INK.context)
+      const last = former.get(colour) ?? (context && {...context, image: null, counts: context.counts.slice()})
       const come = last ? Logic.picked(rows, (row) => !last.drawn[row]) : rows
       const go = last ? Logic.picked(last.rows, (row) => !drawn[row]) : []
       const isNew = !last || come.length + go.length >= rows.length
-      const counts = isNew ? new Uint32Array(width * height) : last.counts
+      const counts = isNew ? new Int32Array(width * (height + 1)) : last.counts
       count(counts, isNew ? rows : come, 1)
       if (!isNew) count(counts, go, -1)
       const [red, green, blue] = [1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16))
@@ -276,7 +279,13 @@ const Charts = (() => {
       }
       const image = last?.image ?? new ImageData(width, height)
       const pixels = new Uint32Array(image.data.buffer)
-      for (let k = 0; k < pixels.length; k++) pixels[k] = shades[counts[k] < DARKEST ? counts[k] : DARKEST]
+      const marks = new Int32Array(width)
+      for (let from = 0; from < pixels.length; from += width) {
+        for (let x = 0; x < width; x++) {
+          const many = marks[x] += counts[from + x]
+          pixels[from + x] = shades[many < DARKEST ? many : DARKEST]
+        }
+      }
       former.set(colour, {image, counts, rows, drawn})
       if (groups.length === 1) g.putImageData(image, 0, 0)
       else { // above one another
@@ -406,8 +415,8 @@ const Charts = (() => {
           for (let x = x0; x < x1; x++) {
             y += slope
             const next = y | 0
-            const end = (at < next ? next : at) * width + x
-            for (let k = (at < next ? at : next) * width + x; k <= end; k += width) counts[k] += step
+            counts[(at < next ? at : next) * width + x] += step
+            counts[((at < next ? next : at) + 1) * width + x] -= step
             at = next
           }
         }
@@ -630,8 +639,9 @@ const Charts = (() => {
           const [u, v] = [across(rows[k]), up(rows[k])]
           if (u !== u || v !== v) continue
           const first = round(v * devicePixelRatio - half) * width + round(u * devicePixelRatio - half)
-          for (let line = 0; line <= 2 * half; line++) {
-            for (let i = first + line * width; i <= first + line * width + 2 * half; i++) counts[i] += step
+          for (let i = first; i <= first + 2 * half; i++) {
+            counts[i] += step
+            counts[i + (2 * half + 1) * width] -= step
           }
         }
       }

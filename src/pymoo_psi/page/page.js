@@ -115,8 +115,7 @@ const page = (() => {
     requestAnimationFrame(() => {
       if (!waiting) return
       lead(false)
-      clearTimeout(following)
-      following = setTimeout(follow, 0)
+      following ||= setTimeout(follow, 40) // not between the frames of a drag
     })
   }
 
