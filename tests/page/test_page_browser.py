@@ -86,12 +86,13 @@ class Reader:
 
         Cautions that grow above a button take it away from under the mouse.
         """
-        self.until("D.resting")
+        self.settle()
         (self.page.locator(target) if isinstance(target, str) else target).click()
 
     def settle(self):
         self.page.evaluate(
-            "() => new Promise(f => requestAnimationFrame(() => requestAnimationFrame(f)))"
+            "() => new Promise((done) => { const look = () => decisionPage.settled ? done()"
+            " : requestAnimationFrame(look); requestAnimationFrame(look) })"
         )
 
     @property
@@ -554,6 +555,22 @@ def test_a_group_decides(fresh, member, tmp_path):
     fresh.page.keyboard.press("c")
     fresh.settle()
     assert fresh.state["decided"] is None
+
+
+def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    study = ["--algorithm", "surrogate", "--study", "s.db"]
+    assert main(["solve", "bnh", "--points", "12", *study]) == 0
+    assert main(["page", "s.db", "--out", "p.html"]) == 0
+    page = visit(tmp_path / "p.html")
+    page.type_limit("f1, at most", "60")
+    saved = page.download("#save")
+    command = page.text("#next code")
+    assert json.loads(saved)["page"]["next"] == command
+    (tmp_path / command.split()[-1]).write_text(saved, "utf-8")
+    words = command.replace("PROBLEM", "bnh").replace("+16", "+3").split()
+    assert main(words[1:]) == 0
+    assert len(read_table("s.db")) == 15
 
 
 def test_a_saved_page_holds_the_decision_and_is_as_before_otherwise(fresh, visit, tmp_path):

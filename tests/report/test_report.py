@@ -22,7 +22,7 @@ from pymoo_psi import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import number
 from pymoo_psi.report import check_report, decision_report
-from pymoo_psi.table import Layout, constraint_costs
+from pymoo_psi.table import Layout, constraint_costs, read_table
 
 
 class Reader(HTMLParser):
@@ -161,6 +161,21 @@ def test_cautions_say_that_they_are_about_the_optimum():
     other = lines(decision_report(table, design=1), against)
     mark = f"Attention to {best}, the optimum: "
     assert [line.replace(mark, "Attention: ") for line in other if mark in line] == cautions != []
+
+
+def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
+    path = tmp_path / "offers.csv"
+    path.write_text("offer;price;days\nA;4748,36;10\nB;3085,5;39,25\nC;5200,25;8\n", "utf-8")
+    report = decision_report(read_table(path))
+    assert any(
+        line.startswith("price | 4748,36 | 3085,50 |") for line in lines(report, "The proposal")
+    )
+    assert "days by 29,25" in " ".join(lines(report, "Alternatives"))
+    page = tmp_path / "r.html"
+    report.save(page)
+    assert check_report(page, read_table(path)) == ([], "")
+    with pytest.raises(ArgumentValueError, match="a report with its data"):
+        check_report(path)
 
 
 def test_counts_add_up(beam):

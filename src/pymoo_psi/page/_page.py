@@ -20,12 +20,17 @@ from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
 from pymoo_psi.page._payload import payload, shades_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions, weights_sentence
-from pymoo_psi.table import Formulation, TestTable, confidence_sentence, read_table
+from pymoo_psi.table import STUDY, Formulation, TestTable, confidence_sentence, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
+# The command that tests further designs as a decision of the page asks.
+_MORE_TESTS = (
+    "pymoo-psi solve PROBLEM --algorithm surrogate --points +16 --study {study} "
+    "--decision {decision}-decision.json"
+)
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
 
 
@@ -79,7 +84,10 @@ class DecisionPage(Framed):
         shades = []
         if live is None:  # all designs are there
             shades = shades_of(self.table)
-        content |= {"origin": self.origin, "live": live, "shades": shades}
+        more_tests = ""
+        if Path(self.origin).suffix == STUDY.suffix and self.table.layout.variables:
+            more_tests = _MORE_TESTS.format(study=self.origin, decision=content["file"])
+        content |= {"origin": self.origin, "live": live, "shades": shades, "next": more_tests}
         return _html_of(self.title, content)
 
     def _opens_with(self) -> Values:

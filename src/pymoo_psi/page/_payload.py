@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._validation import Array, Entries, Mask, Names
-from pymoo_psi.pareto import SENTENCES, nondominated, weight_shares
+from pymoo_psi.pareto import SENTENCES, localized, nondominated, weight_shares
 from pymoo_psi.table import PROPOSAL_ROUND, Kind, TestTable, has_errors, number_column
 
 Content: TypeAlias = dict[str, Any]
@@ -228,13 +228,14 @@ def written(notation: Notation, value: float) -> str:
     kind, decimals = notation
     if not np.isfinite(value):
         return "—"
+    text = f"{value:.{decimals}f}"
     if kind == "exponent":
-        return f"{value:.{decimals}e}"
-    if abs(value) >= 1e7:  # beyond the range of the column, a penalty perhaps
-        return f"{value:.3e}"
-    if abs(value) < 1e4:
-        return f"{value:.{decimals}f}"
-    return f"{value:,.{decimals}f}".replace(",", "\N{NO-BREAK SPACE}")
+        text = f"{value:.{decimals}e}"
+    elif abs(value) >= 1e7:  # beyond the range of the column, a penalty perhaps
+        text = f"{value:.3e}"
+    elif abs(value) >= 1e4:
+        text = f"{value:,.{decimals}f}".replace(",", "\N{NO-BREAK SPACE}")
+    return localized(text)
 
 
 def _geometric(field: str, name: str) -> Content:

@@ -108,14 +108,16 @@ const page = (() => {
   }
 
   let waiting = false
-  let following = 0
+  let following = false
   function soon() {
     if (waiting) return
     waiting = true
     requestAnimationFrame(() => {
       if (!waiting) return
       lead(false)
-      following ||= setTimeout(follow, 40) // not between the frames of a drag
+      if (following) return
+      following = true // once the frame is painted
+      requestAnimationFrame(() => setTimeout(() => { if (following) follow() }, 0))
     })
   }
 
@@ -148,8 +150,7 @@ const page = (() => {
 
   function follow() {
     const keepFocus = focusKept()
-    clearTimeout(following)
-    following = 0
+    following = false
     order = Logic.found(data, $("search").value.trim(), Logic.order(data, ranking, state))
     showOrder()
     showCompare()
@@ -570,6 +571,8 @@ const page = (() => {
     $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", readable(text))))
     for (const place of document.querySelectorAll(".scale")) place.textContent = data.ranged
     for (const place of document.querySelectorAll(".ranged")) place.title = data.ranged
+    show("next", data.next)
+    renew($("next").querySelector("code"), data.next)
     $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
   }
 
@@ -1028,7 +1031,8 @@ const page = (() => {
     get left() { return left }, get ranking() { return ranking }, get verdict() { return verdict },
     get order() { return order }, get drawn() { return drawn }, get inspected() { return inspected },
     get dragging() { return dragging },
-    get resting() { return !waiting && !following && thinking === 0 }, plots, parallel, scale: scaleOf,
+    get settled() { return !waiting && !following },
+    get resting() { return page.settled && thinking === 0 }, plots, parallel, scale: scaleOf,
   }
 })()
 window.decisionPage = page

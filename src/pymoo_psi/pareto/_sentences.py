@@ -9,7 +9,9 @@ from __future__ import annotations
 import json
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ SENTENCES: dict[str, str] = {}
 for _group in json.loads(Path(__file__).with_name("sentences.json").read_text("utf-8")).values():
     SENTENCES.update(_group)
 
+_MARK = ContextVar("_MARK", default=".")  # of decimals
 _LONG = 1e9  # from here on numbers have an exponent
 
 
@@ -43,6 +46,21 @@ def listed(names: Sequence[Any], word: str = "and") -> str:
     return f"{', '.join(first)} {word} {last}"
 
 
+@contextmanager
+def decimal_mark(mark: str) -> Iterator[None]:
+    """Write numbers with a decimal mark, that of their source, for the while."""
+    before = _MARK.set(mark)
+    try:
+        yield
+    finally:
+        _MARK.reset(before)
+
+
+def localized(text: str) -> str:
+    """Return the text of a number with the decimal mark in force."""
+    return text.replace(".", _MARK.get())
+
+
 def number(value: float, digits: int = 4) -> str:
     """Return a number with a few digits, but all of those before the point: 0.1235, 1235, 59 990.
 
@@ -53,7 +71,7 @@ def number(value: float, digits: int = 4) -> str:
     if abs(value) < _LONG and (abs(value) >= 10**digits - 0.5 or value == round(value)):
         text = f"{value:,.0f}"
     text = re.sub(r"^(-?\d),(\d+)(?!,|\d)", r"\1\2", text)  # four digits stay together
-    return text.replace(",", "\N{NO-BREAK SPACE}")
+    return localized(text.replace(",", "\N{NO-BREAK SPACE}"))
 
 
 def percent(share: float) -> str:
@@ -63,7 +81,7 @@ def percent(share: float) -> str:
         return "less than 0.01 %"
     if hundreds >= 9.95:
         return f"{hundreds:.0f} %"
-    return f"{hundreds:.2g} %"
+    return localized(f"{hundreds:.2g} %")
 
 
 def wrapped(sentences: Names, columns: int = 80) -> str:

@@ -59,7 +59,7 @@ _SETTINGS: Any = {
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
     "legend.fontsize": 8.0,
-    "legend.frameon": False,
+    "legend.edgecolor": "none",
     "lines.linewidth": 1.5,
 }
 
@@ -263,7 +263,11 @@ def svg_of(figure: Figure, dpi: int) -> str:
 
 @contextmanager
 def _resized(figure: Figure, width: float | None) -> Iterator[None]:
-    """Give a figure another width in mm for the while, if one is given."""
+    """Give a figure another width in mm for the while, if one is given.
+
+    Texts become less smaller than the width, and the height with them. Names of axes that are
+    longer than these continue on another line.
+    """
     if width is None:
         yield
         return
@@ -271,13 +275,30 @@ def _resized(figure: Figure, width: float | None) -> Iterator[None]:
     scale = width / 25.4 / inches[0]
     size = min(1.0, max(_LEAST_TEXT, scale**0.5))
     texts = {text: text.get_fontsize() for text in figure.findobj(Text)}
-    figure.set_size_inches(inches[0] * scale, inches[1] * max(scale, size * scale**0.5))
+    figure.set_size_inches(inches[0] * scale, inches[1] * max(scale, size))
     for text, points in texts.items():
         text.set_fontsize(points * size)
+    names = {text: text.get_text() for text in _long_names(figure)}
+    for text, name in names.items():
+        text.set_text(name.replace(", ", ",\n", 1))
     yield
     figure.set_size_inches(*inches)
     for text, points in texts.items():
         text.set_fontsize(points)
+    for text, name in names.items():
+        text.set_text(name)
+
+
+def _long_names(figure: Figure) -> Iterator[Text]:
+    """Yield the names of axes that are longer than these."""
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        name = ax.xaxis.label
+        if name.get_window_extent().width > ax.bbox.width:
+            yield name
+        name = ax.yaxis.label
+        if name.get_window_extent().height > ax.bbox.height:
+            yield name
 
 
 def save_figures(

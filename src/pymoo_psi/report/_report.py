@@ -22,7 +22,7 @@ from jinja2 import Environment, PackageLoader
 from pymoo_psi import plots
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, instance, invalid
-from pymoo_psi.pareto import EfficiencyRanking, capital, measured_in, number
+from pymoo_psi.pareto import EfficiencyRanking, capital, decimal_mark, measured_in, number
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice, Columns
 from pymoo_psi.table import (
@@ -90,6 +90,10 @@ class DecisionReport(Framed):
             lstrip_blocks=True,
         )
         environment.filters |= {"grid": _grid, "image": _image, "capital": capital}
+        with decimal_mark(self._table.decimal):
+            return self._rendered(environment)
+
+    def _rendered(self, environment: Environment) -> str:
         record = self._record()
         positions = self._table.formulation.positions
         names = [one["name"] for one in latest_positions(positions)]
@@ -136,6 +140,7 @@ class DecisionReport(Framed):
             "positions": formulation.positions,
             "decided": formulation.decided,
             "prototype": self._prototype(),
+            "decimal": self._table.decimal,
             "data": data,
             "head": head,
         }
@@ -254,7 +259,8 @@ def decision_report(
             layout.objectives, maximize=maximize, computed=table.formulation.computed
         )
         prototype = read_table(prototype, formulation)
-    choice = Choice(table, ranking, row, reason, prototype)
+    with decimal_mark(table.decimal):
+        choice = Choice(table, ranking, row, reason, prototype)
     return DecisionReport(title, tuple(about), ranking, choice.cautions, table, choice)
 
 
@@ -315,6 +321,7 @@ def _table_of(record: Entries) -> TestTable:
         Path(folder, "data.csv-metadata.json").write_text(record["head"], "utf-8")
         table = read_table(path)
     group = {key: record[key] for key in ("limits", "positions", "decided")}
+    table = replace(table, decimal=record["decimal"])
     return table.under(replace(table.formulation, **group))
 
 
