@@ -96,7 +96,7 @@ def test_figures_for_journals(tmp_path):
     box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", content)
     wide, high = float(box[1]) / 72 * 25.4, float(box[2]) / 72 * 25.4
     assert wide == pytest.approx(90, abs=0.1)
-    assert 45 <= high < 60
+    assert 45 <= high < 70
     assert figure.get_size_inches().tolist() == [7.0, 3.5]
     assert figure.axes[0].title.get_fontsize() == Figure().add_subplot().title.get_fontsize()
     with pytest.raises(ArgumentValueError):

@@ -371,7 +371,7 @@ def plot_ranking(
             ax.plot(np.arange(n), shares[row], "k--", label="chosen", zorder=7.0, **style)
             named.append(row)
         _name_ends(ax, {ranking.name_of(one): shares[one, -1] for one in named})
-        ax.set(xlim=(-0.4, n - 0.6), ylim=(-0.05, 1.05))
+        ax.set(xlim=(-0.4, n - 0.9), ylim=(-0.05, 1.05))
         ax.set_ylabel("share of the range (0 is best)")
         ax.set_xticks(np.arange(n), labels, rotation=rotation)
         legend_of(figure, [ax], *legend, fontsize=8)
