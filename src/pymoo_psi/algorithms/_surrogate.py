@@ -59,7 +59,6 @@ _MOST_LEARNED = 2048
 _LEAST = 4  # known tests, below which there is no surrogate
 _DRAWS = 64  # of what surrogates predict for further tests
 _REFERENCE = 1.1  # of the hypervolume, in units of the ranges of the Pareto set
-_NEARER = 0.99  # times the distance of the best test from the ideal point: a better compromise
 
 
 class SurrogatePSI(PointAlgorithm):
@@ -494,14 +493,11 @@ class Prospects(NamedTuple):
         found: The probability that one or more of them keep all constraints and limits.
         gain: By what share of the hypervolume they are expected to enlarge it; NaN while there are
             fewer than two Pareto-optimal tests.
-        better: The probability that one of them is nearer to the ideal point than all tests, by
-            1 % or more; NaN as for the gain.
     """
 
     n_tests: int
     found: float
     gain: float
-    better: float
 
 
 def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
@@ -540,18 +536,14 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     found = float(np.mean([len(F) > 0 for F in draws]))
     front = table.F[table.pareto()]
     if len(front) < 2:
-        return Prospects(n_tests, found, np.nan, np.nan)
+        return Prospects(n_tests, found, np.nan)
     frame = table.ranking().frame
     low = frame.scaled(np.vstack([front, *draws])).min(axis=0)
     volumes = []
-    better = []
-    nearest = frame.distances(front)[:, 0].min()
     for F in [front[:0], *draws]:
         both = frame.scaled(np.vstack([front, F]))
         volumes.append(hypervolume((both - low) / (_REFERENCE - low), 1.0)[0])
-        better.append((frame.distances(F)[:, 0] < _NEARER * nearest).any())
-    gain = float(np.mean(volumes[1:]) / volumes[0] - 1)
-    return Prospects(n_tests, found, gain, float(np.mean(better[1:])))
+    return Prospects(n_tests, found, float(np.mean(volumes[1:]) / volumes[0] - 1))
 
 
 def _learned_now(

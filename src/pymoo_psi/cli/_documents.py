@@ -409,13 +409,12 @@ def _prospects(table: TestTable) -> pd.DataFrame:
     more = f"{expected.n_tests} more tests"
     if isnan(expected.gain):
         say(f"With probability {expected.found:.2f}, one of {more} or several keep all limits.")
-    elif expected.gain < _LITTLE_GAIN and expected.better < _UNLIKELY:
-        say(f"Nothing better is likely any more: {more} would hardly change the Pareto set.")
     else:
-        say(
-            f"Surrogates expect {more} to enlarge the hypervolume by {percent(expected.gain)}, "
-            f"and a better compromise with probability {expected.better:.2f}."
-        )
+        more = f"{more} to enlarge the hypervolume by {percent(expected.gain)}"
+        if expected.gain < _LITTLE_GAIN:
+            say(f"Little is to be gained any more: surrogates expect {more}.")
+        else:
+            say(f"Surrogates expect {more}.")
     return pd.DataFrame([expected]).round(3)
 
 
@@ -434,9 +433,7 @@ _ANALYSES = {
     "convergence": _convergence,
     "prospects": _prospects,
 }
-# Of the hypervolume, and the probability of a better compromise, below which nothing is expected.
-_LITTLE_GAIN = 0.01
-_UNLIKELY = 0.05
+_LITTLE_GAIN = 0.01  # of the hypervolume
 
 
 def run_export(options: Options) -> int:
