@@ -118,7 +118,8 @@ class Scale:
 def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
     """Return the scales to choose from: a linear one, and others for a heavy tail.
 
-    A constraint has no reciprocal one, on which all large violations are alike.
+    An amount of a violation, of which all met values are equal, has no reciprocal one: on that, all
+    large violations are alike, too.
 
     Args:
         y: ``(n,)`` all values of the output, finite.
@@ -139,7 +140,7 @@ def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
     if unit <= 0:
         return [linear]
     options = [linear, Scale.of(y, origin, unit)]
-    if not constraint:
+    if not constraint or len(np.unique(uniform[uniform < 0])) > 1:
         options.append(Scale.of(y, origin, unit, reciprocal=True))
     return options
 
