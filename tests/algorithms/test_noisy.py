@@ -174,6 +174,7 @@ def test_surrogates_of_a_noisy_model_propose_repeats_and_continue_after_a_kill(t
     assert 28 <= len(designs) < 36  # at most half of the proposals
     assert len({seed for *_, seed in problem.calls}) == 36
     means = table.averaged()
+    assert (means["proposal_round"] == 0).sum() == 20  # also of those that are tested again
     distances = means.feasible_ranking().criteria[:, 0]
     n_tests = means["tests"]
     repeated = n_tests[means.feasible()] > 1

@@ -21,7 +21,6 @@ from ._table import TestTable as TestTable
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
-from ._analysis import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._analysis import alike as alike
 from ._cells import UnfitError as UnfitError
 from ._cells import is_blank as is_blank
@@ -58,6 +57,7 @@ from ._head import lacking as lacking
 from ._head import table_of as table_of
 from ._joining import difference as difference
 from ._layout import POINT as POINT
+from ._layout import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._layout import RESERVED as RESERVED
 from ._layout import RUN as RUN
 from ._layout import Key as Key

@@ -32,7 +32,7 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, percent
 from pymoo_psi.table._designs import value_ranks
-from pymoo_psi.table._layout import RUN, Key
+from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, Key
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:
@@ -42,9 +42,7 @@ if TYPE_CHECKING:
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
-PROPOSAL_ROUND = "proposal_round"
 _CHOSEN = ("an algorithm", "tests of ")  # samplings of runs whose points are of no sequence
-"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 _COSINES = 10  # that show the effect of a variable with many values
 _LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
 _LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide

@@ -34,6 +34,8 @@ RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further c
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 # Extra columns of tests of several runs: the run for which each was made, and its test point there.
 RUN, POINT = "run", "test_point"
+PROPOSAL_ROUND = "proposal_round"
+"""Name of the output that tells points of the sequence, 0, from proposals, by their round."""
 GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 
 

@@ -23,7 +23,7 @@ from pymoo_psi.pareto import (
 )
 from pymoo_psi.table._designs import design_keys, first_of, first_rows
 from pymoo_psi.table._joining import blank, unequal
-from pymoo_psi.table._layout import POINT, RUN
+from pymoo_psi.table._layout import POINT, PROPOSAL_ROUND, RUN
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,6 +84,9 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
         values = getattr(tested, name)
         means[name] = _means(values, group, usable, counts)
         means[name][counts == 0] = values[first][counts == 0]
+    if PROPOSAL_ROUND in tested.layout.outputs:  # a design is of the round that proposed it first
+        column_of_round = tested.layout.outputs.index(PROPOSAL_ROUND)
+        means["outputs"][:, column_of_round] = tested.outputs[first, column_of_round]
     squares = np.zeros(means["F"].shape)
     deviations = tested.F[usable] - means["F"][group[usable]]
     deviations[np.abs(deviations) <= _ROUNDED * np.abs(tested.F[usable])] = 0.0
