@@ -234,6 +234,8 @@ def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
     assert run.outputs == {"n": 2.0}
     assert "left no file out" in run.flaw
     assert (tmp_path / "template" / "out").read_text() == "7"
+    with pytest.raises(PsiError, match="files must be inputs, and none of them an output"):
+        shell(tmp_path, "", outputs, files=["./in"])
 
 
 def test_links_to_nothing_are_not_copied(tmp_path):

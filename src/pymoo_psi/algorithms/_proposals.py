@@ -259,6 +259,7 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
     means = np.zeros((n, m))
     np.add.at(means, group.ravel(), T[is_eligible, :m])
     variances = [process.variance for process in processes]
+    # Logarithms of the noise, as a share of the variance.
     shares = [output.lengths[-3] for output in learned.fit.outputs[:m]]
     noise = np.sqrt(np.exp(shares) * variances)
     predicted = np.column_stack([process(Z) for process in processes])

@@ -2,8 +2,8 @@
 
 It asks the source for points, recalls the tests that are stored, lets no model run for a design
 that violates a requirement, answers repetitions of a design from its known result, submits the
-other points to the executor, stores the tests that arrive and returns them in blocks. The table is
-the same for any number of workers and any size of a block.
+other points to the executor, stores the tests that arrive and returns them in blocks. For the same
+points the table is the same for any number of workers and any size of a block.
 """
 
 from __future__ import annotations

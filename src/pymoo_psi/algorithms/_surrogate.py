@@ -74,7 +74,8 @@ class SurrogatePSI(PointAlgorithm):
     set afterwards. The tests of the sequence come first; the output ``proposal_round`` of the table
     is 0 for them and the number of the round for proposals.
 
-    Unless it is asynchronous, the run is determined by its arguments and the seed, 0 by default.
+    Unless it is asynchronous, the run is determined by its arguments, the seed, 0 by default, and,
+    without ``batch``, the number of workers beyond two.
     With a study, an interrupted run makes the same tests when it is called again, and a larger
     ``n_evaluations`` adds to them. Proposals are always stored before they are tested, and no
     stored test is repeated.

@@ -182,8 +182,8 @@ function argsort(values, rows) {
   return taken(rows, order, new Int32Array(n))
 }
 
-// The least values of the groups of values that are equal up to rounding, ascending, and the group of each value. A group reaches from its least value, so that no
-// chain is taken for one.
+// The least values of the groups of values that are equal up to rounding, ascending, and the group of
+// each value. A group reaches from its least value, so that no chain is taken for one.
 function grouped(values) {
   const least = []
   let reach = NaN

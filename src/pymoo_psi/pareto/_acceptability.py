@@ -144,7 +144,7 @@ def acceptability(
     return Acceptability.of(ranking, factor=factor, p=p, places=places).shares
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=1)  # cautions, sentences and the page ask for those of one ranking
 def weight_shares(ranking: EfficiencyRanking) -> Array:
     """Return ``(n,)`` shares of the weights within a factor of two for which designs are the best.
 

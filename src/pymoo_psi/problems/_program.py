@@ -544,9 +544,13 @@ class ProgramProblem(NamedProblem):
         if not shutil.which(word) and not in_template:
             rule = "a program that is on PATH or in the template"
             raise invalid("command", rule, word, "install it, or give its whole path")
+        read = {os.path.normpath(output.file) for output in self.outputs.values()}
         for file in program.files:
             if not (template / file).is_file():
                 raise invalid("files", f"files in the folder {program.template}", file)
+            if os.path.normpath(file) in read:
+                remedy = "let the command copy the input, so that no value of it is an output"
+                raise invalid("files", "inputs, and none of them an output", file, remedy)
 
     def _check_variables(self, used: set[str]) -> None:
         """Refuse variables that are used nowhere; a placeholder for a seed makes the model noisy.

@@ -375,10 +375,10 @@ class TestTable(Tests, Shown):
         return explain(self, design, row=row)
 
     def switching(self) -> list[str]:
-        """Return until which limits and values the best design stays so, where designs are few.
+        """Return sentences on the limits and values up to which the best design stays the best.
 
-        Two sentences at most, of the limits and of its own objectives; :func:`switching_values`
-        returns numbers. There is none where more than 500 designs are Pareto optimal, or nothing
+        There are two at most, on limits and on its own objectives; :func:`switching_values` returns
+        the numbers. There is none if more than 500 designs are Pareto optimal, or if nothing
         changes the best design.
 
         Raises:
