@@ -8,8 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from pymoo.core.problem import ElementwiseProblem
 
 from pymoo_psi import ExecutorRunner, JoblibRunner, investigate
+from pymoo_psi.errors import EvaluationError
 from tests.processes import posix
 
 pytestmark = posix
@@ -156,3 +158,27 @@ def test_a_class_of_the_main_script_has_new_workers(tmp_path):
     command = [sys.executable, "script.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == ("1.0\n1.0\n", "")
+
+
+def test_a_call_after_one_that_raised_gets_its_own_answers():
+    """What a worker was left with when a design raised is no answer to the next call."""
+
+    class Doubled(ElementwiseProblem):
+        def __init__(self, runner):
+            super().__init__(n_var=1, n_obj=1, xl=0, xu=1000, elementwise_runner=runner)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            if x[0] == 3:
+                raise ValueError("the mesh is torn")
+            out["F"] = 2 * x
+
+    problem = Doubled(JoblibRunner(2, in_process=False))
+    for start in range(0, 1000, 100):
+        X = np.arange(start + 10.0, start + 50.0)[:, None]
+        torn = X.copy()
+        torn[5] = 3
+        with pytest.raises(EvaluationError, match="the mesh is torn"):
+            problem.evaluate(torn)
+        for _ in range(2):
+            X += 10
+            np.testing.assert_array_equal(problem.evaluate(X), 2 * X)

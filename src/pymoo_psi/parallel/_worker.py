@@ -10,8 +10,8 @@ guard also finds processes that left the worker's group.
 Messages to the worker: the path and the arguments of the program; then a pickled function, or None
 for the one that it has, designs, and the seconds that they may take; None at the end. Messages from
 it: ``("ready", None)`` when it has loaded a function, or ``("unusable", text)`` if it cannot; for
-each design, in turn and as soon as it is done, ``("done", Result)``, ``("raised", error)`` or
-``("lost", reason)``; ``("left", None)`` if it leaves the rest of the designs to other workers.
+each design, in turn and as soon as it is done, ``("done", Result)`` or ``("lost", reason)``; last
+``("raised", error)``, or ``("left", None)`` if it leaves the rest of the designs to other workers.
 
 A worker that has loaded a function before ends, before it loads another, if a module has changed
 that it has imported from the folders of users. It also ends when it has waited for some minutes.
@@ -279,10 +279,11 @@ def _serve(channel: Any) -> None:
                 except Exception as error:
                     send("lost", f"its values cannot be sent between processes: {one_line(error)}")
         except EvaluationError as error:
-            send("raised", sendable(error))
+            send("raised", sendable(error))  # the last message, also where designs are left
+        else:
+            if designs:
+                send("left")
         _note_modules(stamps, began)
-        if designs:
-            send("left")
 
 
 if __name__ == "__main__":
