@@ -11,7 +11,7 @@ import time
 import warnings
 import zlib
 from collections import deque
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -20,13 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Designs, Mask, Numbers, invalid, mapping
+from pymoo_psi._validation import Array, Designs, Entries, Mask, Numbers, Values, invalid, mapping
 from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.parallel import (
     Runner,
-    Values,
     Waiting,
     worker_count,
 )
@@ -138,7 +137,7 @@ class _Executor:
         self._evaluated: list[Any] = []
         self._results: Generator[Any] | None = None
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> Values:
         """Return the settings, and no points."""
         return vars(self) | vars(_Executor())
 
@@ -235,7 +234,7 @@ class Model:
         violations: Array = self.problem.amounts(X)
         return violations
 
-    def designs(self, columns: Mapping[str, Any]) -> Designs:
+    def designs(self, columns: Entries) -> Designs:
         """Return ``(n, n_var)`` designs of ``(n,)`` variables by name, choices as texts."""
         designs = []
         for name, kind in zip(self.layout.variables, self.layout.kinds, strict=True):
@@ -245,7 +244,7 @@ class Model:
             designs.append(cells.astype(object))
         return np.column_stack(designs)
 
-    def requirement_columns(self, columns: Mapping[str, Any]) -> dict[str, Array]:
+    def requirement_columns(self, columns: Entries) -> dict[str, Array]:
         """Return the columns of the requirements of stored tests, by name."""
         if not self.has_requirements:
             return {}
@@ -253,7 +252,7 @@ class Model:
         violations = self.violations(self.designs(columns))
         return dict(zip(names, violations.T, strict=True))
 
-    def completed(self, columns: Mapping[str, Any]) -> dict[str, Array]:
+    def completed(self, columns: Entries) -> dict[str, Array]:
         """Return columns of stored tests that follow from others, or from files that are kept.
 
         Args:
@@ -329,14 +328,14 @@ class Model:
             tests = kept(tests)
         return tests, seconds
 
-    def _table(self, points: Points, X: Designs, out: Mapping[str, Any]) -> TestTable:
+    def _table(self, points: Points, X: Designs, out: Entries) -> TestTable:
         values = {**out, "G": out["G"][:, len(self._limits) :]}
         return table_of_values(self.layout, points, X, values)
 
 
-def limits_of_problem(limits: Sequence[Any]) -> dict[str, Any]:
+def limits_of_problem(limits: Sequence[Any]) -> Values:
     """Return the limits of a problem by output, as ``(lower, upper)``."""
-    ends: dict[str, Any] = {}
+    ends: Values = {}
     for limit in limits:
         lower, upper = ends.get(limit.output, (None, None))
         low, high = limit.ends
@@ -576,7 +575,7 @@ NO_OUTPUTS = {
 }
 
 
-def table_of_values(layout: Layout, points: Points, X: Any, out: Mapping[str, Any]) -> TestTable:
+def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> TestTable:
     """Return the tests of n designs with all numbers that the model returned.
 
     An output that is not a single number for any design, or has the name of another column, is left

@@ -14,12 +14,22 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import AnyArray, Designs, Received, counted, invalid, known_name
+from pymoo_psi._validation import (
+    AnyArray,
+    Designs,
+    Entries,
+    FilePath,
+    Received,
+    Values,
+    counted,
+    invalid,
+    known_name,
+)
 from pymoo_psi.algorithms._asked import under_known
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
-from pymoo_psi.algorithms._sources import Points, unit_points
+from pymoo_psi.algorithms._sources import unit_points
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.problems import Variable, requirements_of
 from pymoo_psi.study import Columns, Database, Proposal, Study
@@ -42,7 +52,7 @@ if TYPE_CHECKING:
 
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # of the sequence, which come before proposals of surrogates
-_BLOCKS = 200  # points for each design that are tried until enough of them are new
+_TRIED = 200  # points for each design, of which one may be new
 _DISCRETE = (Kind.CHOICE, Kind.BINARY)
 
 
@@ -54,18 +64,16 @@ class _Request(NamedTuple):
         proposal: How it is stored.
         design: The design, values by name.
         of: The number of the test that it is, or repeats.
-        test: The number of its test in the study, or 0; another run may have tested the design.
     """
 
     run: int
     proposal: Proposal
-    design: dict[str, Any]
+    design: Values
     of: int
-    test: int
 
 
 class _Requests:
-    """What people are asked for in a study, and its tests.
+    """The tests of a study, and those that people are asked for.
 
     Args:
         database: The study in a transaction.
@@ -74,6 +82,7 @@ class _Requests:
         head: Its head.
         tests: All tests, by number.
         asked: The requests by the number of the test.
+        options: The options of choices and binary variables, as they are stored, by their texts.
     """
 
     def __init__(self, database: Database) -> None:
@@ -82,25 +91,24 @@ class _Requests:
         self.head = database.facts.head
         self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
         self.asked: dict[int, _Request] = {}
+        self.options: Values = {}
         for run in database.facts.runs:
+            self.options |= run.record.get("options", {})
             for proposal in database.proposals(run.number):
                 content = proposal[3]
-                if "design" not in content:
-                    continue
-                point = np.array([proposal[0]])
-                columns = {name: np.array([cell]) for name, cell in content["design"].items()}
-                database.adopt(run.number, {"test_point": point} | columns)
-                (test,) = database.numbers_of(run.number, point).tolist()
-                if test not in self.tests.index:
-                    test = 0
-                number = run.start + proposal[0]
-                of = content.get("of", number)
-                self.asked[number] = _Request(run.number, proposal, content["design"], of, test)
+                if "design" in content:
+                    number = run.start + proposal[0]
+                    of = content.get("of", number)
+                    self.asked[number] = _Request(run.number, proposal, content["design"], of)
 
     @property
     def pending(self) -> list[int]:
         """The numbers of the tests that were asked for and have no result."""
-        return [n for n, request in self.asked.items() if request.of == n and not request.test]
+        pending = []
+        for number, request in self.asked.items():
+            if request.of == number and number not in self.tests.index:
+                pending.append(number)
+        return pending
 
     def frame(self, numbers: Sequence[int]) -> pd.DataFrame:
         """Return requests as a table to be filled in."""
@@ -127,7 +135,7 @@ def _add(database: Database, run: int, requests: Sequence[tuple[int, str, Any]])
     return numbers
 
 
-def _results(head: Mapping[str, Any]) -> list[str]:
+def _results(head: Entries) -> list[str]:
     """Return the columns that are told of a test, as they do not follow from others."""
     expressions = head.get("expressions", {})
     n_constraints = head.get("model_inequalities", 0)
@@ -167,74 +175,71 @@ def ask_tests(
     sampling = options.sampling_in(len(model.space.searched))
 
     def identity() -> str:
-        return sampling.identity(_BLOCKS, options.seed) + ", then proposals on request"
+        return sampling.identity(_TRIED, options.seed) + ", then proposals on request"
 
     store = StudyStore(table_of_run(model, options, identity), options, model)
     texts = {}
-    for variable in model.space.variables:
+    for name, variable in zip(model.layout.variables, model.space.variables, strict=True):
         if variable.kind in _DISCRETE:
-            values: Any = variable.options or (False, True)
-            stored = list(values)
+            option_by_text = _option_by_text(variable)
+            stored: list[Any] = [*option_by_text.values()]
             if variable.kind is Kind.CHOICE:
-                stored = choice_texts(values).tolist()
-            texts[variable.title] = dict(zip(map(str, values), stored, strict=True))
+                stored = choice_texts(stored).tolist()
+            texts[name] = dict(zip(option_by_text, stored, strict=True))
     store.remembered("options", texts)
     with store.writing():
         with store.study.changes() as database:
             requests = _Requests(database)
         if n_tests == 0:
             return requests.frame(requests.pending)
-        search = _Search(model, options, requests)
+        new = _NewDesigns(model, requests)
         n_first = n_tests
         if with_surrogates:
             n_known = len(requests.tests) + len(requests.pending)
             n_first = min(n_tests, max(0, _POINTS - n_known))
-        new = search.points(n_first, store.origin)
+        if n_first:
+            new.add_points(options, store.origin, n_first)
         if n_first < n_tests:
-            new += search.proposals(n_tests - n_first, store)
+            new.add_proposals(options, store, n_tests - n_first)
         with store.study.changes() as database:
-            numbers = _add(database, store.run, new)
+            numbers = _add(database, store.run, new.requests)
             return _Requests(database).frame(numbers)
 
 
-class _Search:
-    """The search for new designs.
+class _NewDesigns:
+    """Designs that are neither tested nor pending.
 
     Args:
         model: The model.
-        options: The options of the run.
-        requests: What is tested and asked for.
+        known: What is tested and asked for.
+
+    Attributes:
+        requests: For each new design its round, its origin, and what the study keeps of it.
     """
 
-    def __init__(self, model: Model, options: RunOptions, requests: _Requests) -> None:
+    def __init__(self, model: Model, known: _Requests) -> None:
+        self.requests: list[tuple[int, str, Any]] = []
         self._model = model
-        self._options = options
-        self._requests = requests
-        self._pending = [requests.asked[number].design for number in requests.pending]
-        designs = requests.tests[[*model.layout.variables]]
+        self._pending = [known.asked[number].design for number in known.pending]
+        self._round = max((request.proposal[1] for request in known.asked.values()), default=0)
+        designs = known.tests[[*model.layout.variables]]
         self._seen = {*designs.itertuples(index=False, name=None)}
-        for request in requests.asked.values():
+        for request in known.asked.values():
             self._seen.add(tuple(request.design.values()))
 
-    def points(self, n: int, origin: str) -> list[tuple[int, str, Any]]:
-        """Return the next n points of the sequence that are new and meet the requirements."""
-        model = self._model
-        most = len(self._seen) + n * _BLOCKS
-        n_points = len(self._seen) + n
-        found: list[tuple[int, str, Any]] = []
-        while len(found) < n:
-            if n_points > most:
-                rule = f"at most {len(found)}, the new designs up to point {n_points // 2}"
-                raise invalid("the number of designs", rule, n)
-            points = unit_points(self._options, n_points, len(model.space.searched))
-            X = points.matrix(model.space)
-            is_met = (model.violations(X) <= 0).all(axis=1)
-            found += self._new(X[is_met], 0, origin, n - len(found))
-            n_points *= 2
-        return found
+    def add_points(self, options: RunOptions, origin: str, n: int) -> None:
+        """Add the first n points of the sequence that are new and meet the requirements."""
+        space = self._model.space
+        n_points = len(self._seen) + n * _TRIED
+        X = unit_points(options, n_points, len(space.searched)).matrix(space)
+        is_met = (self._model.violations(X) <= 0).all(axis=1)
+        n_added = self._add(X[is_met], 0, origin, n)
+        if n_added < n:
+            rule = f"at most {n_added}, the new designs up to point {n_points}"
+            raise invalid("the number of designs", rule, n)
 
-    def proposals(self, n: int, store: StudyStore) -> list[tuple[int, str, Any]]:
-        """Return n new designs that surrogates propose."""
+    def add_proposals(self, options: RunOptions, store: StudyStore, n: int) -> None:
+        """Add up to n designs that surrogates propose, one or more."""
         from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
 
         model = self._model
@@ -243,30 +248,25 @@ class _Search:
             columns[name] = np.array([design[name] for design in self._pending])
         designs = model.designs(columns)
         pending = model.space.points(designs[model.space.has_options(designs)])
-        rounds = [request.proposal[1] for request in self._requests.asked.values()]
-        last_round = max(rounds, default=0)
         table = store.whole()
         table = under_known(table.rows(model.space.has_options(table.X)), model.asked)
-        seed = self._options.seed or 0
-        X = model.space.matrix(proposed_now(model, table, pending, n, seed, last_round))
-        found = self._new(X, last_round + 1, "surrogates", n)
-        if not found:
+        points = proposed_now(model, table, pending, n, options.seed or 0, self._round)
+        if not self._add(model.space.matrix(points), self._round + 1, "surrogates", n):
             raise invalid("the number of designs", "0, as surrogates find no new one", n)
-        return found
 
-    def _new(self, X: Designs, proposed_in: int, origin: str, n: int) -> list[tuple[int, str, Any]]:
-        """Return the first n of designs that are new; they are pending from now on."""
+    def _add(self, X: Designs, proposed_in: int, origin: str, n: int) -> int:
+        """Add the first n of designs that are new, if there are so many; return how many."""
         layout = self._model.layout
         columns = columns_of_designs(layout.variables, layout.kinds, X)
-        cells = [column.tolist() for column in columns.values()]
-        found: list[tuple[int, str, Any]] = []
-        for values in zip(*cells, strict=True):
-            if values not in self._seen and len(found) < n:
+        n_added = 0
+        for values in zip(*(column.tolist() for column in columns.values()), strict=True):
+            if values not in self._seen and n_added < n:
+                n_added += 1
                 self._seen.add(values)
                 design = dict(zip(columns, values, strict=True))
                 self._pending.append(design)
-                found.append((proposed_in, origin, {"design": design}))
-        return found
+                self.requests.append((proposed_in, origin, {"design": design}))
+        return n_added
 
 
 # Telling
@@ -274,7 +274,7 @@ class _Search:
 
 def tell_tests(
     source: Any,
-    study: str | PathLike[str],
+    study: FilePath,
     *,
     withdraw: Collection[int] = (),
     cancel: Collection[int] = (),
@@ -312,47 +312,38 @@ def tell_tests(
             known_name("a test to withdraw", str(test), stored)
             database.discard("tests", {TEST: test}, test, "withdrawn")
         requests = _Requests(database)
+        pending = [*map(str, requests.pending)]
         for test in cancel:
-            known_name("a test to cancel", str(test), [*map(str, requests.pending)])
+            known_name("a test to cancel", str(test), pending)
             run, proposal, *_ = requests.asked[test]
             key = {"run": run, "test_point": proposal[0]}
             database.discard("proposals", key, test, "cancelled")
         requests = _Requests(database)
         if source is not None:
-            told = source_columns(
-                source, requests.head.get("units", {}), decimal=decimal, sheet=sheet
-            )
-            rows = _rows_of(*told, database, requests, sentences)
-            new = _new_tests(database, requests, rows)
+            units = requests.head.get("units", {})
+            cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
+            rows = _rows_of(cells, columns, requests, sentences)
+            new = _new_rows(requests, rows)
             if new:
-                _keep(database, new, sentences)
+                _keep(database, requests, new, sentences)
             n_known = len(rows) - len(new)
             sentences.insert(0, f"{counted(len(new), 'test')} taken, {n_known} known already.")
-        pending = ", ".join(map(str, _Requests(database).pending)) or "none"
-    return [*sentences, f"Pending tests: {pending}."]
+        left = ", ".join(map(str, _Requests(database).pending)) or "none"
+    return [*sentences, f"Pending tests: {left}."]
 
 
-def _rows_of(
-    cells: Any,
-    columns: Mapping[str, Any],
-    database: Database,
-    requests: _Requests,
-    remarks: list[str],
-) -> list[dict[str, Any]]:
+def _rows_of(cells: Any, columns: Entries, requests: _Requests, remarks: list[str]) -> list[Values]:
     """Return the rows with results: values by name, ``test``, ``reason`` and ``where``."""
     head = requests.head
     results = _results(head)
     kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE} | dict.fromkeys(results, Kind.REAL)
     kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
-    options: dict[str, Any] = {}
-    for run in database.facts.runs:
-        options |= run.record.get("options", {})
     values = []
     for name, kind in kinds.items():
         if name not in columns:
             rule = "those of the file that was written for these tests"
             raise invalid("the columns", rule, Received(f"none named {name!r}"))
-        values.append(_read(cells, columns[name], kind, options.get(name)))
+        values.append(_read(cells, columns[name], kind, requests.options.get(name)))
     rows = []
     for i, row_values in enumerate(zip(*values, strict=True)):
         row = {name: v for name, v in zip(kinds, row_values, strict=True) if v is not None}
@@ -377,7 +368,7 @@ def _rows_of(
     return rows
 
 
-def _read(cells: Any, column: Any, kind: Kind, options: Mapping[str, Any] | None) -> list[Any]:
+def _read(cells: Any, column: Any, kind: Kind, options: Entries | None) -> list[Any]:
     """Return the values of a column, ``None`` where a cell is blank."""
     values: list[Any] = []
     for i, cell in enumerate(column.cells):
@@ -406,75 +397,79 @@ def _text(value: Any) -> str:
     return f"{value:.15g}"
 
 
-def _new_tests(
-    database: Database, requests: _Requests, rows: Sequence[dict[str, Any]]
-) -> list[dict[str, Any]]:
-    """Return the rows that the study does not have, with the numbers of their tests.
+def _new_rows(requests: _Requests, rows: Sequence[Values]) -> list[Values]:
+    """Return the rows that the study does not have.
 
     Raises:
         ArgumentValueError: A row has other results than the study.
     """
     names = [*requests.head["variables"], *_results(requests.head), "reason"]
     stored: dict[int, list[list[str]]] = defaultdict(list)
-    for request in requests.asked.values():
-        if request.test:
-            cells = requests.tests.loc[request.test, names]
-            stored[request.of].append([*map(_text, cells)])
+    for number, request in requests.asked.items():
+        if number in requests.tests.index:
+            stored[request.of].append([*map(_text, requests.tests.loc[number, names])])
     new = []
     for row in rows:
         texts = [_text(row[name]) for name in names]
         if texts in stored[row[TEST]]:
             stored[row[TEST]].remove(texts)
         else:
-            new.append((row, texts))
-    free = {*requests.pending}
-    tests = []
-    for row, texts in new:
+            new.append(row)
+    for row in new:
         test = row[TEST]
         for others in stored[test]:
             differences = []
-            for name, text, other in zip(names, texts, others, strict=True):
-                if text != other:
-                    differences.append(f"{name} = {text} where it has {other}")
-            remedy = (
+            for name, other in zip(names, others, strict=True):
+                if _text(row[name]) != other:
+                    differences.append(f"{name} = {_text(row[name])} where it has {other}")
+            raise invalid(
+                row["where"],
+                f"as the study has test {test}",
+                Received("; ".join(differences)),
                 f"--withdraw {test} with this file replaces it; a repeat needs the stored row "
-                "beside it; nothing was taken"
+                "beside it; nothing was taken",
             )
-            received = Received("; ".join(differences))
-            raise invalid(row["where"], f"as the study has test {test}", received, remedy)
-        if test not in free:
-            request = requests.asked[test]
-            content = {"design": request.design, "of": test}
-            (test,) = _add(database, request.run, [(*request.proposal[1:3], content)])
-        free.discard(test)
-        tests.append(row | {TEST: test})
-    return tests
+    return new
 
 
-def _keep(database: Database, tests: Sequence[Mapping[str, Any]], remarks: list[str]) -> None:
-    """Write tests, with what follows from variables and results."""
+def _keep(
+    database: Database,
+    requests: _Requests,
+    rows: Sequence[Entries],
+    remarks: list[str],
+) -> None:
+    """Write the tests of rows, with what follows from variables and results."""
     head = database.facts.head
-    asked = _Requests(database).asked
-    columns: Columns = {}
-    for name in tests[0].keys() - {"where"}:
-        columns[name] = np.array([test[name] for test in tests])
-    failed = columns["reason"] != ""
-    columns["status"] = np.where(failed, "failed", "ok")
-    requests = [asked[number] for number in columns[TEST].tolist()]
-    rounds = np.array([request.proposal[1] for request in requests], dtype=np.float64)
-    if rounds.any():
-        columns[PROPOSAL_ROUND] = rounds
-    for test, request in zip(tests, requests, strict=True):
-        title = f"Test {test[TEST]}"
-        if request.of != test[TEST]:
-            title += f", a repeat of {request.of}"
-        for name, value in request.design.items():
-            if test[name] != value:
-                change = f"{name} = {_text(test[name])} instead of {_text(value)}"
+    pending = {*requests.pending}
+    tests = []
+    for row in rows:
+        number = row[TEST]
+        run, (_, proposed_in, origin, _), design, _ = requests.asked[number]
+        title = f"Test {number}"
+        if number in pending:
+            pending.remove(number)
+        else:  # a repeat
+            content = {"design": design, "of": number}
+            (number,) = _add(database, run, [(proposed_in, origin, content)])
+            title = f"Test {number}, a repeat of {row[TEST]}"
+        for name, value in design.items():
+            if row[name] != value:
+                change = f"{name} = {_text(row[name])} instead of {_text(value)}"
                 remarks.append(f"{title}: {change}; what was tested counts.")
+        more = {TEST: number, "origin": origin, PROPOSAL_ROUND: float(proposed_in)}
+        tests.append({**row, **more, "seconds": np.nan})
+    columns: Columns = {}
+    for name in tests[0]:
+        columns[name] = np.array([test[name] for test in tests])
+    del columns["where"]
+    if not columns[PROPOSAL_ROUND].any():
+        del columns[PROPOSAL_ROUND]
+    has_failed = columns["reason"] != ""
+    columns["status"] = np.where(has_failed, "failed", "ok")
     for name, expression in head.get("expressions", {}).items():
         if expression:
-            columns[name] = np.where(failed, np.nan, Expression.of(expression).values(columns))
+            values = Expression.of(expression).values(columns)
+            columns[name] = np.where(has_failed, np.nan, values)
     designs = {name: columns[name] for name in head["variables"]}
     for name in head["inequalities"][head["model_inequalities"] :]:
         rule = name.rpartition(": ")[2]
@@ -482,8 +477,6 @@ def _keep(database: Database, tests: Sequence[Mapping[str, Any]], remarks: list[
         if "=" in rule:  # otherwise it is a function, which only the problem has
             (requirement,) = requirements_of({name: rule}, [*designs])
             columns[name] = requirement.violation(designs)
-    columns["origin"] = np.array([request.proposal[2] for request in requests])
-    columns["seconds"] = np.full(len(tests), np.nan)
     database.widen(columns)
     database.insert(columns | database.numbered(columns[TEST]))
 
@@ -564,18 +557,20 @@ def import_tests(
     identity = f"tests of {origin} ({fingerprint})"
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
     tests = store.table(results, "test")
-    with store.session() as recall:
-        recall(Points(numbers, 0, designs=X))  # designs that other runs have tested are theirs
-        store.keep(tests)
+    store.keep(tests)
     return replace(tests, remarks=table.remarks)
+
+
+def _option_by_text(variable: Variable) -> Values:
+    """Return the values of a choice or a binary variable by their texts."""
+    return {str(option): option for option in variable.options or (False, True)}
 
 
 def _values_of(variable: Variable, name: str, cells: AnyArray) -> AnyArray:
     """Return cells as values of a variable."""
     if variable.kind not in _DISCRETE:
         return cells.astype(object)
-    options: tuple[Any, ...] = variable.options or (False, True)
-    option_by_text = {str(option): option for option in options}
+    option_by_text = _option_by_text(variable)
     if variable.kind is Kind.BINARY:
         option_by_text |= {"0": False, "1": True, "0.0": False, "1.0": True}
     values = np.empty(len(cells), dtype=object)

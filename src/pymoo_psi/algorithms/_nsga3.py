@@ -24,7 +24,7 @@ from pymoo.operators.sampling.rnd import BinaryRandomSampling, IntegerRandomSamp
 from pymoo.operators.selection.tournament import TournamentSelection
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, integer, invalid
+from pymoo_psi._validation import Array, Values, integer, invalid
 from pymoo_psi.problems import (
     LogScaled,
     design_space,
@@ -117,7 +117,7 @@ def _undo_logarithms(result: Result, scaled: LogScaled) -> None:
         result.X = result.opt.get("X")
 
 
-def operators(problem: Any) -> dict[str, Any]:
+def operators(problem: Any) -> Values:
     """Return the operators with which pymoo's genetic algorithms search other than real variables.
 
     They are those of pymoo's documentation (pages *Mixed Variable Problem*, *Discrete Variables*

@@ -5,12 +5,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, fields
-from os import PathLike
 from typing import Any, TypedDict, TypeVar
 
 from pymoo.core.algorithm import Algorithm
 
 from pymoo_psi._validation import (
+    Entries,
+    FilePath,
+    Values,
     boolean,
     collection,
     instance,
@@ -54,7 +56,7 @@ class PointKeywords(StudyKeywords, total=False):
     seed: int | None
     limits: Limits | None
     formulation: Formulation | None
-    study: str | PathLike[str] | None
+    study: FilePath | None
     log: Collection[str] | None
     requirements: Any
 
@@ -163,7 +165,7 @@ class RunOptions:
     limits: Limits | None = None
     formulation: Formulation | None = None
     share: tuple[int, int] | None = None
-    study: str | PathLike[str] | None = None
+    study: FilePath | None = None
     study_key: str | None = None
     study_wait: float = 10.0
     more: bool = False
@@ -218,9 +220,7 @@ class RunOptions:
         return Share.checked(self.share)
 
 
-def run_options(
-    owner: str, arguments: Mapping[str, Any], keywords: Any
-) -> tuple[RunOptions, dict[str, Any]]:
+def run_options(owner: str, arguments: Entries, keywords: Any) -> tuple[RunOptions, Values]:
     """Return the run options among keyword arguments, and the other arguments, which are pymoo's.
 
     Args:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import count
-from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,14 +11,13 @@ from pymoo.core.algorithm import Algorithm
 from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._output import WithTable
-from pymoo_psi._validation import Designs, Numbers, Received, invalid
+from pymoo_psi._validation import Designs, FilePath, Numbers, Received, Values, invalid
 from pymoo_psi.algorithms._executor import Model, executor_of
 from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
 from pymoo_psi.algorithms._run import Run, table_of_run
 from pymoo_psi.algorithms._sources import PlannedPoints, Points
 from pymoo_psi.algorithms._store import StudyStore, stored_at_termination
 from pymoo_psi.errors import EvaluationError
-from pymoo_psi.parallel import Values
 from pymoo_psi.problems import (
     WrappedProblem,
     columns_of_values,
@@ -100,9 +98,7 @@ class Recorded(WithTable, WrappedProblem):
     same_columns = True
 
     @takes(StudyKeywords)
-    def __init__(
-        self, problem: Any, study: str | PathLike[str], **options: Unpack[StudyKeywords]
-    ) -> None:
+    def __init__(self, problem: Any, study: FilePath, **options: Unpack[StudyKeywords]) -> None:
         require_known_keywords("Recorded", object, options, more=StudyKeywords.__annotations__)
         require_problem(problem)
         self._tolerant = None
@@ -159,7 +155,7 @@ class Recorded(WithTable, WrappedProblem):
             out["test_point"] = out["test_point"].astype(np.int64)
         return out
 
-    def do(self, X: Any, return_values_of: Any) -> dict[str, Any]:
+    def do(self, X: Any, return_values_of: Any) -> Values:
         """Return the values of designs; pymoo calls this from ``evaluate``.
 
         Raises:

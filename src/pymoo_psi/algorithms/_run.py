@@ -19,7 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._validation import Designs, Numbers, Received, identity_text, integer, invalid
+from pymoo_psi._validation import (
+    Designs,
+    Numbers,
+    Received,
+    Values,
+    identity_text,
+    integer,
+    invalid,
+)
 from pymoo_psi.algorithms._asked import Kept, under
 from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of
 from pymoo_psi.algorithms._options import RunOptions
@@ -31,7 +39,7 @@ from pymoo_psi.algorithms._sources import (
 )
 from pymoo_psi.algorithms._store import Recall, Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
-from pymoo_psi.parallel import Runner, Values
+from pymoo_psi.parallel import Runner
 from pymoo_psi.problems import problem_identity
 from pymoo_psi.study import LAST
 from pymoo_psi.table import Formulation, TestTable, design_keys, limit_text
@@ -82,7 +90,7 @@ class Run:
         self._is_paused = False
         self._is_stopped = False
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
         return self.__dict__ | {"_ready": [], "_work": None}
 
@@ -178,7 +186,7 @@ class Run:
             if answer != request.answer:
                 self.store.answer(request._replace(content=content, answer=answer))
 
-    def _follow(self, content: dict[str, Any], number: int) -> str:
+    def _follow(self, content: Values, number: int) -> str:
         """Do what one request asks, which may come again when the run goes on; return an answer."""
         action = content["action"]
         if action == "search":

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Mask, Numbers, invalid
+from pymoo_psi._validation import Mask, Names, Numbers, Values, invalid
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
@@ -34,7 +34,7 @@ from pymoo_psi.table import (
 )
 
 Recall = Callable[[Points], TestTable]
-Head: TypeAlias = dict[str, Any]
+Head: TypeAlias = Values
 _LASTING = ("search", "more")  # what people ask that holds when the run is continued
 _OVER = "; over when the run began"
 _SECONDS = 0.5  # between two looks at what people ask, each of which takes about a millisecond
@@ -417,7 +417,7 @@ def _points_of_run(head: Head, sampling: str, model: Model) -> Head:
     return points
 
 
-def _kept_values(model: Model, choices: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+def _kept_values(model: Model, choices: Mapping[str, Names]) -> dict[str, list[str]]:
     """Return the values of choices and binary variables of which some are left out, by variable."""
     kept = {}
     for variable in model.space.variables:

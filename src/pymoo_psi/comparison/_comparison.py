@@ -7,7 +7,6 @@ import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Entries,
+    FilePath,
     counted,
     integer,
     invalid,
@@ -196,7 +196,7 @@ def compare(
     seeds: int | Sequence[int] = 11,
     algorithms: Collection[str] | Entries = DEFAULT_ALGORITHMS,
     reference_front: ArrayLike | None = None,
-    folder: str | PathLike[str] | None = None,
+    folder: FilePath | None = None,
     n_jobs: int = 1,
     progress: bool = True,
 ) -> Comparison:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.integrate import trapezoid
 
 from pymoo_psi._validation import (
     Entries,
+    FilePath,
     Received,
     Values,
     invalid,
@@ -78,7 +78,7 @@ class Identification(NamedProblem):
     def __init__(
         self,
         simulate: Callable[[Entries, pd.DataFrame], Any],
-        experiments: Mapping[str, pd.DataFrame | str | PathLike[str]],
+        experiments: Mapping[str, pd.DataFrame | FilePath],
         variables: Entries,
         *,
         measure: str = "rms",

@@ -17,7 +17,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from itertools import chain
-from os import PathLike
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
@@ -25,6 +24,7 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Entries,
+    FilePath,
     Names,
     Received,
     Rows,
@@ -350,7 +350,7 @@ class ProgramProblem(NamedProblem):
         name: str = "program",
         key: str = "",
         noisy: bool = False,
-        base: str | PathLike[str] = ".",
+        base: FilePath = ".",
         **kwargs: Any,
     ) -> None:
         self.base = Path(base).absolute()
@@ -395,7 +395,7 @@ class ProgramProblem(NamedProblem):
             self._check_variables(used)
 
     @classmethod
-    def from_toml(cls, path: str | PathLike[str], **kwargs: Any) -> ProgramProblem:
+    def from_toml(cls, path: FilePath, **kwargs: Any) -> ProgramProblem:
         """Return the problem that a TOML file describes; its paths start from the file's folder.
 
         ``pymoo-psi solve --new bracket.toml`` writes a commented example.

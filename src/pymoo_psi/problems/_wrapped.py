@@ -11,7 +11,7 @@ from pymoo_psi._validation import Entries, Received, Values, invalid
 from pymoo_psi.errors import PsiError
 from pymoo_psi.problems._pymoo import leave_failed_out, problem_name, require_inequalities
 
-Evaluate = Callable[[Any], dict[str, Any]]
+Evaluate = Callable[[Any], Values]
 
 
 class WrappedProblem(Problem):
