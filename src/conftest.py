@@ -41,7 +41,6 @@ def test_table() -> Any:
 SHARED = {
     "table/_tests.py": ["TestTable"],
     "comparison/_comparison.py": ["bnh", "result"],
-    "comparison/_quality.py": ["bnh", "result"],
     "comparison/_runs.py": ["result"],
     "paper/_reproduction.py": ["case"],
 }

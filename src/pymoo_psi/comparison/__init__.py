@@ -35,11 +35,11 @@ from pymoo_psi.comparison._comparison import Comparison, compare
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
-from pymoo_psi.comparison._quality import INDICATORS as INDICATORS
-from pymoo_psi.comparison._quality import Reference as Reference
-from pymoo_psi.comparison._quality import effect_size as effect_size
-from pymoo_psi.comparison._quality import holm as holm
-from pymoo_psi.comparison._quality import p_value as p_value
+from pymoo_psi.comparison._comparison import INDICATORS as INDICATORS
+from pymoo_psi.comparison._comparison import Reference as Reference
+from pymoo_psi.comparison._comparison import effect_size as effect_size
+from pymoo_psi.comparison._comparison import holm as holm
+from pymoo_psi.comparison._comparison import p_value as p_value
 from pymoo_psi.comparison._runs import DEFAULT_ALGORITHMS as DEFAULT_ALGORITHMS
 from pymoo_psi.comparison._runs import Run as Run
 

@@ -62,7 +62,6 @@ from pymoo_psi.algorithms import (
     Points,
     QMCSampling,
     UniformSampling,
-    investigate,
     nsga3,
     operators,
     population_size,
@@ -123,11 +122,6 @@ def _search(name: Any, algorithm: Any) -> Search:
 # Functions of the module, so that they can be sent to processes.
 
 
-def _investigate(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
-    """Investigate the parameter space with the points of a sampling."""
-    investigate(problem, n, sampling=sampling, seed=seed)
-
-
 def _nsga3(problem: Any, n: int, seed: int) -> None:
     nsga3(problem, n_evaluations=n, seed=seed)
 
@@ -146,11 +140,10 @@ def _psi_then_nsga3(sampling: UniformSampling | None, problem: Any, n: int, seed
     nsga3(problem, n_evaluations=n_nsga3, seed=seed, sampling=start)
 
 
-def _propose(sampling: UniformSampling | None, problem: Any, n: int, seed: int) -> None:
-    """Test the points of a sampling, then designs that surrogates propose."""
+def _surrogate_psi(n: int, **options: Any) -> Algorithm:
     from pymoo_psi.algorithms import SurrogatePSI  # brings half of SciPy, a second
 
-    minimize(problem, SurrogatePSI(n, sampling=sampling), seed=seed)
+    return SurrogatePSI(n, **options)
 
 
 def _nsga2(problem: Any, n: int, seed: int) -> None:
@@ -173,12 +166,12 @@ def _run_algorithm(make: Callable[[int], Any], problem: Any, n: int, seed: int) 
 
 _SCRAMBLED = QMCSampling("sobol")
 SEARCHES: dict[str, Search] = {
-    "psi": partial(_investigate, None),
-    "psi-scrambled": partial(_investigate, _SCRAMBLED),
+    "psi": partial(_run_algorithm, PSI),
+    "psi-scrambled": partial(_run_algorithm, partial(PSI, sampling=_SCRAMBLED)),
     "nsga3": _nsga3,
     "nsga2": _nsga2,
-    "surrogate": partial(_propose, None),
-    "surrogate-scrambled": partial(_propose, _SCRAMBLED),
+    "surrogate": partial(_run_algorithm, _surrogate_psi),
+    "surrogate-scrambled": partial(_run_algorithm, partial(_surrogate_psi, sampling=_SCRAMBLED)),
     "psi+nsga3": partial(_psi_then_nsga3, None),
     "psi-scrambled+nsga3": partial(_psi_then_nsga3, _SCRAMBLED),
 }
