@@ -62,19 +62,19 @@ _MOMENT = re.compile(  # dates and times
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
 _PRINTED = re.compile(r"[+-]?[0-9]+\.[0-9]{3}")
 _MARKED = re.compile(r"[+-]?\d[\d.,'’\s]*(?:e[+-]?\d+)?", re.IGNORECASE)
-# What spreadsheets and people call rows that summarise others: sums, means, extremes.
+# What spreadsheets and people call rows that summarise others: sums, also those of a group, such as
+# "A Total", means and extremes.
 _SUMMARY = re.compile(
-    r"(?<![^\W_])(sums?|totals?|subtotal|σ|∑|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|"
-    r"teilsumme|ergebnis|gesamtergebnis|teilergebnis|zusammen|somme|suma|summa|totale|mean|average|"
-    r"avg|ø|mittel|mittelwert|durchschnitt|moyenne|media|promedio|median|zentralwert|std|stdev|"
-    r"deviation|итого|всего|сумма|среднее|сума|общо|підсумок|разом|razem|celkem|spolu|ukupno|kokku|"
-    r"összesen|toplam|ortalama|totaal|gemiddelde|totalt|gennemsnit|keskiarvo|yhteensä|soma|média|"
-    r"jumlah|tổng|σύνολο|المجموع|סך הכל|รวม|합계|평균|合计|总计|合計|平均|"
+    r"(?:.*[\W_])?(?:sums?|totals?|subtotal|σ|∑|summe|gesamt|insgesamt|gesamtsumme|zwischensumme|"
+    r"teilsumme|ergebnis|gesamtergebnis|teilergebnis|zusammen|somme|suma|summa|totale|"
+    r"итого|всего|сумма|общо|підсумок|разом|razem|celkem|spolu|ukupno|kokku|összesen|toplam|"
+    r"totaal|totalt|yhteensä|soma|jumlah|tổng|σύνολο|المجموع|סך הכל|รวม|합계|合计|总计|合計)"
+    r"(?:[\W\d_].*)?|(?:mean|average|avg|ø|mittel|mittelwert|durchschnitt|moyenne|media|média|promedio|среднее|"
+    r"ortalama|gemiddelde|gennemsnit|keskiarvo|평균|平均|median|zentralwert|std|stdev|deviation|"
     r"standardabweichung|min|minimum|max|maximum|best|worst|ideal|nadir|utopia|bester|"
-    r"schlechtester)(?![^\W_])",
+    r"schlechtester)[\W\d_]*",
     re.IGNORECASE,
 )
-_ROUNDED = 0.01  # relative; a summary is often rounded, and computed from unrounded numbers
 
 
 class UnfitError(ArgumentValueError):
@@ -426,74 +426,38 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
 def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     """Refuse rows that summarise others, such as "Total".
 
-    A name alone says nothing, since a design may be called Max, nor do a few equal numbers. A row
-    is refused if it has such a name and its numbers summarise all other rows, or those next to it.
+    A row is refused if a column of names calls it so, if it alone has no label, and, in a source
+    without names, if the last row is the sum of all others.
+
+    Args:
+        cells: The cells.
+        columns: Those that may hold numbers of designs.
 
     Raises:
         ArgumentValueError: There is such a row.
     """
-    numbers = [column.numbers for column in columns if column.numbers is not None]
-    if not numbers:
-        return
-    F = np.column_stack(numbers)
-    F[~np.isfinite(F)] = np.nan
-    names = _names_of_summaries(cells, columns, F)
-    # Words in most of many rows are values of a column, such as the levels min and max.
-    if len(names) > max(10, len(F) // 2):
-        return
-    named = sorted(names)
-    others = np.setdiff1d(np.arange(len(F)), named)
-    # The sum of a group is directly above or below it.
-    groups = np.split(others, np.searchsorted(others, named))
-    for k, i in enumerate(named):
-        if any(_summarises(F[i], F[rows]) for rows in (others, groups[k], groups[k + 1])):
-            skipped = ",".join(str(cells.line(row)) for row in named)
-            called = f"is called {names[i]!r:.40}" if names[i] else "has no name"
-            raise UnfitError(
-                f"{cells.where(i)} {called} and summarises other rows",
-                f"leave it out by --skip-rows {skipped}, or rename it",
-            )
-
-
-def _names_of_summaries(cells: Cells, columns: Collection[Column], F: Array) -> dict[int, str]:
-    """Return the rows that may summarise others, with their names.
-
-    These hold a word for it, or nothing where all other designs have a name. Without any names, it
-    is the last row, which must be the sum of three rows or more in all of several columns.
-    """
-    names: dict[int, str] = {}
-    for column in columns:
-        for i, cell in enumerate(column.cells):
-            if column.numbers is None and isinstance(cell, str) and _SUMMARY.search(cell):
-                names[i] = cell.strip()
+    problems: dict[int, str] = {}
+    for name, column in cells.columns.items():
+        if name != cells.label and len({*map(str, column)}) < len(column):
+            continue  # such as the levels min and max
+        for i, cell in enumerate(column):
+            if isinstance(cell, str) and _SUMMARY.fullmatch(cell.strip()):
+                problems[i] = f"is called {cell.strip()!r:.40}"
+    numbers = np.array([column.numbers for column in columns if column.numbers is not None])
     if cells.label in cells.columns:
         blanks = [i for i, cell in enumerate(cells.columns[cells.label]) if is_blank(cell)]
         if len(blanks) == 1:
-            names.setdefault(blanks[0], "")
-    elif len(F) > 3 and F.shape[1] > 1 and (F[:-1] != 0).any(axis=0).all():
-        with np.errstate(over="ignore", invalid="ignore"):
-            if np.allclose(np.nansum(F[:-1], axis=0), F[-1], rtol=1e-9, atol=0):
-                names.setdefault(len(F) - 1, "")
-    return names
-
-
-def _summarises(row: Array, F: Array) -> bool:
-    """Say whether a row holds sums, means, medians, deviations or extremes of other rows."""
-    # One number, or one beside zeros, is no sign of a summary, nor are equal numbers.
-    several = np.isfinite(row) & ((np.isfinite(F) & (F != 0)).sum(axis=0) > 1)
-    if not several.any():
-        return False
-    F = F[:, several]
-    row = row[several]
-    close = {}
-    with np.errstate(all="ignore"):
-        for summary in (np.nansum, np.nanmean, np.nanmedian, np.nanstd):
-            close[summary] = np.abs(summary(F, axis=0) - row) <= _ROUNDED * np.abs(row)
-    # Beside sums there may be ratios of sums; but a design may be the best in many columns.
-    if close.pop(np.nansum).mean() >= 0.5:
-        return True
-    least = np.nanmin(F, axis=0)
-    greatest = np.nanmax(F, axis=0)
-    varied = least < greatest
-    matches = [(row == least) | (row == greatest), *close.values()]
-    return varied.any() and any(match[varied].all() for match in matches)
+            problems[blanks[0]] = "alone has no name"
+    elif len(numbers) > 1 and len(cells.rows) > 3:
+        above = np.nan_to_num(numbers[:, :-1], posinf=0.0, neginf=0.0)
+        with np.errstate(over="ignore"):
+            is_sum = np.isclose(above.sum(axis=1), numbers[:, -1], rtol=1e-9, atol=0)
+        if is_sum.all() and above.any(axis=1).all():
+            problems[len(cells.rows) - 1] = "is the sum of all others"
+    if problems:
+        first = min(problems)
+        lines = ",".join(str(cells.line(i)) for i in sorted(problems))
+        raise UnfitError(
+            f"{cells.where(first)} {problems[first]}, so that it may summarise other rows",
+            f"leave it out by --skip-rows {lines}, or rename it",
+        )

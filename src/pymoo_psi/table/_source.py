@@ -326,8 +326,7 @@ def _designs(
         labels.add(cells.label)
     # Every row of a ranking is a design, whatever it is called; a summary is not Pareto optimal.
     if not (is_ranking and is_pareto <= {"true", "false"}):
-        others = [c for c in columns.values() if c.numbers is None or c.name not in labels]
-        require_designs(cells, others)
+        require_designs(cells, [c for c in columns.values() if c.name not in labels])
     return _Designs(cells, columns, labels, remarks + directions)
 
 

@@ -15,7 +15,6 @@ import csv
 import json
 import os
 import re
-from collections import Counter
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -34,9 +33,7 @@ from pymoo_psi.table._cells import (
     cells_as_written,
     cells_of_frame,
     cells_of_rows,
-    in_a_line,
     is_blank,
-    is_number,
 )
 from pymoo_psi.table._formats._format import (
     FileFormat,
@@ -48,12 +45,12 @@ from pymoo_psi.table._head import (
     Head,
     is_of_tests,
 )
-from pymoo_psi.table._layout import headings_of, names_of
+from pymoo_psi.table._layout import headings_of
 
 # The number of a line in its file, and the line.
 Line: TypeAlias = tuple[int, str]
 
-_SEPARATORS = ",;\t|"
+_SEPARATORS = ";\t|, "
 _HEAD = "pymoo-psi:head"  # entries of the metadata that are ours
 _N_ROWS = "pymoo-psi:rows"
 _DATATYPES: Values = {  # of CSVW, by those of pandas
@@ -64,8 +61,6 @@ _DATATYPES: Values = {  # of CSVW, by those of pandas
 }
 # A list must begin with an object, as a name in the header of a CSV may begin with a bracket.
 _JSON = re.compile(r"\s*(?:\{|\[\s*\{)")
-_WORD = re.compile(r"\S+")
-_GAP = re.compile(r"\S\s{2,}\S")  # by which columns are aligned
 _ABOVE_HEADER = re.compile(r'"*#|\s*$')  # comments and blank lines
 # What a spreadsheet runs as a formula: a cell that begins with a sign, full-width ones too, or with
 # a gap that it drops, unless it is a number; a sign alone, which people write for "none", is one.
@@ -89,24 +84,29 @@ class CsvFile(FileFormat):
 
     def read(self, file: SourceFile) -> Cells:
         """Return the cells of a text, with what we wrote of them."""
-        metadata = _metadata_of(file.path)
+        metadata = metadata_path(file.path)
         text = file.text
-        if metadata is not None:
-            head = metadata[_HEAD]
+        if is_marked(metadata):
+            head, n_rows = _described(metadata)
         else:
-            head, text = _split_head(text)
+            head, text, n_rows = _split_head(text)
+        if not head:
+            return replace(cells_of_text(text, file.skip_rows), metadata=metadata.name)
         if is_of_tests(head):
             rows = _rows(_lines(text), ",", skipinitialspace=False)
             cells = cells_as_written(rows, head)
         else:
-            cells = cells_of_text(text, file.skip_rows)
-        if metadata is not None and not file.skip_rows:
-            _require_described(cells, metadata, file.path)
-        if not head:
-            return replace(cells, metadata=metadata_path(file.path).name)
+            cells = cells_of_text(text, file.skip_rows, has_comments=False)
         columns = {}
+        n = 0
         for name, column in cells.columns.items():
             columns[written_text(name)] = list(map(written_text, column))
+            n = len(column)
+        if n_rows not in (None, n) and not file.skip_rows:
+            raise UnfitError(
+                f"it has {counted(n, 'row')}, and {n_rows} by {metadata.name}",
+                "restore both, or remove the latter and say --objectives and --maximize",
+            )
         return replace(cells, columns=columns, head=head)
 
     def save(self, path: FilePath, columns: Entries, head: Head | None = None) -> None:
@@ -194,40 +194,17 @@ def metadata_path(path: FilePath) -> Path:
     return Path(f"{os.path.realpath(path)}-metadata.json")
 
 
-def _metadata_of(path: Path) -> Values | None:
-    """Return the metadata that we wrote of a file, if there are any; others are not read.
+def _described(metadata: Path) -> tuple[Head, int]:
+    """Return the head of a file and its number of rows, as metadata that we wrote say them.
 
     Raises:
         UnfitError: They are damaged.
     """
-    file = metadata_path(path)
-    if not is_marked(file):
-        return None
     try:
-        document = json.loads(file.read_bytes())
-        return {_HEAD: dict(document[_HEAD]), _N_ROWS: document[_N_ROWS]}
+        document = json.loads(metadata.read_bytes())
+        return dict(document[_HEAD]), int(document[_N_ROWS])
     except (ValueError, LookupError, TypeError, RecursionError):
-        raise UnfitError(f"{file.name} is damaged", HEAD_REMEDY) from None
-
-
-def _require_described(cells: Cells, metadata: Entries, path: Path) -> None:
-    """Refuse cells other than those that are described: of a file that was cut, or another one.
-
-    Columns may be rearranged and added.
-
-    Raises:
-        UnfitError: A column is missing, or the number of rows differs.
-    """
-    head = metadata[_HEAD]
-    n_rows = max(map(len, cells.columns.values()), default=0)
-    names = names_of(list(map(written_text, cells.columns)), head.get("units", {}))
-    described = {in_a_line(name) for name in (*head.get("variables", ()), *head["objectives"])}
-    if n_rows != metadata[_N_ROWS] or not described <= {*map(in_a_line, names)}:
-        raise UnfitError(
-            f"it is not the table of {counted(metadata[_N_ROWS], 'row')} that "
-            f"{metadata_path(path).name} describes",
-            "restore both, or remove the latter and say --objectives and --maximize",
-        )
+        raise UnfitError(f"{metadata.name} is damaged", HEAD_REMEDY) from None
 
 
 def _document(path: FilePath, columns: Entries, head: Head) -> Values:
@@ -255,17 +232,17 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
 # The head in files of 0.3
 
 
-def _split_head(text: str) -> tuple[Head, str]:
-    """Return what the last line of a text says of its columns, and the text without that line.
+def _split_head(text: str) -> tuple[Head, str, None]:
+    """Return what the last line of a text says of its columns, the text without it, and None.
 
     Raises:
         UnfitError: The line is damaged.
     """
     above, _, last = text.rstrip().rpartition("\n")
     if not (last.startswith("#") and any(mark in last for mark in MARKS)):
-        return {}, text
+        return {}, text, None
     try:
-        return dict(json.loads(last.removeprefix("#"))), f"{above}\n"
+        return dict(json.loads(last.removeprefix("#"))), f"{above}\n", None
     except (ValueError, TypeError, RecursionError):
         problem = "the line that says what its columns are is damaged"
         raise UnfitError(problem, HEAD_REMEDY) from None
@@ -274,12 +251,13 @@ def _split_head(text: str) -> tuple[Head, str]:
 # Texts of other programs and people
 
 
-def cells_of_text(text: str, skip_rows: Collection[int] = ()) -> Cells:
+def cells_of_text(
+    text: str, skip_rows: Collection[int] = (), *, has_comments: bool = True
+) -> Cells:
     """Return the cells of a text.
 
     By the csv module, as pandas fills short rows up and joins rows between stray quotation marks.
-    Lines that begin with ``#`` are comments, unless all designs do: labels may be #1, #2, …. One
-    that could be a design among others is refused.
+    Lines that begin with ``#`` may be comments; one that could be a design is refused.
 
     Raises:
         ArgumentValueError: It is no table of named columns with one row or more.
@@ -297,8 +275,11 @@ def cells_of_text(text: str, skip_rows: Collection[int] = ()) -> Cells:
         raise UnfitError(EMPTY)
     separator = _separator(lines)
     if separator == " ":
-        _require_names_above(lines)
-    return cells_of_rows(_without_comments(_rows(lines, separator)), separator)
+        _require_plain_names(lines[0][1])
+    rows = _rows(lines, separator)
+    if has_comments:
+        rows = _without_comments(rows)
+    return cells_of_rows(rows, separator)
 
 
 def _lines(text: str) -> list[Line]:
@@ -315,78 +296,37 @@ def _without_comments(rows: RowsByLine) -> RowsByLine:
     for end, row in rows.items():
         if not row[0].startswith("#") or is_blank(row[0]):
             designs[end] = row
-    if len(designs) < 2:  # the names of all designs begin so
-        return rows
-    n_cells = len(next(iter(rows.values())))
-    for end, row in rows.items():
-        if end not in designs and len(row) == n_cells > 1 and all(row):
+        elif all(row):
             raise UnfitError(
                 f"line {end} begins with # and has a cell in each column",
-                f"leave it out by --skip-rows {end} if it is a comment, "
-                "or begin its name otherwise",
+                f"leave it out by --skip-rows {end} if it is a comment, or rename it",
             )
     return designs
 
 
 def _separator(lines: Sequence[Line]) -> str:
-    """Return the mark between cells: the one with which all rows are as long as the header.
+    """Return the mark between cells: the first that divides all rows alike.
 
-    Spaces divide cells only where no mark does.
+    A comma comes late, as names and decimals may have some, and spaces last.
     """
-    # The first line may be a title without any mark, the last one is a design.
-    last = next(line for _, line in reversed(lines) if line.strip())
-    ends = lines[0][1] + last
-    merits = {}
+    text = "".join(line for _, line in lines)
     for mark in _SEPARATORS:
-        if mark in ends:
+        if mark in text:
             with suppress(UnfitError):  # quotation marks that stand elsewhere than at cells
-                merits[mark] = _merit([*_rows(lines, mark).values()])
-    if merits:
-        return max(merits, key=merits.__getitem__)
-    with suppress(UnfitError):
-        usual, _ = Counter(map(len, _rows(lines, " ").values())).most_common(1)[0]
-        if usual > 1:
-            return " "
-    return ","
+                lengths = {*map(len, _rows(lines, mark).values())}
+                if len(lengths) == 1 and lengths != {1}:
+                    return mark
+    return max(",;\t|", key=text.count)  # of a text that is going to be refused
 
 
-def _require_names_above(lines: Sequence[Line]) -> None:
-    """Refuse columns that blanks align if cells stand under the names of other columns.
-
-    If names have blanks in them, and there is an index without a name, there may be as many words
-    in the header as in the rows, and yet each one may belong to another column.
-    """
-    header = lines[0][1]
-    names = [*_WORD.finditer(header)]
-    for number, line in lines:
-        cells = [*_WORD.finditer(line)]
-        if len(cells) != len(names) or not (_GAP.search(header) and _GAP.search(line)):
-            continue
-        for cell, name in zip(cells, names, strict=True):
-            is_apart = cell.end() <= name.start() or name.end() <= cell.start()
-            if is_apart and header[cell.start() : cell.end()].strip():
-                raise UnfitError(
-                    f"line {number} has {cell[0]!r} under the name of another column",
-                    "put commas between the cells if names have blanks in them",
-                )
-
-
-def _merit(rows: list[list[str]]) -> tuple[bool, float, int]:
-    """Return by what the best of several separators is chosen, the most important first."""
-    if not rows:
-        return False, 0, 0
-    usual, count = Counter(map(len, rows)).most_common(1)[0]
-    # Of uneven readings that with the longest usual row, so that the message names the row that
-    # differs.
-    if count < len(rows):
-        return False, usual, count
-    # Of several even ones, as names or decimals may have commas, the one with most numbers.
-    n_cells = 0
-    n_numbers = 0
-    for row in rows[1:]:
-        n_cells += len(row)
-        n_numbers += sum(map(is_number, row))
-    return True, n_numbers / max(1, n_cells), usual
+def _require_plain_names(header: str) -> None:
+    """Refuse names with blanks in them where blanks are between the names, too."""
+    header = header.strip()
+    if len(re.split(r"\s\s+", header)) not in (1, len(header.split())):
+        raise UnfitError(
+            "blanks are between its columns and in their names, or names are one blank apart",
+            "put commas between the cells, or two blanks or more between the names",
+        )
 
 
 def _rows(lines: Sequence[Line], separator: str, *, skipinitialspace: bool = True) -> RowsByLine:
