@@ -156,7 +156,7 @@ def test_how_a_file_is_written(run, tmp_path):
                "--drop-incomplete", "--units", "Masse=kg"]  # fmt: skip
     code, printed, _ = run("rank", "set.csv", *options, "--out", "o.csv")
     assert code == 0
-    assert "1 incomplete design left out: row 2 (line 4)." in printed
+    assert "1 incomplete design left out, the first in row 2 (line 4)." in printed
     ranked = pd.read_csv("o.csv").set_index("Größe")
     assert ranked["Kosten"].to_dict() == {"A": 1250.5, "C": 2100.0}
     assert "Masse [kg]" in run("rank", "o.csv")[1]
@@ -170,7 +170,7 @@ def test_designs_of_a_file_are_incomplete_and_tests_fail(run, tmp_path):
     for command in ("rank", "report", "page", "export"):
         out = f"{command}.{'csv' if command in ('rank', 'export') else 'html'}"
         shown += run(command, "set.csv", "--drop-incomplete", "--out", out)[1]
-    assert "2 incomplete designs left out: row 2 (line 3), row 4 (line 5)." in shown
+    assert "2 incomplete designs left out, the first in row 2 (line 3)." in shown
     assert "3 of 5 designs are feasible, 2 incomplete" in shown
     assert "5 designs (3 ok, 0 infeasible, 2 incomplete) written" in shown
     report = re.sub(

@@ -47,7 +47,7 @@ from pymoo_psi.table._head import (
     tests_of_cells,
     units_of,
 )
-from pymoo_psi.table._layout import RESERVED, Layout, names_of
+from pymoo_psi.table._layout import POINT, RESERVED, Layout, names_of
 from pymoo_psi.table._repeats import undeclared
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
@@ -270,8 +270,8 @@ class _Designs(NamedTuple):
     """The feasible designs of a source that is no table of tests.
 
     Attributes:
-        cells: Their cells, without columns that follow from others.
-        columns: The columns with their numbers.
+        cells: Their cells.
+        columns: The columns with their numbers, without those that follow from others.
         labels: The columns that name or number designs.
         remarks: What a reader must know about the rows, in sentences.
     """
@@ -300,128 +300,91 @@ def _designs(
     """
     names = cells.columns.keys()
     is_ranking = names >= {*_DISTANCES}
-    is_export = is_ranking and "mark" in names  # of the page
     remarks: list[str] = []
-    directions: list[str] = []
     if not (cells.head["objectives"] or formulation.objectives):
-        directions = _remarks_on_directions(cells, is_ranking and not formulation.maximize)
+        _require_directions(cells)
+        if cells.metadata and is_ranking and not formulation.maximize:
+            remarks.append(
+                f"{cells.metadata}, which says the directions, is not there: all objectives are "
+                "minimized unless --maximize says otherwise."
+            )
+    derived = {*_DERIVED}
     # A failed design may hold anything, so it is left out before numbers are read.
-    cells = _feasible(cells, is_export, remarks)
+    status = [*map(str, cells.columns.get("status", ()))]
+    # A column "status" with other words in it is another program's, and selects nothing.
+    if status and {*status} <= {*STATUSES}:
+        cells = _rows(cells, np.array(status) == "ok", "not feasible", remarks)
+    if is_ranking and "mark" in names:  # an export of the page
+        derived.add("mark")
+        marks = np.array(cells.columns["mark"], dtype=object)
+        cells = _rows(cells, marks != "prototype", "prototypes of a page", remarks)
     if is_file:
-        cells = _without_equals(cells, remarks)
-    results = {*_DERIVED}
-    if is_export:
-        results.add("mark")
-    for cell in cells.columns.get("place", ()):
-        if isinstance(cell, str) and re.search(r"[^\W\d_]", cell):
-            results.discard("place")  # a town, and not the place of a ranking
-    is_pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ("none",))}
-    kept = {name: column for name, column in cells.columns.items() if name not in results}
-    cells = replace(cells, columns=kept)
-    labels = set(filter(_is_label, kept))
+        texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
+        first = first_of(zip(*texts, strict=True))
+        is_first = first == np.arange(len(first))
+        cells = _rows(cells, is_first, "equal to another one in all cells", remarks)
+    labels = set(filter(_is_label, names))
     columns = read_columns(cells, decimal, thousands, labels)
+    is_pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ("none",))}
+    if "place" in columns and columns["place"].numbers is None:  # a town
+        derived.discard("place")
+    for name in derived & columns.keys():
+        del columns[name]
     if cells.label is None:
         cells = replace(cells, label=_label(columns))
     if cells.label is not None:
         labels.add(cells.label)
     # Every row of a ranking is a design, whatever it is called; a summary is not Pareto optimal.
     if not (is_ranking and is_pareto <= {"true", "false"}):
-        require_designs(cells, [c for c in columns.values() if c.name not in labels])
-    return _Designs(cells, columns, labels, remarks + directions)
+        require_designs(cells, [c for name, c in columns.items() if name not in labels])
+    return _Designs(cells, columns, labels, remarks)
 
 
-def _remarks_on_directions(cells: Cells, is_ranking: bool) -> list[str]:
-    """Refuse tests without their layout, and return a remark on a ranking without it.
-
-    Without directions all objectives are minimized.
-    """
+def _require_directions(cells: Cells) -> None:
+    """Refuse tests without what says which of their columns are objectives."""
     if cells.columns.keys() >= {*RESERVED[1:]}:
-        if cells.metadata:
-            raise UnfitError(
-                f"it holds tests, and {cells.metadata}, which says what they are, is not there",
-                "put it beside the file, or say --objectives and --maximize",
-            )
-        raise invalid(
-            "source",
-            "a whole test table, or its frame with the objectives named",
-            Received("a part of one"),
-            "give the table itself, or Formulation(objectives=..., maximize=...)",
+        missing = cells.metadata or "their table"
+        raise UnfitError(
+            f"it holds tests without {missing}, which says what the columns are",
+            "put it beside the file or give the table itself, or say --objectives and --maximize "
+            "(Formulation(objectives=..., maximize=...))",
         )
-    if cells.metadata and is_ranking:
-        return [
-            f"{cells.metadata}, which says the directions, is not there: all objectives are "
-            "minimized unless --maximize says otherwise."
-        ]
-    return []
 
 
-def _feasible(cells: Cells, is_export: bool, remarks: list[str]) -> Cells:
-    """Return the rows with feasible designs that are no prototypes of the page."""
-    is_feasible = np.ones(len(cells.rows), dtype=bool)
-    status = [*map(str, cells.columns.get("status", ()))]
-    # A column "status" with other words in it is another program's, and selects nothing.
-    if status and {*status} <= {*STATUSES}:
-        is_feasible &= np.array(status) == "ok"
-    if is_export:
-        is_feasible &= np.array(cells.columns["mark"], dtype=object) != "prototype"
-    n_out = int((~is_feasible).sum())
-    if n_out == len(is_feasible):
-        raise UnfitError(f"none of its {counted(n_out, 'design')} is feasible")
-    if n_out:
-        remarks.append(f"{counted(n_out, 'design')} left out as not feasible.")
-    return _rows(cells, is_feasible)
-
-
-def _without_equals(cells: Cells, remarks: list[str]) -> Cells:
-    """Return the rows without those that are equal to one before."""
-    rows = [
-        tuple(str(cell).strip() for cell in row)
-        for row in zip(*cells.columns.values(), strict=True)
-    ]
-    first = first_of(rows)
-    is_first = first == np.arange(len(first))
-    if not is_first.all():
-        n_repeats = counted(int((~is_first).sum()), "row")
-        remarks.append(f"{n_repeats} left out, equal to another one in all cells.")
-    return _rows(cells, is_first)
-
-
-def _rows(cells: Cells, is_kept: Mask) -> Cells:
-    """Return the cells of some rows of a source."""
-    if is_kept.all():
+def _rows(cells: Cells, is_kept: Mask, why: str, remarks: list[str]) -> Cells:
+    """Return the cells of the rows that are kept; a remark says why others are left out."""
+    n_out = int((~is_kept).sum())
+    if n_out == 0:
         return cells
+    if n_out == len(is_kept):
+        raise UnfitError(f"none of its {counted(n_out, 'row')} counts: {why}")
+    remarks.append(f"{counted(n_out, 'row')} left out: {why}.")
     columns = {name: [*compress(column, is_kept)] for name, column in cells.columns.items()}
     rows = [*compress(cells.rows, is_kept)]
     return replace(cells, columns=columns, rows=rows, lines=[*compress(cells.lines, is_kept)])
 
 
 def _is_label(name: str) -> bool:
-    return _folded(name) in _LABELS
-
-
-def _folded(name: str) -> str:
-    return name.strip().lower()
+    return name.strip().lower() in _LABELS
 
 
 def _label(columns: Mapping[str, Column]) -> str | None:
     """Return the column that names the designs.
 
     If no name tells it, or only that of a column that numbers rows, it is the first other column,
-    if that holds texts of which nine in ten differ: such lists are common, under "Variante" as
-    under "Model".
+    if that holds texts that all differ: such lists are common, under "Variante" as under "Model".
     """
-    labels = sorted(filter(_is_label, columns), key=lambda name: _LABELS.index(_folded(name)))
-    if not labels or _folded(labels[0]) not in _NAMING:
-        others = [column for name, column in columns.items() if name not in labels]
-        for column in others[:1]:
-            texts = [cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)]
-            n = len(column.cells)
-            is_of_texts = len(texts) == n and column.numbers is None and not column.problem
-            if is_of_texts and 9 * n <= 10 * len({*texts}):
-                labels.insert(0, column.name)
-    if labels:
-        return labels[0]
-    return None
+    labels = {name.strip().lower(): name for name in columns if _is_label(name)}
+    others = [column for name, column in columns.items() if not _is_label(name)]
+    first = _LABELS.index
+    best = min(labels, key=first, default="")
+    if best not in _NAMING and others:
+        column = others[0]
+        texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
+        is_of_texts = column.numbers is None and not column.problem
+        if is_of_texts and len(texts) == len(column.cells):
+            return column.name
+    return labels.get(best)
 
 
 # From designs to a table
@@ -438,31 +401,41 @@ def _table(
     head = cells.head
     objectives, variables = _roles(designs, formulation, variables)
     F = np.column_stack([columns[name].require_numbers() for name in objectives])
-    if not formulation.objectives and not head["objectives"] and _are_row_numbers(F[:, 0]):
+    steps = np.diff(F[:, 0])
+    if not (formulation.objectives or head["objectives"]) and len(steps) > 1 and (steps == 1).all():
         remarks.append(
             f"{objectives[0]}, taken as an objective, counts the rows; "
             "if it only numbers designs, name the objectives."
         )
-    values = {name: _values(columns[name]) for name in variables}
-    uncertain = [name for name in variables if not values[name]]
-    if uncertain:
-        listed_names = ", ".join(uncertain)
-        remarks.append(f"No variable, as not all of its values are certain: {listed_names}.")
-        values = {name: column for name, column in values.items() if column}
+    remarks += _incomplete(cells, objectives, F, drop_incomplete)
+    values: dict[str, Sequence[Any]] = {}
     outputs = {}
     extra: dict[str, Sequence[Any]] = {}
     for name, column in columns.items():
-        if name in objectives or name in values:
+        is_certain = not (column.problem or any(map(is_blank, column.cells)))
+        if name in objectives:
             continue
-        is_numeric = column.numbers is not None and name not in labels
-        if is_numeric or name in formulation.columns:
+        if name in variables and is_certain:
+            values[name] = _values(column)
+        elif name in formulation.columns or (column.numbers is not None and name not in labels):
             outputs[name] = column.require_numbers()
         else:
-            extra[name] = _extra_cells(column)
-    remarks += _incomplete(cells, objectives, F, drop_incomplete)
+            extra[name] = _cells_of_extra(column.cells)
+    uncertain = [name for name in variables if name not in values]
+    if uncertain:
+        names = ", ".join(uncertain)
+        remarks.append(f"No variable, as not all of its values are certain: {names}.")
     dependent = (*objectives, *outputs)
     used = (*values, *dependent)
-    label, numbers = _names_and_numbers(cells, used, extra)
+    label = cells.label
+    if label not in extra:
+        label = "design" if "row" in used else "row"
+        extra.setdefault(label, cells.rows)
+    numbers = cells.rows
+    if POINT in extra:  # a table's own name
+        numbers = extra.pop(POINT)
+        if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
+            raise UnfitError("its column test_point must number the designs from 1; rename it")
     layout = Layout.of(
         [*values],
         objectives,
@@ -470,7 +443,7 @@ def _table(
         maximize=[name for name in head["maximized"] if name in dependent],
         units=units_of(used, head["units"]),
     )
-    layout = replace(layout, label=label)
+    layout = replace(layout, label=None if label == POINT else label)
     X: Any = np.empty((len(F), 0))
     if values:
         X = [*map(list, zip(*values.values(), strict=True))]
@@ -484,29 +457,6 @@ def _table(
     return replace(table, remarks=tuple(remarks), formulation=stored, decimal=decimal)
 
 
-def _names_and_numbers(
-    cells: Cells, used: Collection[str], extra: dict[str, Sequence[Any]]
-) -> tuple[str | None, Sequence[int]]:
-    """Return the column that names the designs, if one does, and the numbers of their tests.
-
-    Args:
-        cells: The cells.
-        used: Names of variables, objectives and outputs.
-        extra: The other columns. The rows of the source are added if no column names the designs;
-            ``test_point``, a table's own name, is removed.
-    """
-    label = cells.label
-    if label not in extra:
-        label = "design" if "row" in used else "row"
-        extra.setdefault(label, cells.rows)
-    if "test_point" not in extra:
-        return label, cells.rows
-    numbers = extra.pop("test_point")
-    if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
-        raise UnfitError("its column test_point must number the designs from 1; rename it")
-    return None if label == "test_point" else label, numbers
-
-
 def _roles(
     designs: _Designs, formulation: Formulation, variables: Names | None
 ) -> tuple[Names, Names]:
@@ -517,33 +467,47 @@ def _roles(
     """
     columns = designs.columns
     head = designs.cells.head
-    objectives = formulation.objectives or head["objectives"]
     variables = variables or head["variables"]
-    others = [name for name in columns if name not in variables]
-    numbered, guessed = _numbered(others)
-    if objectives:
-        objectives = [name for name in objectives if name not in formulation.computed]
-    else:
-        objectives = numbered
-        if not objectives:
-            objectives = [name for name in _free(others) if _is_candidate(designs, name)]
-        if len(objectives) < 2:
-            received = ", ".join(map(repr, objectives)) or "none"
-            raise UnfitError(
-                "two columns or more must be of numbers and neither label nor result such as rank, "
-                f"got {received}",
-                "to rank by one alone, name it by --objectives",
-            )
+    not_free = {*designs.labels, *variables, *RANKING_NAMES}
+    free = [name for name in columns if name not in not_free]
+    numbered, guessed = _numbered(free)
+    named = formulation.objectives or head["objectives"]
+    objectives = [name for name in named if name not in formulation.computed] or numbered
+    if not objectives:
+        objectives = [name for name in free if _is_of_numbers(columns[name])]
+    if not objectives or (len(objectives) < 2 and not named):
+        received = ", ".join(map(repr, objectives)) or "none"
+        raise UnfitError(
+            "two columns or more must be of numbers and neither label nor result such as rank, got "
+            f"{received}",
+            "to rank by one alone, name it by --objectives",
+        )
     numeric = [name for name, column in columns.items() if column.numbers is not None]
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
-            if name in columns:
-                continue
-            remedy = ""
-            if name in _DERIVED:
-                remedy = "such a column follows from others; rename it"
-            known_name(group, name, numeric, remedy)
+            if name not in columns:
+                remedy = ""
+                if name in _DERIVED:
+                    remedy = "such a column follows from others; rename it"
+                known_name(group, name, numeric, remedy)
     return objectives, [name for name in variables or guessed if name not in objectives]
+
+
+def _numbered(names: Names) -> tuple[list[str], list[str]]:
+    """Return the objectives f1, f2, … and the variables x1, x2, … (or u1, u2, …) among names."""
+    objectives = [name for name in names if re.fullmatch(r"f\d+", name)]
+    variables = [name for name in names if re.fullmatch(r"[xu]\d+", name)]
+    # One column called f1 without any x1 is no numbering, and says nothing about the others.
+    if "f1" in objectives and (variables or len(objectives) > 1):
+        return objectives, variables
+    return [], []
+
+
+def _is_of_numbers(column: Column) -> bool:
+    """Say whether a column is one of numbers; if that is not certain, it is refused."""
+    if column.problem or all(map(is_blank, column.cells)):
+        column.require_numbers()
+    return column.numbers is not None
 
 
 def _incomplete(cells: Cells, objectives: Names, F: Array, drop: bool) -> list[str]:
@@ -557,51 +521,12 @@ def _incomplete(cells: Cells, objectives: Names, F: Array, drop: bool) -> list[s
     if not drop:
         place = cells.place(objectives[lacking[rows[0]].argmax()], rows[0])
         raise UnfitError(place, "leave out such designs by --drop-incomplete")
-    places = list(map(cells.where, rows[:_N_LISTED]))
-    if len(rows) > _N_LISTED:
-        places.append("…")
-    return [f"{counted(len(rows), 'incomplete design')} left out: {', '.join(places)}."]
+    n = counted(len(rows), "incomplete design")
+    return [f"{n} left out, the first in {cells.where(rows[0])}."]
 
 
-def _are_row_numbers(values: Array) -> bool:
-    """Say whether numbers count the rows; ranked by them, the first or the last would be best."""
-    return len(values) >= 3 and np.array_equal(values, values[0] + np.arange(len(values)))
-
-
-def _free(names: Collection[str]) -> list[str]:
-    """Return the names that are neither labels nor columns of a ranking."""
-    return [name for name in names if not _is_label(name) and name not in RANKING_NAMES]
-
-
-def _numbered(names: Collection[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the objectives f1, f2, … and the variables x1, x2, … (or u1, u2, …) among names."""
-    objectives = []
-    variables = []
-    for name in _free(names):
-        if re.fullmatch(r"f\d+", name):
-            objectives.append(name)
-        elif re.fullmatch(r"[xu]\d+", name):
-            variables.append(name)
-    # One column called f1 without any x1 is no numbering, and says nothing about the others.
-    if "f1" in objectives and (variables or len(objectives) > 1):
-        return tuple(objectives), tuple(variables)
-    return (), ()
-
-
-def _is_candidate(designs: _Designs, name: str) -> bool:
-    """Say whether a column is one of numbers; if that is not certain, it is refused."""
-    column = designs.columns[name]
-    if name in designs.labels:
-        return False
-    if column.problem or all(map(is_blank, column.cells)):
-        column.require_numbers()
-    return column.numbers is not None
-
-
-def _values(column: Column) -> list[Any]:
-    """Return the values of a variable; none if a design has none, or none that is certain."""
-    if column.problem or any(map(is_blank, column.cells)):
-        return []
+def _values(column: Column) -> Sequence[Any]:
+    """Return the values of a variable: numbers, booleans or texts."""
     if column.numbers is not None:
         return _integers(column.cells) or column.numbers.tolist()
     texts = list(map(str, column.cells))
@@ -610,22 +535,19 @@ def _values(column: Column) -> list[Any]:
     return texts
 
 
-def _extra_cells(column: Column) -> list[Any]:
+def _cells_of_extra(cells: Sequence[Any]) -> list[Any]:
     """Return the cells of a column without a role as a file holds them: time stamps as texts."""
-    cells = _integers(column.cells)
-    if not cells:
-        for cell in column.cells:
-            if cell is not None and not isinstance(cell, (str, int, float)):
-                cell = str(cell)
-            cells.append(cell)
-    return cells
-
-
-def _integers(cells: Sequence[Any]) -> list[Any]:
-    """Return cells as integers; nothing if one is no integer."""
-    integers = []
+    plain = []
     for cell in cells:
-        if not _INTEGER.fullmatch(str(cell)):
-            return []
-        integers.append(int(cell))
-    return integers
+        if cell is not None and not isinstance(cell, (str, int, float)):
+            cell = str(cell)
+        plain.append(cell)
+    return _integers(cells) or plain
+
+
+def _integers(cells: Sequence[Any]) -> list[int]:
+    """Return cells as integers; nothing if one is no integer."""
+    texts = list(map(str, cells))
+    if not all(map(_INTEGER.fullmatch, texts)):
+        return []
+    return list(map(int, texts))

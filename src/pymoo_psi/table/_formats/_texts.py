@@ -89,7 +89,8 @@ class CsvFile(FileFormat):
         if is_marked(metadata):
             head, n_rows = _described(metadata)
         else:
-            head, text, n_rows = _split_head(text)
+            n_rows = None
+            head, text = _split_head(text)
         if not head:
             return replace(cells_of_text(text, file.skip_rows), metadata=metadata.name)
         if is_of_tests(head):
@@ -194,7 +195,7 @@ def metadata_path(path: FilePath) -> Path:
     return Path(f"{os.path.realpath(path)}-metadata.json")
 
 
-def _described(metadata: Path) -> tuple[Head, int]:
+def _described(metadata: Path) -> tuple[Head, int | None]:
     """Return the head of a file and its number of rows, as metadata that we wrote say them.
 
     Raises:
@@ -232,17 +233,17 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
 # The head in files of 0.3
 
 
-def _split_head(text: str) -> tuple[Head, str, None]:
-    """Return what the last line of a text says of its columns, the text without it, and None.
+def _split_head(text: str) -> tuple[Head, str]:
+    """Return what the last line of a text says of its columns, and the text without that line.
 
     Raises:
         UnfitError: The line is damaged.
     """
     above, _, last = text.rstrip().rpartition("\n")
     if not (last.startswith("#") and any(mark in last for mark in MARKS)):
-        return {}, text, None
+        return {}, text
     try:
-        return dict(json.loads(last.removeprefix("#"))), f"{above}\n", None
+        return dict(json.loads(last.removeprefix("#"))), f"{above}\n"
     except (ValueError, TypeError, RecursionError):
         problem = "the line that says what its columns are is damaged"
         raise UnfitError(problem, HEAD_REMEDY) from None
