@@ -6,12 +6,13 @@ import re
 import shlex
 import subprocess
 import sys
+import webbrowser
 from pathlib import Path
 
 import pytest
 
 import pymoo_psi
-from pymoo_psi import VectorizedSphereChute, investigate, paper
+from pymoo_psi import VectorizedSphereChute, guide, investigate, paper
 from pymoo_psi.chute import ChuteParameters, criteria, motion
 from pymoo_psi.cli import main
 from pymoo_psi.paper import published_table
@@ -123,12 +124,24 @@ def test_the_citation_is_that_of_the_file_and_of_this_version(capsys):
         assert title in " ".join(entries.split())
 
 
-def test_guides_are_listed_and_printed(capsys):
+def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch):
     assert main(["guide"]) == 0
     listed = {line.split()[0] for line in capsys.readouterr().out.splitlines()[:-1]}
     assert listed == set(GUIDES) - {"index"}
     assert main(["guide", "tutorial"]) == 0
     assert capsys.readouterr().out.rstrip() == GUIDES["tutorial"].rstrip()
+    opened = []
+    monkeypatch.setattr(webbrowser, "open", opened.append)
+    monkeypatch.chdir(tmp_path)
+    page = Path("site", "board.html").absolute()
+    page.parent.mkdir()
+    page.touch()
+    assert main(["guide", "board", "--open"]) == 0
+    assert opened == [page.as_uri()]
+    monkeypatch.setattr(guide, "guides", lambda: {"noise": ""})
+    monkeypatch.setattr(guide, "__file__", str(tmp_path / "src/pymoo_psi/guide/__init__.py"))
+    assert main(["guide", "noise", "--open"]) == 2
+    assert "neither this folder nor a checkout has" in capsys.readouterr().err
 
 
 def test_on_a_package_index_no_link_leads_nowhere():

@@ -454,26 +454,39 @@ def reproduce(options: Options) -> int:
     return run_reproduce(options)
 
 
-@_command(click.Argument(["name"], required=False))
+@_command(
+    click.Argument(["name"], required=False),
+    _flag("open", text="Open the page of the guide in the browser."),
+)
 def guide(options: Options) -> int:
     """Print a guide, or the list of all guides.
+
+    --open opens its page instead, if this folder or the checkout has the built site.
 
     Examples:
       pymoo-psi guide
       pymoo-psi guide tutorial
     """
+    import webbrowser
+
     from pymoo_psi._validation import known_name
     from pymoo_psi.cli._console import print_text
-    from pymoo_psi.guide import guides
+    from pymoo_psi.guide import guides, site_page
 
     texts = guides()
     if options.name is not None:
-        print_text(texts[known_name("NAME", options.name, texts)])
-        return 0
-    for name, text in texts.items():
-        title = text.partition("\n")[0].removeprefix("# ")
-        print_text(f"{name:18}{title}")
-    print_text("pymoo-psi guide NAME prints one of them.")
+        known_name("NAME", options.name, texts)
+    if options.open:
+        page = site_page(options.name or "index")
+        print_text(f"Opening {page}")
+        webbrowser.open(page.as_uri())
+    elif options.name is not None:
+        print_text(texts[options.name])
+    else:
+        for name, text in texts.items():
+            title = text.partition("\n")[0].removeprefix("# ")
+            print_text(f"{name:18}{title}")
+        print_text("pymoo-psi guide NAME prints one of them.")
     return 0
 
 
