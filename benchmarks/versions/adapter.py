@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 import pymoo_psi as psi
 from pymoo_psi import page, table
@@ -83,11 +84,52 @@ def feasible_ranking(question):
     return ask(psi.TestTable.ranked, question)
 
 
+def order_by_rank(ranking):
+    """The rows by rank of efficiency, then by distance, the dominated ones last."""
+    if CARRIES_FORMULATION:
+        return np.lexsort((ranking.criteria[:, 0], -ranking.rank, ~ranking.pareto))
+    return ranking.order
+
+
 def explain(designs, row, **options):
     """The explanation of a row of an array or a frame."""
     if CARRIES_FORMULATION:
         return psi.explain(designs, row=row, **options)
     return psi.explain(designs, row, **options)
+
+
+def explain_best(question):
+    """The explanation of the optimum in units of the ranges of the feasible designs.
+
+    0.4 measures shares by the ranges of all Pareto-optimal designs, whatever the limits, unless
+    the designs within the limits are given as a frame.
+    """
+    if not CARRIES_FORMULATION:
+        return ask(psi.TestTable.explain, question)
+    objectives = question.explain().ranking.objectives
+    names = list(objectives.names)
+    frame = pd.DataFrame(objectives.values, columns=names, index=list(objectives.labels))
+    return psi.explain(
+        frame,
+        row=question.explain().row,
+        maximize=[name for name in names if name in question.layout.maximize],
+        normalize=question.formulation.normalize,
+    )
+
+
+def cautions_by_kind(cautions):
+    """Sentences of cautions by kind: without ``edge``, which 0.4 lacks, and ``weights``, new in it.
+
+    What is ``unlike`` in 0.3 is ``suspect`` in 0.4.
+    """
+    kinds = [caution.kind.replace("unlike", "suspect") for caution in cautions]
+    texts = common_cautions([caution.sentence for caution in cautions])
+    return [kind for kind in kinds if kind not in ("edge", "weights")], texts
+
+
+def common_cautions(texts):
+    """Sentences of cautions that both versions know."""
+    return [text for text in texts if "an edge of the set" not in text and "weights" not in text]
 
 
 def compare_designs(designs, rows, **options):
@@ -106,11 +148,25 @@ def decision_page(tests, formulation):
 
 def read(path):
     """The table in a file, a study or a folder of shares that was written by the package."""
-    if CARRIES_FORMULATION or path.suffix == ".xlsx":
+    if CARRIES_FORMULATION:
+        return table.read_table(path, repeats=False)  # every test; 0.3 takes no means
+    if path.suffix == ".xlsx":
         return table.read_table(path)
     if path.suffix == ".csv":
         return psi.TestTable.read_csv(path)
     return psi.TestTable.read_study(path)
+
+
+def without_repeats(columns, file):
+    """The columns of a file's designs without rows that repeat another, which 0.4 leaves out."""
+    if CARRIES_FORMULATION or file.suffix != ".csv":
+        return columns
+    content = file.read_bytes()
+    text = content.decode("utf-16" if content[:2] == b"\xff\xfe" else "utf-8-sig")
+    lines = text.splitlines()[1:]
+    repeats = [k + 1 for k, line in enumerate(lines) if line in lines[:k]]
+    kept = np.flatnonzero(~np.isin(columns["row"], repeats))
+    return {name: [cells[k] for k in kept] for name, cells in columns.items()}
 
 
 # Limits, which are columns of constraints in 0.3 --------------------------------------------------
@@ -120,12 +176,6 @@ def limited_column(name):
     """The column that a limit is on, or the name of a constraint."""
     parts = re.split("<=|>=", name)
     return parts[1] if len(parts) == 3 else parts[0]
-
-
-def without_ends(text):
-    """A text in which limits have the names of their columns, as in 0.3: "f1" for "f1<=2"."""
-    number = r"-?[0-9][0-9.e+-]*"
-    return re.sub(rf"({number}<=)?\b([a-z][\w ]*)[<>]={number}", r"\2", text)
 
 
 def is_limit(name):
@@ -162,8 +212,11 @@ def costs_of(question):
 
 
 def shown_columns(columns):
-    """The columns of a table as it is shown or written, without limits, by name."""
-    shown = {name: cells for name, cells in columns.items() if not is_limit(str(name))}
+    """The columns of a table as it is shown or written, without limits and units, by name."""
+    shown = {}
+    for name, cells in columns.items():
+        if not is_limit(str(name)):
+            shown[re.sub(r" \[\w+\]$", "", str(name))] = cells
     if "mu3" in shown:
         shown = ranked_columns(shown)
     if "violated" in shown:

@@ -9,7 +9,6 @@ names to values. Public names only, those of the newer version; ``adapter.py`` h
 from __future__ import annotations
 
 import contextlib
-import html
 import io
 import json
 import os
@@ -46,17 +45,23 @@ def read_values(path, objectives, **options):
     tests = table.read_table(path, psi.Formulation(objectives=objectives), **options)
     names = tests.layout.objectives
     values = np.column_stack([tests.column(name) for name in names])
-    return {"names": list(names), "rows": tests.numbers, "values": values}
+    columns = adapter.without_repeats({"row": tests.numbers, "values": values}, path)
+    return {"names": list(names)} | columns
 
 
 def numbers_in(texts):
-    """The numbers of sentences, whose words may differ."""
-    plain = re.sub(r"has place \d+ of", "", " ".join(map(str, texts)))  # not known in 0.3
+    """The numbers of sentences, whose words may differ.
+
+    0.3 has no places, 0.4 no ranks and no shares beyond a range; shares are compared as arrays.
+    """
+    known = r"has place \d+ of|, of rank of efficiency \d|\([\d.e+]+ %[^)]*\)"
+    plain = re.sub(known, "", " ".join(map(str, texts)))
     return [float(number) for number in re.findall(r"\d+(?:\.\d+)?(?:e[-+]?\d+)?", plain)]
 
 
 def of_ranking(ranking):
-    found = fields(ranking, "criteria rank pareto ideal nadir salukvadze order")
+    found = fields(ranking, "criteria rank pareto ideal nadir salukvadze")
+    found["order"] = adapter.order_by_rank(ranking)
     return found | {f"subset {k}": ranking.subset(k) for k in range(7)}
 
 
@@ -309,8 +314,8 @@ def explanations(rng, folder):
 
     def cautioned():
         said = psi.cautions(psi.rank_of_efficiency(frame, **options))
-        texts = [caution.sentence for caution in said]
-        return {"kinds": [caution.kind for caution in said], "numbers": numbers_in(texts)}
+        kinds, texts = adapter.cautions_by_kind(said)
+        return {"kinds": kinds, "numbers": numbers_in(texts)}
 
     attempt(found, "explain", explained)
     attempt(found, "compare", compared)
@@ -410,7 +415,7 @@ def answers_of(question):
     attempt(found, "refined", refined)
 
     def explained():
-        why = ask(psi.TestTable.explain, question)
+        why = adapter.explain_best(question)
         return fields(why, "row behind shares neighbours") | {"numbers": numbers_in(why.sentences)}
 
     attempt(found, "explain", explained)
@@ -505,22 +510,21 @@ def shown_frame(frame):
 
 
 def documents(rng, folder):
-    """What report and page say of tests: numbers, as wording and marks may differ."""
+    """What report and page say of tests; both are laid out anew, with the numbers of a table."""
     tests, found = random_table(rng), {}
     formulation = random_formulation(rng, tests)
 
     def reported():
         question = adapter.under(tests, formulation, limits_apart=True)
         document = adapter.ask(report.decision_report, question)
-        text = re.sub("<(svg|style|head).*?</\\1>|<[^>]*>", " ", document.html(), flags=re.DOTALL)
-        text = adapter.without_ends(html.unescape(text))
-        return {"cautions": numbers_in(document.cautions), "numbers": numbers_in([text])}
+        return numbers_in(adapter.common_cautions(document.cautions))
 
     def paged():
         document = adapter.decision_page(tests, formulation)
-        return of_table(document.table) | {"cautions": numbers_in(document.cautions)}
+        cautions = numbers_in(adapter.common_cautions(document.cautions))
+        return of_table(document.table) | {"cautions": cautions}
 
-    attempt(found, "report", reported)
+    attempt(found, "report cautions", reported)
     attempt(found, "page", paged)
     return found
 
@@ -803,11 +807,14 @@ def foreign_files(rng, folder):
     code, _ = command("rank", file, *words, "--out", folder / "ranked.csv")
     if code != 0:
         return {"written": "refused", "code": code}
-    written = shown_file(folder / "ranked.csv")
+    written = adapter.without_repeats(shown_file(folder / "ranked.csv"), file)
     found = {"code": code, **prefixed("written", written)}
-    code, _ = command("rank", folder / "ranked.csv", "--out", folder / "again.csv")
+    # 0.3 takes the distances of a written ranking for normalised ones, unless it is told again.
+    plain = [word for word in words if word == "--no-normalize"]
+    code, _ = command("rank", folder / "ranked.csv", *plain, "--out", folder / "again.csv")
     if code == 0:
-        found |= prefixed("again", shown_file(folder / "again.csv"))
+        again = adapter.without_repeats(shown_file(folder / "again.csv"), file)
+        found |= prefixed("again", again)
     else:
         found["again"] = "refused"
     return found
