@@ -586,20 +586,31 @@ def shares(rng, folder):
 
 
 def surrogates(rng, folder):
+    """Tests of the sequence, before the first proposal, and that a longer run keeps all of a run.
+
+    Proposals differ: see "Numbers of proposals change" in the CHANGELOG of 0.4.
+    """
     problem, seed, found = random_problem(rng), int(rng.integers(99)), {}
     n = int(rng.integers(10, 22))
     limits = {}
     if rng.random() < 0.5:
         limits = {"cost": 6.0} if isinstance(problem, Mixed) else {"f1": 10.0}
+    sequence = psi.investigate(problem, n + 4).X
+    designs = []
 
     def run(n=n):
         algorithm = psi.SurrogatePSI(n, batch=3, study=folder / "s.db", limits=limits)
         result = minimize(problem, algorithm, seed=seed)
         tests, feasible = adapter.tests_of_run(result.algorithm.table, limits)
-        return of_table(tests) | {"feasible": feasible, "F": result.F}
+        designs.append(tests.X)
+        proposed = (sequence[:n] != tests.X).any(axis=1)
+        before = np.logical_or.accumulate(proposed) == 0
+        return of_table(tests.rows(before)) | {"feasible": feasible[before], "tests": len(tests)}
 
     attempt(found, "run", run)
     attempt(found, "longer", lambda: run(n + 4))
+    if len(designs) == 2:
+        found["kept"] = np.array_equal(designs[0], designs[1][:n])
     return found
 
 

@@ -25,10 +25,11 @@ _HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point (p
 f1: time; f2: energy balance; f3: height, the slope tan α; f4: speed of the plane; no units
 paper_f1 to paper_f4: as the paper prints them
 rolling: rolls from the start (Eq. 2.20); the published tables follow from it
-full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written"""
+full: slips, then rolls (Eqs. 2.16-2.21), as the paper's model is written
+rank of efficiency: of the paper; 6 is place 1, and 5 no second place ('pymoo-psi guide method')"""
 _TITLES = {
     "6_1": "Table 6.1: Salukvadze optima",
-    "6_2": "Table 6.2: designs of rank 5 with f4 below the optimum's",
+    "6_2": "Table 6.2: designs whose rank of efficiency is 5, with f4 below the optimum's",
 }
 
 

@@ -3,9 +3,9 @@
 ``pymoo-psi reproduce``, or :func:`reproduce`, computes Tables 6.1 and 6.2 under both models of
 :mod:`pymoo_psi.chute`, compares them with the printed ones, and draws Figures 2 to 8. Under
 ``rolling`` it finds the same seven designs. f2, f3 and f4 agree to all four printed decimals; f1 is
-4e-4 to 6e-4 above the printed values, because of an error of the paper's solver. There is no design
-of rank 5 for μ = 0.6. The test point that Table 6.2 prints as 1356 is number 2571, as its f3 and f4
-show.
+4e-4 to 6e-4 above the printed values, because of an error of the paper's solver. For μ = 0.6
+no design has the rank of efficiency 5. The test point that Table 6.2 prints as 1356 is number 2571,
+as its f3 and f4 show.
 
 The Salukvadze optima of 4096 test points by plain distances, with their numbers:
 

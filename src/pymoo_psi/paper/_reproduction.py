@@ -48,7 +48,7 @@ def published_table(number: str) -> pd.DataFrame:
     """Return a printed table.
 
     Args:
-        number: ``"6.1"`` (Salukvadze optima) or ``"6.2"`` (selected designs of rank 5).
+        number: ``"6.1"`` (Salukvadze optima) or ``"6.2"`` (selected designs whose rank is 5).
 
     Returns:
         One row per printed row; columns ``mu``, ``test_point``, ``paper_f1`` … ``paper_f4``.

@@ -3,10 +3,10 @@
 The place orders the Pareto-optimal designs: it is 1 plus the number of Pareto-optimal designs that
 are nearer to the utopian point U, which has the best value of every objective. Place 1 is the
 Salukvadze optimum. Dominated rows have no place and no effect. The rank of efficiency, 0 to 6, is a
-number of the literature and no order of all designs: most designs have rank 0. It follows from
-three distances: μ1 to U, μ2 to the line from U to its opposite N, and μ3 from U to the projection
-onto this line. A design scores 3 if no other dominates it in (μ2, μ3), 2 in (μ1, μ3) and 1 in (μ1,
-μ2); rank 6, the sum of all three, is the Salukvadze optimum.
+number of the literature that does not order the designs. It follows from three distances: μ1 to U,
+μ2 to the line from U to its opposite N, and μ3 from U to the projection onto this line. A design
+scores 3 if no other dominates it in (μ2, μ3), 2 in (μ1, μ3) and 1 in (μ1, μ2). The sum of all
+three, 6, is the rank of the designs of place 1; most others score nothing.
 
 Any ``(n, m)`` array or data frame of objectives can be ranked. All are minimised unless
 ``maximize=["yield"]`` (names of a data frame's columns, or indices from 0) says otherwise. By

@@ -206,15 +206,15 @@ class EfficiencyRanking(Shown):
         criteria: ``(n, 3)`` geometric criteria μ1, μ2, μ3, for the dominated rows too.
         place: ``(n,)`` 1 plus the number of Pareto-optimal rows that are nearer to U; rows that are
             equally near, up to rounding, share a place. Dominated rows have none, which is 0 here.
-        rank: ``(n,)`` rank of efficiency, 0 to 6; dominated rows have rank 0.
+        rank: ``(n,)`` rank of efficiency, 0 to 6: 6 for place 1, 0 for dominated rows.
         pareto: ``(n,)`` which rows are Pareto optimal.
         frame: The points U and N and the scale in which the criteria are measured, all objectives
             minimised.
         objectives: The ranked values, in the original units and directions, with names and labels.
         salukvadze: Indices of the Salukvadze optimum: the Pareto-optimal rows nearest to U, equal
-            up to rounding. They are the rows of place 1 and of rank 6, and there is usually one. If
-            several rows are equally near to U but differ in μ2 and μ3, as on a sphere around U, M6
-            is empty and all of them are listed here.
+            up to rounding. They are the rows of place 1, and there is usually one. Their rank is
+            6, unless several rows are equally near to U but differ in μ2 and μ3, as on a sphere
+            around U: then M6 is empty.
         rows: ``(n,)`` the rows of the table or array that are ranked; 0, 1, … for an array, of
             which all rows are.
         whole: The points U and N of all Pareto-optimal designs if the ranking is under limits; None
@@ -392,8 +392,9 @@ def rank_of_efficiency(
 ) -> EfficiencyRanking:
     """Rank the rows of any objective matrix by efficiency.
 
-    Dominated rows have rank 0 and no place, and do not affect U or N. Values of a criterion that
-    are equal up to rounding count as equal.
+    The attribute ``place`` orders the Pareto-optimal rows; ``rank`` is the number of the paper.
+    Dominated rows have no place, and do not affect U or N. Values of a criterion that are equal up
+    to rounding count as equal.
 
     Args:
         F: ``(n, m)`` finite objective values, minimised unless ``maximize`` says otherwise; n, m >=

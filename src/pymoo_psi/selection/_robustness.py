@@ -75,8 +75,8 @@ class Robustness(Shown):
     def order(self) -> Rows:
         """``(n,)`` indices of the designs, the most robust first.
 
-        They are ordered by the largest share as optimum, then the largest share with rank 5 or 6,
-        then the smallest infeasible share, then the smallest mean regret.
+        They are ordered by the largest share as optimum, then the largest share with rank of
+        efficiency 5 or 6, then the smallest infeasible share, then the smallest mean regret.
         """
         return np.lexsort(
             (

@@ -99,7 +99,9 @@ class SalukvadzeOptimum(RankingSelector):
 class EfficientSubset(RankingSelector):
     """The designs M_Re with exactly one rank of efficiency; there may be none.
 
-    For "this rank or better", use ``rank_of_efficiency(F).rank >= rank``.
+    The rank is a number of the paper, and 6 the rank of place 1. It is not an order: for the next
+    best designs, use ``rank_of_efficiency(F).place``. For "this rank or better", use
+    ``rank_of_efficiency(F).rank >= rank``.
 
     Args:
         rank: The rank of efficiency, 3 to 6; no design has rank 1 or 2.
