@@ -18,6 +18,7 @@ from pymoo_psi.server._server import live
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 from pymoo_psi.server._server import GrowingStudy as GrowingStudy
+from pymoo_psi.server._server import LiveView as LiveView
 from pymoo_psi.server._server import serve as serve
 
 __all__ = [

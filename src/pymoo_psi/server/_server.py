@@ -38,7 +38,8 @@ _PAUSE = 0.5  # seconds between two looks at the study
 _LOOKS = 120  # over which the rate is measured
 _GROWTH = 1.1  # the page is made again when there are so many times as many tests
 _SHOWN = 20  # requests that the page lists, the last ones
-_MOST_WAITING = 20  # requests that wait for the run
+_MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
+_MOST_REQUESTS = 1000  # in a study
 _MOST_CONNECTIONS = 64
 _LONGEST = 2**18  # bytes of a request
 # Notebooks show the page in a frame.
@@ -76,6 +77,7 @@ class GrowingStudy:
         self._facts = Facts({})
         self._page = 0, ""  # and how many tests it has
         self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # when, and of how many tests
+        self._steered: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # when
 
     def look(self) -> None:
         """Read what is new in the study."""
@@ -161,7 +163,7 @@ class GrowingStudy:
         """Write a request into the study, whose run checks what it says.
 
         Raises:
-            PsiError: It is no request, too many wait, or the study cannot be written.
+            PsiError: It is no request, there are too many, or the study cannot be written.
         """
         try:
             request = json.loads(content)
@@ -174,10 +176,13 @@ class GrowingStudy:
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")
+        now = time.monotonic()
+        are_many = len(self._steered) == _MOST_A_MINUTE and now < self._steered[0] + 60
+        if are_many or len(self._facts.steering) >= _MOST_REQUESTS:
+            rule = f"{_MOST_A_MINUTE} requests a minute, {_MOST_REQUESTS} in a study"
+            raise PsiError(f"at most {rule}")
+        self._steered.append(now)
         with self.study.changes() as database:
-            waiting = [other for other in database.facts.steering if not other.run]
-            if len(waiting) >= _MOST_WAITING:
-                raise PsiError(f"{len(waiting)} requests wait for the run; is it at work?")
             database.steer(Steering(name, request))
 
 
