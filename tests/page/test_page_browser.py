@@ -4,8 +4,11 @@ import csv
 import io
 import json
 import re
+import shlex
 import shutil
 import time
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,7 +16,7 @@ import pytest
 
 from pymoo_psi import rank_of_efficiency
 from pymoo_psi.cli import main
-from pymoo_psi.page import decision_page
+from pymoo_psi.page import FurtherTests, decision_page
 from pymoo_psi.table import Formulation, group_sentences, read_table, separation_sentences
 from tests.beams import OBJECTIVES, beams, page_of_beams
 from tests.formulas import CELLS, INERT
@@ -559,18 +562,37 @@ def test_a_group_decides(fresh, member, tmp_path):
 
 def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    study = ["--algorithm", "surrogate", "--study", "s.db"]
-    assert main(["solve", "bnh", "--points", "12", *study]) == 0
+    solve = ["solve", "dtlz2", "--n-obj", "2", "--n-var", "3", "--box", "x1=0.1:0.9"]
+    assert main([*solve, "--points", "32", "--study", "s.db"]) == 0
     assert main(["page", "s.db", "--out", "p.html"]) == 0
     page = visit(tmp_path / "p.html")
-    page.type_limit("f1, at most", "60")
+    assert page.text("#next").startswith("Surrogates expect 16 more tests")
+    page.type_limit("f1, at most", "0.8")
+    assert "Surrogates expect" not in page.text("#next")  # which is not computed here
     saved = page.download("#save")
     command = page.text("#next code")
     assert json.loads(saved)["page"]["next"] == command
     (tmp_path / command.split()[-1]).write_text(saved, "utf-8")
-    words = command.replace("PROBLEM", "bnh").replace("+16", "+3").split()
-    assert main(words[1:]) == 0
-    assert len(read_table("s.db")) == 15
+    assert main(shlex.split(command)[1:]) == 0
+    assert len(read_table("s.db")) == 48
+    decision = command.split()[-2:]
+    assert main(["report", "s.db", "--out", "r.html", *decision]) == 0
+    sentence, same = re.search(
+        r"<p>([^<]*)</p>\s*<p>16 more tests.*?<code>(.*?)</code>", Path("r.html").read_text("utf-8")
+    ).groups()
+    assert sentence.startswith("Surrogates expect")
+    assert sorted(same.split()) == sorted(command.split())
+    assert main(["report", "--check", "r.html", "s.db"]) == 0
+
+
+def test_where_little_is_to_be_gained_no_further_tests_are_proposed(visit, tmp_path):
+    further = FurtherTests("pymoo-psi solve bnh", "Little is to be gained any more.", True)
+    path = tmp_path / "p.html"
+    replace(page_of_beams(), further=further).save(path)
+    page = visit(path)
+    assert page.text("#next") == "Little is to be gained any more."
+    page.type_limit("mass [kg], at most", "0.7")
+    assert page.text("#next code").startswith("pymoo-psi solve bnh --decision")
 
 
 def test_a_saved_page_holds_the_decision_and_is_as_before_otherwise(fresh, visit, tmp_path):

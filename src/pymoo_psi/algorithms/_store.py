@@ -19,7 +19,7 @@ from pymoo_psi._validation import Mask, Names, Numbers, Values, invalid
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
-from pymoo_psi.problems import requirement_texts
+from pymoo_psi.problems import layers, requirement_texts
 from pymoo_psi.study import LAST, Columns, Proposal, Steering, Study, points_of
 from pymoo_psi.table import (
     POINT,
@@ -159,6 +159,9 @@ class StudyStore(Store):
         self._part = options.part
         self._asked = options.first, run.last
         self._has_others = len(facts.runs) > 1
+        command = getattr(layers(model.inner)[-1], "command_words", None)
+        if command is not None:
+            self.remembered("command", command)
         if not facts.is_complete:
             with self.study.changes() as database:
                 database.complete(model.completed)

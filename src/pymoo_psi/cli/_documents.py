@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 import threading
 import webbrowser
@@ -13,6 +14,7 @@ from functools import reduce
 from importlib.metadata import version
 from math import isnan
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -25,6 +27,7 @@ from pymoo_psi.cli._source import (
     opened,
     opened_by_options,
     say_source,
+    typed_options,
 )
 from pymoo_psi.errors import ArgumentValueError, PsiError
 from pymoo_psi.pareto import (
@@ -33,6 +36,7 @@ from pymoo_psi.pareto import (
     explain,
     measured_in,
     number,
+    percent,
     ranking_frame,
     weights_sentence,
 )
@@ -49,6 +53,10 @@ from pymoo_psi.table import (
     read_table,
     suffixes_for,
 )
+
+if TYPE_CHECKING:
+    from pymoo_psi.algorithms import Prospects
+    from pymoo_psi.page import FurtherTests
 
 _N_PRINTED = 12  # designs or variables; all are in the file
 _N_REASONS = 4  # sentences that a reader takes in at a glance
@@ -188,7 +196,8 @@ def run_page(options: Options) -> int:
     )
     # The decisions that the page saves repeat the formulation of the table.
     saved = replace(formulation, limits=page.formulation.limits)
-    replace(page, formulation=saved, origin=path.name).save(out)
+    further = _further_tests(path, table)
+    replace(page, formulation=saved, origin=path.name, further=further).save(out)
     say_source(path, replace(table.under(limits={}), remarks=table.remarks), formulation)
     objectives = ", ".join(table.layout.objectives)
     say(f"{counted(len(page.table), 'design')} by {objectives}: open {out} in a browser")
@@ -274,7 +283,8 @@ def run_report(options: Options) -> int:
         about=[origin, *table.remarks, *remarks],
         prototype=_prototype(options, formulation, table.layout),
     )
-    report.save(out)
+    further = _further_tests(path, table, typed_options(_ASKING))
+    replace(report, further=further).save(out)
     say_source(path, table, formulation)
     say(*report.cautions, f"{report}: open {out} in a browser, or print it")
     return 0 if report.ranking is not None else 1
@@ -403,19 +413,56 @@ def _convergence(table: TestTable) -> pd.DataFrame:
 def _prospects(table: TestTable) -> pd.DataFrame:
     """Print and return what surrogates expect of further tests."""
     from pymoo_psi.algorithms import prospects
-    from pymoo_psi.pareto import percent
 
     expected = prospects(table)
+    say(_expectation(expected))
+    return pd.DataFrame([expected]).round(3)
+
+
+def _expectation(expected: Prospects) -> str:
+    """Return a sentence on what surrogates expect of further tests."""
     more = f"{expected.n_tests} more tests"
     if isnan(expected.gain):
-        say(f"With probability {expected.found:.2f}, one of {more} or several keep all limits.")
-    else:
-        more = f"{more} to enlarge the hypervolume by {percent(expected.gain)}"
-        if expected.gain < _LITTLE_GAIN:
-            say(f"Little is to be gained any more: surrogates expect {more}.")
+        return f"With probability {expected.found:.2f}, one of {more} or several keep all limits."
+    more = f"{more} to enlarge the hypervolume by {percent(expected.gain)}"
+    if expected.gain < _LITTLE_GAIN:
+        return f"Little is to be gained any more: surrogates expect {more}."
+    return f"Surrogates expect {more}."
+
+
+def _further_tests(path: Path, table: TestTable, asking: Names = ()) -> FurtherTests:
+    """Return what further tests of a study promise, and the command for them.
+
+    Args:
+        path: The source of the table; only a study can be continued.
+        table: Its tests.
+        asking: Options of the command, which say what the tests are for.
+    """
+    from pymoo_psi.page import NOTHING_KNOWN, FurtherTests
+
+    if path.suffix != STUDY.suffix or not table.layout.variables:
+        return NOTHING_KNOWN
+    from pymoo_psi.algorithms import prospects
+    from pymoo_psi.study import Study
+
+    command = ""
+    for run in Study(path).facts().runs:
+        command = run.record.get("command", command)
+    if command:
+        words = shlex.split(command)
+        words += ["--algorithm", "surrogate", "--study", str(path), *asking]
+        if words[0] == "ask":
+            words += ["--points", "16", "--out", "next.csv"]
         else:
-            say(f"Surrogates expect {more}.")
-    return pd.DataFrame([expected]).round(3)
+            words += ["--points", "+16"]
+        command = shlex.join(["pymoo-psi", *words])
+    if len(table) > _QUICKLY_LEARNED:
+        return FurtherTests(command)
+    try:
+        expected = prospects(table)
+    except PsiError:  # too few tests for surrogates
+        return FurtherTests(command)
+    return FurtherTests(command, _expectation(expected), expected.gain < _LITTLE_GAIN)
 
 
 def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str) -> None:
@@ -434,6 +481,9 @@ _ANALYSES = {
     "prospects": _prospects,
 }
 _LITTLE_GAIN = 0.01  # of the hypervolume
+_QUICKLY_LEARNED = 512  # tests; with more of them surrogates take several seconds
+# Options that say what tests are for.
+_ASKING = ("objectives", "maximize", "limits", "compute", "decision", "no_normalize")
 
 
 def run_export(options: Options) -> int:

@@ -28,7 +28,7 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Names, Received, Values, invalid, job_count, positive_number
 from pymoo_psi.cli._app import print_error
 from pymoo_psi.cli._console import print_frame, say
-from pymoo_psi.cli._source import pairs_in
+from pymoo_psi.cli._source import pairs_in, typed_options
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
 from pymoo_psi.parallel import ExecutorRunner, JoblibRunner, Runner, one_line
 from pymoo_psi.problems import (
@@ -43,6 +43,8 @@ from pymoo_psi.problems import (
 )
 from pymoo_psi.table import entries_of
 
+# Options that a command must repeat to continue a run.
+_OF_RUN = ("sampling", "seed", "box", "log", "noisy", "study_key", "timeout", "jobs")
 _REMEDY = "a model goes into the _evaluate of a class, as in the README and help(pymoo_psi.table)"
 _CONNECTING = 10  # seconds for a scheduler to answer
 _PAUSE = 0.3  # seconds between two looks whether workers have joined
@@ -79,15 +81,24 @@ def load_problem(
     if timeout is not None and name.endswith(".toml") and not source.by_people:
         # The program's own limit, so that its folder is kept and named in the reason.
         source.program = replace(source.program, timeout=timeout)
+    command = _command_words(name)  # before click has consumed the arguments of the problem
     problem = _construct(name, source)
     if log:
         problem.log = entries_of(log)
     if noisy:
         problem.noisy = True
+    layers(problem)[-1].command_words = command
     _require_columns(name, problem)
     if not box:
         return problem
     return Restricted(problem, _box_in(box, problem))
+
+
+def _command_words(name: str) -> str:
+    """Return the running command, without what may differ when its run is continued."""
+    context = click.get_current_context()
+    words = [str(context.info_name), name, *context.args, *typed_options(_OF_RUN)]
+    return shlex.join(words)
 
 
 def _source(name: str) -> Any:

@@ -11,6 +11,9 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from pathlib import Path
 
+import click
+from click.core import ParameterSource
+
 from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
@@ -58,6 +61,25 @@ def _computed_in(entries: Names) -> dict[str, str]:
             raise invalid("--compute", "of the form name=expression", entry)
         expressions[name] = expression
     return expressions
+
+
+def typed_options(names: Names) -> list[str]:
+    """Return the words of some options of the running command, those that were typed."""
+    context = click.get_current_context()
+    words = []
+    for option in context.command.params:
+        name = str(option.name)
+        is_typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
+        if name not in names or not is_typed:
+            continue
+        value = context.params[name]
+        if value is True:
+            words.append(option.opts[0])
+            continue
+        values = value if option.multiple else [value]
+        for value in values:
+            words += [option.opts[0], str(value)]
+    return words
 
 
 def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:

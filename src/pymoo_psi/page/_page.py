@@ -12,7 +12,7 @@ from html import escape
 from importlib.resources import files
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,18 +20,30 @@ from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
 from pymoo_psi.page._payload import payload, shades_of
 from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions, weights_sentence
-from pymoo_psi.table import STUDY, Formulation, TestTable, confidence_sentence, read_table
+from pymoo_psi.table import Formulation, TestTable, confidence_sentence, read_table
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-# The command that tests further designs as a decision of the page asks.
-_MORE_TESTS = (
-    "pymoo-psi solve PROBLEM --algorithm surrogate --points +16 --study {study} "
-    "--decision {decision}-decision.json"
-)
 _PLACE = re.compile(r"\{\{(\w+)\}\}")
+
+
+class FurtherTests(NamedTuple):
+    """What is known of further tests of a study.
+
+    Attributes:
+        command: The command that makes 16 of them; empty if no command has begun the study.
+        expected: A sentence on what surrogates expect of them; empty if it is not known.
+        is_idle: Whether surrogates expect next to nothing.
+    """
+
+    command: str = ""
+    expected: str = ""
+    is_idle: bool = False
+
+
+NOTHING_KNOWN = FurtherTests()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,6 +57,7 @@ class DecisionPage(Framed):
         formulation: The objectives, limits, choice and reason that the page opens with.
         cautions: Reasons not to rely on the optimum of all designs, independent of limits.
         origin: Name of the file with the designs, for the print; empty if there is none.
+        further: What is known of further tests, under the limits of the formulation.
 
     Example:
         >>> import pandas as pd
@@ -60,6 +73,7 @@ class DecisionPage(Framed):
     formulation: Formulation
     cautions: tuple[str, ...]
     origin: str = ""
+    further: FurtherTests = NOTHING_KNOWN
 
     def __repr__(self) -> str:
         """Return the title and the number of designs."""
@@ -84,10 +98,11 @@ class DecisionPage(Framed):
         shades = []
         if live is None:  # all designs are there
             shades = shades_of(self.table)
-        more_tests = ""
-        if Path(self.origin).suffix == STUDY.suffix and self.table.layout.variables:
-            more_tests = _MORE_TESTS.format(study=self.origin, decision=content["file"])
-        content |= {"origin": self.origin, "live": live, "shades": shades, "next": more_tests}
+        further = self.further._asdict()
+        if self.further.command:
+            decision = f"--decision {content['file']}-decision.json"
+            further["command"] = f"{self.further.command} {decision}"
+        content |= {"origin": self.origin, "live": live, "shades": shades, "further": further}
         return _html_of(self.title, content)
 
     def _opens_with(self) -> Values:

@@ -137,6 +137,7 @@ const page = (() => {
       ranking = left.count < data.n || state.fixed ? Logic.ranked(data, left.mask, state.fixed ? data.fixed : null) : data.whole
       switchLater()
       renew("stays")
+      showFurther()
     }
     verdict = Logic.verdict(data, ranking, inspected >= 0 ? inspected : chosenRow(), inspected >= 0 ? "against" : "instead")
     showLimits()
@@ -308,6 +309,15 @@ const page = (() => {
     renew($("reasoning").firstElementChild, `Reason for choosing ${state.chosen}`)
     if ($("reason").value !== state.reason) $("reason").value = state.reason
     renew("reason-printed", state.reason || "–")
+  }
+
+  // What further tests promise within the limits that the page opened with, and the command for them.
+  const further = () => JSON.stringify([state.limits, state.categories]) === JSON.stringify([initial.state.limits, initial.state.categories])
+    ? data.further : {command: data.further.command}
+  function showFurther() {
+    const {command, expected, is_idle} = further()
+    renew("next", ...(expected ? [make("p", expected)] : []), ...(command && !is_idle
+      ? [make("p.hint.screen", "16 more tests inside these limits: save the decision where the search was run, and run there ", make("code", command))] : []))
   }
 
   // What is chosen or inspected against the limits and the weights in force.
@@ -571,8 +581,6 @@ const page = (() => {
     $("cautions").append(make("p.hint"), ...data.cautions.map((text) => make("p.caution", readable(text))))
     for (const place of document.querySelectorAll(".scale")) place.textContent = data.ranged
     for (const place of document.querySelectorAll(".ranged")) place.title = data.ranged
-    show("next", data.next)
-    renew($("next").querySelector("code"), data.next)
     $("scale").textContent = data.normalize ? ", each objective in units of its range" : ", the objectives in their own units"
   }
 
@@ -876,7 +884,7 @@ const page = (() => {
   function savePage() {
     const copy = asWritten.cloneNode(true)
     const script = copy.querySelector("#payload")
-    const content = {...JSON.parse(script.textContent), opens_with: decision(), more: data.more, live: null}
+    const content = {...JSON.parse(script.textContent), opens_with: decision(), further: further(), more: data.more, live: null}
     script.replaceChildren(JSON.stringify(content).replaceAll("<", "\\u003c"))
     download(`<!DOCTYPE html>\n${copy.outerHTML}\n`, "text/html", `${data.file}.html`)
     isSaved()

@@ -22,6 +22,7 @@ from jinja2 import Environment, PackageLoader
 from pymoo_psi import plots
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, instance, invalid
+from pymoo_psi.page import NOTHING_KNOWN, FurtherTests
 from pymoo_psi.pareto import EfficiencyRanking, capital, decimal_mark, measured_in, number
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice, Columns
@@ -48,6 +49,7 @@ class DecisionReport(Framed):
         about: Lines below the heading.
         ranking: The ranking of the feasible designs; None if none is feasible.
         cautions: Reasons not to rely on the optimum, the most serious first.
+        further: What is known of further tests.
 
     Example:
         >>> table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], [[0, 4], [1, 1], [4, 0]])
@@ -61,6 +63,7 @@ class DecisionReport(Framed):
     cautions: tuple[str, ...]
     _table: TestTable
     _choice: Choice | None
+    further: FurtherTests = NOTHING_KNOWN
 
     def __str__(self) -> str:
         """Return the title and the design that is chosen or proposed."""
@@ -105,6 +108,7 @@ class DecisionReport(Framed):
             title=self.title,
             about=self.about,
             data=self._table,
+            further=self.further,
             contents=_contents,
             choice=self._choice,
             counted=counted,
@@ -141,6 +145,7 @@ class DecisionReport(Framed):
             "decided": formulation.decided,
             "prototype": self._prototype(),
             "decimal": self._table.decimal,
+            "further": self.further,
             "data": data,
             "head": head,
         }
@@ -294,6 +299,7 @@ def check_report(
         arguments = {key: record[key] for key in ("design", "reason", "title", "about")}
         if record["prototype"]:
             arguments["prototype"] = pd.DataFrame(record["prototype"])
+        further = FurtherTests(*record["further"])
         made_by = record["version"]
         pictures = record["pictures"]
     except (ValueError, TypeError, KeyError):
@@ -304,7 +310,8 @@ def check_report(
         warnings.append(f"made by pymoo-psi {made_by}, checked by {version('pymoo-psi')}")
     if pictures != written.pictures:
         return warnings, "a picture, which is another one"
-    expected = _Document(decision_report(table, **arguments).html())
+    report = replace(decision_report(table, **arguments), further=further)
+    expected = _Document(report.html())
     for said, holds in zip_longest(written.claims, expected.claims, fillvalue=""):
         if said != holds:
             return warnings, f"{said or 'nothing'!r} should be {holds or 'nothing'!r}"
