@@ -401,8 +401,8 @@ def _table(
     head = cells.head
     objectives, variables = _roles(designs, formulation, variables)
     F = np.column_stack([columns[name].require_numbers() for name in objectives])
-    steps = np.diff(F[:, 0])
-    if not (formulation.objectives or head["objectives"]) and len(steps) > 1 and (steps == 1).all():
+    follows = F[1:, 0] == F[:-1, 0] + 1  # unlike a difference, this never overflows
+    if not (formulation.objectives or head["objectives"]) and len(F) > 2 and follows.all():
         remarks.append(
             f"{objectives[0]}, taken as an objective, counts the rows; "
             "if it only numbers designs, name the objectives."
