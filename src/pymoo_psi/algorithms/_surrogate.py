@@ -538,7 +538,7 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     front = table.F[table.pareto()]
     if len(front) < 2:
         return Prospects(n_tests, found, np.nan)
-    frame = table.ranking().frame
+    frame = table.under(normalize=True).ranking().frame  # the reference point is in its units
     low = frame.scaled(np.vstack([front, *draws])).min(axis=0)
     volumes = []
     for F in [front[:0], *draws]:
