@@ -17,7 +17,7 @@ from pymoo_psi._validation import AnyArray, Array, Designs
 from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
-from pymoo_psi.algorithms._surrogate_models import below_zero, bounded, without_penalties
+from pymoo_psi.algorithms._surrogate_models import bounded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions
 from pymoo_psi.table import Expression, Formulation, TestTable
 
@@ -191,8 +191,7 @@ class LearnedOutputs:
         F = without_penalties(table.F, uniform)
         columns = [F]
         for name in self.inequalities:
-            g = np.where(unknown, np.nan, table.column(name))
-            columns.append(below_zero(g[:, None], n_uniform))
+            columns.append(np.where(unknown, np.nan, table.column(name)))
         columns.append(table.H)
         for name in self.names[self.n_obj + self._n_constraints :]:
             columns.append(_known_or_beyond(table.column(name), *self._ends[name]))

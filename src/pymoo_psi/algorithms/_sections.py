@@ -164,7 +164,7 @@ class _Model:
             is_even = table.column(PROPOSAL_ROUND)[rows] == 0
         if is_even.sum() < _LEAST_TESTS:
             is_even[:] = True
-        constraint = name in table.layout.constraints
+        constraint = name in table.layout.constraints and bool((y < 0).any())
         fit = OutputFit.of(Z[rows], y, y[is_even], constraint=constraint)
         distance = ((Z[rows] - Z[row]) ** 2).sum(axis=1)
         nearest = np.argsort(distance, kind="stable")[:_NEAREST]

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_solve, cholesky, lapack, solve_triangular
+from scipy.linalg import cho_solve, cholesky, lapack, solve, solve_triangular
 from scipy.optimize import minimize
 
 from pymoo_psi._validation import Array, Numbers
@@ -34,7 +34,8 @@ _BEYOND = 1e6
 # A value that several tests share is a penalty if it lies this many ranges of all others beyond
 # the worst of them. A heavy tail, such as that of a pole, has values in between.
 _PENALTY = 1e4
-# A constraint that is met is taken to be this far below 0, in units of the median violation.
+# A constraint that is met is taken to be this far below 0, in units of the median violation, where
+# violations do not say how far.
 _MET = 0.02
 _HUGE = 1e100  # the squares of larger values overflow
 # Prior mean of the logarithm of a trend's share of the variance.
@@ -118,9 +119,6 @@ class Scale:
 def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
     """Return the scales to choose from: a linear one, and others for a heavy tail.
 
-    An amount of a violation, of which all met values are equal, has no reciprocal one: on that, all
-    large violations are alike, too.
-
     Args:
         y: ``(n,)`` all values of the output, finite.
         uniform: The values at uniform points. Only these show the distribution, as proposals lie
@@ -139,10 +137,7 @@ def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
     unit = max(low, _LEAST_UNIT * (high - low))
     if unit <= 0:
         return [linear]
-    options = [linear, Scale.of(y, origin, unit)]
-    if not constraint or len(np.unique(uniform[uniform < 0])) > 1:
-        options.append(Scale.of(y, origin, unit, reciprocal=True))
-    return options
+    return [linear, Scale.of(y, origin, unit), Scale.of(y, origin, unit, reciprocal=True)]
 
 
 def bounded(Y: Array) -> Array:
@@ -193,25 +188,6 @@ def without_penalties(F: Array, uniform: Array) -> Array:
     return F
 
 
-def below_zero(G: Array, n_uniform: int) -> Array:
-    """Return ``(n, k)`` constraints that are below 0 where they are met.
-
-    Many models return the amount of a violation, which is 0 where the constraint is met. There a
-    surrogate would be above 0 as often as below.
-
-    Args:
-        G: The constraints of all tests, NaN if unknown.
-        n_uniform: Number of tests at uniform points, which come first; only these decide.
-    """
-    G = G.copy()
-    for g in G.T:
-        first = g[:n_uniform]
-        violations = first[first > 0]
-        if len(violations) > 0 and not (first < 0).any():
-            g[g == 0] = -_MET * np.median(violations)
-    return G
-
-
 @dataclass(frozen=True)
 class OutputFit:
     """The scale and the lengths of one output.
@@ -223,12 +199,15 @@ class OutputFit:
             output.
         log_density: The sum of the log predictive densities of every value, given all others
             (Rasmussen and Williams, equation 5.10).
+        met: How far below 0 a constraint is taken to be where it is met, if it is the amount of a
+            violation; otherwise 0.
     """
 
     scale: Scale
     lengths: Array
     error: float
     log_density: float
+    met: float
 
     @classmethod
     def of(cls, Z: Array, y: Array, uniform: Array, *, constraint: bool) -> OutputFit:
@@ -242,13 +221,25 @@ class OutputFit:
         Z = Z[rows]
         y = y[rows]
         options = scales(y, uniform, constraint=constraint)
-        fits = [cls.on_scale(Z, y, scale) for scale in options]
+        met = 0.0
+        if constraint and y.max() > y.min() == 0:
+            violations = uniform[uniform > 0]
+            if len(violations) == 0:
+                violations = y[y > 0]
+            met = _MET * float(np.median(violations))
+            # On a reciprocal scale all large violations would be alike.
+            options = scales(y, y[y > 0], constraint=True)[:2]
+        fits = [cls.on_scale(Z, y, scale, met) for scale in options]
         return max(fits, key=lambda fit: fit.log_density)
 
     @classmethod
-    def on_scale(cls, Z: Array, y: Array, scale: Scale) -> OutputFit:
+    def on_scale(cls, Z: Array, y: Array, scale: Scale, met: float) -> OutputFit:
         """Fit ``(n,)`` values at ``(n, d)`` designs on a scale."""
         t = scale.to(y)
+        if met > 0:
+            is_violated = y > 0
+            lengths = fit_lengths(Z[is_violated], t[is_violated])
+            t = _continued(Covariance(Z, lengths), t, scale.to(0.0), scale.to(-met))
         lengths = fit_lengths(Z, t)
         mean, variance = GaussianProcess(Covariance(Z, lengths), t).left_out(t)
         squares = (t - mean) ** 2
@@ -256,7 +247,7 @@ class OutputFit:
         log_density = -0.5 * terms.sum()
         # densities of y, as those of t cannot be compared between scales
         log_density += scale.log_slope(y)
-        return cls(scale, lengths, np.sqrt(squares.mean()), log_density)
+        return cls(scale, lengths, np.sqrt(squares.mean()), log_density, met)
 
 
 @dataclass(frozen=True)
@@ -418,6 +409,41 @@ class GaussianProcess:
         return t - self._weights / diagonal, self.variance / diagonal
 
 
+def _continued(covariance: Covariance, t: Array, zero: Array, met: Array) -> Array:
+    """Return a constraint below 0 where it is met, as the violations let expect.
+
+    Many models return the amount of a violation, 0 where the constraint is met. A process of such
+    values would be wrong about the boundary, where the best designs often lie. Values of met
+    constraints are the most likely ones that are below 0: their expectations given the violations,
+    and given those that would be above 0 otherwise, which are a little below.
+
+    Args:
+        covariance: The covariance of the tests.
+        t: ``(n,)`` the constraint, on its scale.
+        zero: 0 on this scale.
+        met: The value of a met constraint of which the violations do not say more.
+    """
+    is_known = t > zero
+    least = 2 * zero - t.max()
+    half, _ = lapack.dpotri(covariance.factor, lower=1)
+    inverse = half + half.T
+    inverse[np.diag_indices(len(t))] = np.diag(half)
+    ones = inverse.sum(axis=1)
+    t = np.where(is_known, t, met)
+    while not is_known.all():
+        mean = ones @ t / ones.sum()
+        unknown = np.flatnonzero(~is_known)
+        known = np.flatnonzero(is_known)
+        pull = inverse[np.ix_(unknown, known)] @ (t[known] - mean)
+        t[unknown] = mean - solve(inverse[np.ix_(unknown, unknown)], pull, assume_a="pos")
+        is_above = unknown[t[unknown] > zero]
+        if len(is_above) == 0:
+            break
+        t[is_above] = np.maximum(met, 2 * zero - t[is_above])
+        is_known[is_above] = True
+    return np.asarray(np.maximum(t, least))
+
+
 class Learned:
     """What surrogates know of tests: their fit, and the covariances of the designs.
 
@@ -455,8 +481,12 @@ class Learned:
 
     def processes(self, T: Array) -> list[GaussianProcess]:
         """Return the processes of ``(n, q)`` outputs on their scales, of the tests in order."""
-        pairs = zip(self.covariances, T.T, strict=True)
-        return [GaussianProcess(covariance, t) for covariance, t in pairs]
+        processes = []
+        for covariance, t, output in zip(self.covariances, T.T, self.fit.outputs, strict=True):
+            if output.met > 0:
+                t = _continued(covariance, t, output.scale.to(0.0), output.scale.to(-output.met))
+            processes.append(GaussianProcess(covariance, t))
+        return processes
 
 
 def fit_lengths(Z: Array, t: Array) -> Array:
