@@ -470,12 +470,14 @@ def ranking_of(
     """
     F = objectives.minimized
     front = np.flatnonzero(pareto)
-    optimal = without_rounding(F[front])
+    optimal = without_rounding(F.take(front, axis=0))
     F[front] = optimal
     U, N = _ends(objectives, optimal, ideal, nadir)
     frame = UtopianFrame(U, N, normalize)
     measured, units = frame.measured(F)
-    mu1, mu2, mu3 = in_threads(levels, [*measured[front].T], [*frame.noise(optimal, units)])
+    mu1, mu2, mu3 = in_threads(
+        levels, [*measured.take(front, axis=0).T], [*frame.noise(optimal, units)]
+    )
     place = np.zeros(len(F), dtype=np.int64)
     counts = np.bincount(mu1)
     place[front] = 1 + (np.cumsum(counts) - counts)[mu1]

@@ -566,7 +566,10 @@ class Tests:
         return self._cut(rows, numbers)
 
     def _cut(self, rows: AnyArray, numbers: Integers) -> Self:
-        arrays = {name: getattr(self, name)[rows] for name in _ARRAYS}
+        if rows.dtype == bool:
+            rows = np.flatnonzero(rows)
+        # `take` needs a quarter of the time of an index in brackets
+        arrays = {name: getattr(self, name).take(rows, axis=0) for name in _ARRAYS}
         reasons = {}
         if self.reasons:
             kept = {*numbers.tolist()}
@@ -638,16 +641,11 @@ def _point_numbers(value: ArrayLike) -> Integers:
 
 def require_distinct(numbers: Integers) -> None:
     """Refuse duplicate numbers of test points."""
-    # Numbers mostly ascend, and then one comparison does without the sorting of unique.
-    if (numbers[1:] > numbers[:-1]).all():
-        return
-    values, counts = np.unique(numbers, return_counts=True)
-    if (counts > 1).any():
-        raise invalid(
-            "the test points of a table",
-            "distinct",
-            Received(f"test point {values[counts > 1][0]} twice"),
-        )
+    ordered = np.sort(numbers, kind="stable")  # fast where they ascend, but for a few places
+    twice = ordered[1:][ordered[1:] == ordered[:-1]]
+    if len(twice):
+        received = Received(f"test point {twice[0]} twice")
+        raise invalid("the test points of a table", "distinct", received)
 
 
 def extra_columns(extra: Any, layout: Layout, n: int) -> dict[str, NDArray[np.object_]]:
