@@ -24,15 +24,11 @@ from ._table import TestTable as TestTable
 from ._analysis import alike as alike
 from ._cells import UnfitError as UnfitError
 from ._cells import is_blank as is_blank
-from ._designs import design_keys as design_keys
-from ._designs import design_matrix as design_matrix
-from ._designs import value_ranks as value_ranks
 from ._expression import Expression as Expression
 from ._formats import STUDY as STUDY
 from ._formats import cells_of_text as cells_of_text
 from ._formats import format_of as format_of
 from ._formats import metadata_path as metadata_path
-from ._formats import stored_tests as stored_tests
 from ._formats import suffixes_for as suffixes_for
 from ._formulation import NUMBER as NUMBER
 from ._formulation import OPEN as OPEN
@@ -54,6 +50,7 @@ from ._head import designs_head as designs_head
 from ._head import head_of as head_of
 from ._head import kinds_of_columns as kinds_of_columns
 from ._head import lacking as lacking
+from ._head import stored_tests as stored_tests
 from ._head import table_of as table_of
 from ._joining import difference as difference
 from ._layout import POINT as POINT
@@ -61,7 +58,10 @@ from ._layout import PROPOSAL_ROUND as PROPOSAL_ROUND
 from ._layout import RESERVED as RESERVED
 from ._layout import RUN as RUN
 from ._layout import Key as Key
+from ._layout import design_keys as design_keys
+from ._layout import design_matrix as design_matrix
 from ._layout import number_column as number_column
+from ._layout import value_ranks as value_ranks
 from ._repeats import averaged_repeats as averaged_repeats
 from ._repeats import confidence_sentence as confidence_sentence
 from ._repeats import has_errors as has_errors

@@ -31,8 +31,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, percent
-from pymoo_psi.table._designs import value_ranks
-from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, Key
+from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, Key, value_ranks
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:

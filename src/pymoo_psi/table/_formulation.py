@@ -43,9 +43,8 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table._designs import real_column
 from pymoo_psi.table._expression import Expression
-from pymoo_psi.table._layout import RESERVED, Layout, column_names, unit_texts
+from pymoo_psi.table._layout import RESERVED, Layout, column_names, real_column, unit_texts
 
 if TYPE_CHECKING:
     import pandas as pd

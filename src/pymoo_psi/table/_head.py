@@ -22,11 +22,19 @@ from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._validation import AnyArray, Entries, Names, Received, Values, counted, invalid
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._cells import Cells, UnfitError, in_a_line
-from pymoo_psi.table._designs import common_dtype
 from pymoo_psi.table._formulation import Formulation
-from pymoo_psi.table._layout import Layout, names_of, number_column
+from pymoo_psi.table._layout import (
+    GROUPS,
+    POINT,
+    RUN,
+    Layout,
+    common_dtype,
+    names_of,
+    number_column,
+)
 
 if TYPE_CHECKING:
+    from pymoo_psi.study import Facts
     from pymoo_psi.table._table import TestTable
 
 Head: TypeAlias = dict[str, Any]
@@ -225,6 +233,41 @@ def _option(text: str) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError):
         return text
+
+
+# Studies, whose limits are not part of the status of their tests
+
+
+def stored_tests(facts: Facts, columns: Columns) -> StoredTests:
+    """Return tests of a study, whose limits are not part of their status.
+
+    Args:
+        facts: What is known of the study.
+        columns: Its tests.
+    """
+    head = dict(facts.head)
+    runs = facts.runs
+    limits = head.pop("limits", {})
+    problem = dict(head.get("problem") or {})
+    if len(runs) == 1 and runs[0].number == 1:
+        sampling = runs[0].points.get("sampling")
+        if sampling is not None:
+            problem["sampling"] = sampling
+    else:
+        head["extra"] = [POINT]
+        if all(RUN not in head.get(group, ()) for group in GROUPS):
+            head["extra"] = [RUN, POINT]
+        columns = {**columns}
+        for name in head["extra"]:
+            columns[name] = choice_texts(columns[name].tolist())
+        problem["runs"] = {str(run.number): dict(run.points) for run in runs}
+        for side, end in (("lower", np.fmin), ("upper", np.fmax)):
+            bounds = [np.array(run.points[side], dtype=np.float64) for run in runs]
+            head[side] = end.reduce(bounds).tolist()
+    head["problem"] = problem or None
+    steered = [f"Steered {request}." for request in facts.steering]
+    remarks = (*lacking(columns, (*head["objectives"], *limits)), *steered)
+    return StoredTests(head, columns, remarks, limits, is_derived=True)
 
 
 # The head of a file of designs, whose columns are not all known

@@ -18,8 +18,7 @@ from pymoo_psi._validation import (
     flat,
     invalid,
 )
-from pymoo_psi.table._designs import design_matrix, first_rows, joined_designs
-from pymoo_psi.table._layout import Layout, joined_layout
+from pymoo_psi.table._layout import Layout, design_matrix, first_rows, joined_designs, joined_layout
 
 if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable

@@ -21,9 +21,8 @@ from pymoo_psi.pareto import (
     sentence,
     unit_lengths,
 )
-from pymoo_psi.table._designs import design_keys, first_of, first_rows
 from pymoo_psi.table._joining import blank, unequal
-from pymoo_psi.table._layout import POINT, PROPOSAL_ROUND, RUN
+from pymoo_psi.table._layout import POINT, PROPOSAL_ROUND, RUN, design_keys, first_of, first_rows
 
 if TYPE_CHECKING:
     import pandas as pd

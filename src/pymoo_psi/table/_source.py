@@ -35,7 +35,6 @@ from pymoo_psi.table._cells import (
     read_columns,
     require_designs,
 )
-from pymoo_psi.table._designs import first_of
 from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
 from pymoo_psi.table._formulation import Formulation, limits_of
 from pymoo_psi.table._head import (
@@ -47,7 +46,7 @@ from pymoo_psi.table._head import (
     tests_of_cells,
     units_of,
 )
-from pymoo_psi.table._layout import POINT, RESERVED, Layout, names_of
+from pymoo_psi.table._layout import POINT, RESERVED, Layout, first_of, names_of
 from pymoo_psi.table._repeats import undeclared
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES

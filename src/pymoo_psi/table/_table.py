@@ -43,7 +43,6 @@ from pymoo_psi.pareto import (
     nondominated,
     ranking_of,
 )
-from pymoo_psi.table._designs import design_matrix
 from pymoo_psi.table._formats import CSV, STUDY, WORKBOOK
 from pymoo_psi.table._formulation import (
     ATTRIBUTES,
@@ -61,7 +60,7 @@ from pymoo_psi.table._joining import (
     stacked,
     unequal,
 )
-from pymoo_psi.table._layout import Key, number_column
+from pymoo_psi.table._layout import Key, design_matrix, number_column
 from pymoo_psi.table._repeats import averaged, confidence
 from pymoo_psi.table._switching import switching_sentences
 from pymoo_psi.table._tests import (

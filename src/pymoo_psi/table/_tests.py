@@ -31,9 +31,18 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import violated_constraints
-from pymoo_psi.table._designs import column_kinds, design_matrix, first_rows, real_column
 from pymoo_psi.table._formulation import Allowed, Formulation, limits_of, limits_on
-from pymoo_psi.table._layout import ORIGIN, POINT, RESERVED, Layout, number_column
+from pymoo_psi.table._layout import (
+    ORIGIN,
+    POINT,
+    RESERVED,
+    Layout,
+    column_kinds,
+    design_matrix,
+    first_rows,
+    number_column,
+    real_column,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Self

@@ -12,8 +12,7 @@ from pathlib import Path
 
 from pymoo_psi._validation import FilePath, invalid
 from pymoo_psi.table._cells import UnfitError
-from pymoo_psi.table._formats._format import FileFormat, SourceFile
-from pymoo_psi.table._formats._study import StudyFile, stored_tests, tests_of_folder
+from pymoo_psi.table._formats._format import FileFormat, SourceFile, StudyFile, tests_of_folder
 from pymoo_psi.table._formats._texts import CsvFile, JsonFile, cells_of_text, metadata_path
 from pymoo_psi.table._formats._xlsx import WorkbookFile
 
@@ -28,7 +27,6 @@ __all__ = [
     "format_of",
     "metadata_path",
     "recognized",
-    "stored_tests",
     "suffixes_for",
     "tests_of_folder",
 ]

@@ -1,18 +1,22 @@
-"""What a file format is, and the open file that one reads."""
+"""What a file format is, the open file that one reads, and the format of studies."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+
 from pymoo_psi._output import is_marked, whole_file
 from pymoo_psi._validation import Entries, FilePath, invalid
 from pymoo_psi.table._cells import Cells, UnfitError
-from pymoo_psi.table._head import Head, StoredTests, marked
+from pymoo_psi.table._formulation import limits_of
+from pymoo_psi.table._head import Head, StoredTests, columns_of, head_of, marked, stored_tests
+from pymoo_psi.table._layout import POINT, RUN
 
 _START = 1024  # bytes by which a format is recognized
 
@@ -143,3 +147,66 @@ class FileFormat(ABC):
     def is_ours(self, path: Path) -> bool:
         """Say whether pymoo-psi wrote a file, so that a new result may replace it."""
         return is_marked(path)
+
+
+class StudyFile(FileFormat):
+    """A study as runs write it; see :mod:`pymoo_psi.study`."""
+
+    suffix = ".db"
+    writes = ("tests",)
+
+    def recognizes(self, file: SourceFile) -> bool:
+        """Say whether a file is a database of SQLite."""
+        return file.start.startswith(b"SQLite format 3\0")
+
+    def read(self, file: SourceFile) -> StoredTests:
+        """Return the tests of a study; SQLite opens it by name, so it cannot be a pipe."""
+        from pymoo_psi.study import Study
+
+        return stored_tests(*Study(file.path).contents())
+
+    def save_tests(self, path: FilePath, table: Any) -> None:
+        """Write a table as a new study, whole or not at all; extra columns are left out.
+
+        Tests are written as they were before any limits, so that a run can continue the study.
+
+        Raises:
+            StudyAccessError: The file exists already, or cannot be written.
+        """
+        from pymoo_psi.study import write_study
+
+        layout = replace(table.layout, label=None)
+        tests = table.under(limits={})._with(layout=layout, extra={})
+        head = head_of(tests)
+        head.pop("chosen", None)
+        limits = {}
+        for name, limit in limits_of(table.formulation.limits).items():
+            if name in table.layout.columns:
+                limits[name] = limit
+        if limits:
+            head["limits"] = limits
+        columns = columns_of(tests)
+        if RUN in table.extra:
+            for name in (RUN, POINT):
+                columns[name] = table.extra[name].astype(np.int64)
+        write_study(path, head, columns)
+
+    def is_ours(self, path: Path) -> bool:
+        """Return True: :meth:`save_tests` refuses every file that is there, and says so."""
+        return True
+
+
+def tests_of_folder(path: Path) -> StoredTests:
+    """Return the tests of all studies in a folder; a remark says which test points are missing.
+
+    Raises:
+        StudyMismatchError: The studies belong to different problems.
+        StudyError: One of them is damaged, or there is none.
+    """
+    from pymoo_psi.study import read_folder
+
+    facts, columns, missing = read_folder(path)
+    tests = stored_tests(facts, columns)
+    if missing:
+        return tests._replace(remarks=(f"{missing}.", *tests.remarks))
+    return tests
