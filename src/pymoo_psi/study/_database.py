@@ -239,7 +239,7 @@ def _converted(db: sqlite3.Connection, path: str) -> Database:
     facts = Facts(**_stored_facts(db.execute("SELECT name, value FROM study")))
     terms = {"test": ("test_point", np.int64)} | _TO_KEEP
     terms |= _terms(_columns(facts.head, _FIXED_IN_0_3))
-    _, columns = _read(db, "NULL", terms, "tests")
+    columns = _read(db, terms, "tests")
     proposals = db.execute("SELECT test_point, round, origin, content FROM proposals").fetchall()
     for table in _TABLES[_OF_0_3]:
         db.execute(f"DROP TABLE {table}")
@@ -526,22 +526,23 @@ class Database:
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
         is_replaced = differs & has_failed
-        is_changed = is_replaced.copy()
+        is_changed = np.full(len(numbers), True)
+        is_changed[rows] = is_replaced
         whole = {}
-        unknown = np.full(len(rows), np.nan)
         for name in columns | stored:
-            value = others.get(name, unknown)
-            old = stored.get(name, unknown)
-            is_old = (old == old) & ~is_replaced  # NaN differs from itself
-            if name in ("run", "test_point"):
-                is_old[:] = True
-            elif name not in _NOT_VALUES:
-                is_changed |= ~differs & (old != old) & (value == value)
             whole[name] = np.array(columns.get(name, np.full(len(numbers), np.nan)))
-            whole[name][rows] = np.where(is_old, old, value)
-        is_written = np.full(len(numbers), True)
-        is_written[rows] = is_changed
-        return rows_of(whole, is_written)
+            if name in ("run", "test_point"):
+                whole[name][rows] = stored[name]
+            elif name in stored:
+                old = stored[name]
+                new = whole[name][rows]
+                is_known = (old == old) & ~is_replaced  # NaN differs from itself
+                whole[name][rows] = np.where(is_known, old, new)
+                if name not in _NOT_VALUES:
+                    is_changed[rows] |= ~differs & ~is_known & (new == new)
+            elif name not in _NOT_VALUES:
+                is_changed[rows] |= ~differs & ~np.isnan(whole[name][rows])
+        return rows_of(whole, is_changed)
 
     def insert(self, columns: Columns) -> None:
         """Write tests; the origin and seconds of stored ones stay unless ``columns`` has others."""
@@ -589,17 +590,15 @@ class Database:
 
     def _selected(self, more: _Terms, source: str, arguments: Sequence[int] = ()) -> Columns:
         """Return tests of a source, after a comparison of their checksums."""
-        terms = {"test": ("tests.test", np.int64)} | _terms(_columns(self.facts.head)) | more
         # The number of a test says its run and test point, which are columns for other programs.
-        checksum = (
-            f"CASE test WHEN tests.test_point + (tests.run - 1) * {ROOM} THEN row_checksum "
-            "ELSE 0 END"
-        )
-        stored, columns = _read(self.db, checksum, terms, source, arguments)
+        checksum = f"row_checksum * (test = test_point + (run - 1) * {ROOM})"
+        terms = {"": (checksum, np.int64), "test": ("test", np.int64)}
+        terms |= _terms(_columns(self.facts.head)) | more
+        columns = _read(self.db, terms, source, arguments)
+        stored = columns.pop("")
         columns = self.numbered(columns["test"]) | columns
         kept = {name: column for name, column in columns.items() if name not in more}
-        is_changed = np.array(stored, dtype=np.int64) != checksums(kept)
-        changed = columns["test"][is_changed]
+        changed = columns["test"][stored != checksums(kept)]
         if len(changed):
             raise ValueError(f"{counted(len(changed), 'test')} changed, the first {changed[0]}")
         return columns
@@ -664,19 +663,16 @@ def _terms(columns: Mapping[str, tuple[str, Kind]]) -> _Terms:
 
 
 def _read(
-    db: sqlite3.Connection, first: str, terms: _Terms, source: str, arguments: Sequence[int] = ()
-) -> tuple[list[Any], Columns]:
-    """Return the cells of a first term, and the columns of others."""
+    db: sqlite3.Connection, terms: _Terms, source: str, arguments: Sequence[int] = ()
+) -> Columns:
+    """Return the cells of terms in SQL."""
     columns = {name: [np.array([], dtype)] for name, (_, dtype) in terms.items()}
-    query = ", ".join([first, *(term for term, _ in terms.values())])
+    query = ", ".join(term for term, _ in terms.values())
     cursor = db.execute(f"SELECT {query} FROM {source}", arguments)
-    firsts: list[Any] = []
     for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
-        found, *parts = zip(*rows, strict=True)
-        firsts.extend(found)
-        for name, cells in zip(terms, parts, strict=True):
-            columns[name].append(np.array(cells, terms[name][1]))
-    return firsts, {name: np.concatenate(parts) for name, parts in columns.items()}
+        for (name, (_, dtype)), cells in zip(terms.items(), zip(*rows, strict=True), strict=True):
+            columns[name].append(np.array(cells, dtype))
+    return {name: np.concatenate(parts) for name, parts in columns.items()}
 
 
 # Heads

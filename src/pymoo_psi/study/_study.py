@@ -294,9 +294,13 @@ class Study:
         with reported(self.path):
             if not os.path.isfile(self.path):
                 raise StudyAccessError(f"study {self.path} does not exist; check the name")
-            with closing(self._connected(begin)) as db:
-                db.execute(begin)
-                database = opened(db, self.path)
+            with closing(self._connected()) as db, closing(_in_memory()) as copy:
+                used = db
+                if begin == _READ and is_of_0_3(db):  # it is converted, and the file stays
+                    db.backup(copy)
+                    used = copy
+                used.execute(begin)
+                database = opened(used, self.path)
                 if self._id not in (None, database.facts.id):
                     raise StudyMismatchError(
                         f"study {self.path} is not the one that this run began or continued: "
@@ -304,32 +308,23 @@ class Study:
                         "back, or run again to continue this one"
                     )
                 yield database
-                db.execute("COMMIT")
+                used.execute("COMMIT")
         self._id = database.facts.id
 
-    def _connected(self, begin: str) -> sqlite3.Connection:
-        """Return a connection to the file; to read a study of version 0.3, to a copy in memory."""
+    def _connected(self) -> sqlite3.Connection:
+        """Return a connection to the file."""
         # "rw" also to read: SQLite then undoes what a killed writer has left, and takes a file
         # that must not be written as read-only. isolation_level=None: Python's module would
         # begin transactions by itself.
         uri = f"{Path(self.path).as_uri()}?mode=rw"
         db = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
-        try:
-            db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
-            db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
-            if begin == _WRITE or not is_of_0_3(db):
-                return db
-        except BaseException:
-            db.close()
-            raise
-        copy = sqlite3.connect(":memory:", isolation_level=None)
-        try:
-            with closing(db):
-                db.backup(copy)
-        except BaseException:
-            copy.close()
-            raise
-        return copy
+        db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
+        db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
+        return db
+
+
+def _in_memory() -> sqlite3.Connection:
+    return sqlite3.connect(":memory:", isolation_level=None)
 
 
 def require_fellow(path: str, facts: Facts, others: Facts, where: str = "asked") -> None:
@@ -405,7 +400,7 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
     contents = [Study(file).contents() for file in files]
     first = contents[0][0]
     n_shares = 1
-    with closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
+    with closing(_in_memory()) as db:
         joined = new_database(db, os.fspath(path), first)
         for file, (facts, columns) in zip(files, contents, strict=True):
             require_fellow(file, facts, first, f"in {files[0]}")

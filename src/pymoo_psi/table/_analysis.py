@@ -20,7 +20,6 @@ from pymoo_psi._validation import (
     AnyArray,
     Array,
     Integers,
-    Mask,
     Names,
     Received,
     counted,
@@ -108,63 +107,68 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
     bins = integer("bins", bins, minimum=1)
     layout = table.layout
     feasible = table.feasible()
-    values = ()
-    if isinstance(variable, str) and variable in layout.columns[len(layout.variables) :]:
+    dependent = layout.columns[len(layout.variables) :]
+    values: tuple[Any, ...] = ()
+    if isinstance(variable, str) and variable in dependent:
         name = variable
         places = table.column(name)
-        present = np.isfinite(places)
-        edges = _edges_of_dependent(places[present], feasible[present], bins)
+        counted_places = places
+        if feasible.any():
+            counted_places = places[feasible]
+        edges = _edges(_near(counted_places), bins)
     else:
         j = layout.variable(variable)
         name = layout.variables[j]
-        present = np.ones(len(table), dtype=bool)
-        places, edges, values = _places_of_variable(table, j, bins)
-
-    def count(mask: Mask) -> Integers:
-        return np.histogram(places[mask & present], edges)[0]
-
-    inside = places[feasible & present]
-    n_below = int((inside < edges[0]).sum())
-    n_above = int((inside > edges[-1]).sum())
+        places = table.column(name)
+        kind = table.kinds[j]
+        bounds = [layout.lower[j], layout.upper[j]]
+        many_integers = kind is Kind.INTEGER and len({*places.tolist()}) > 2 * bins
+        if kind is Kind.LOG:
+            points = np.append(places.astype(np.float64), bounds)
+            edges = np.exp(_edges(np.log(points), bins))
+        elif kind.real or many_integers:
+            edges = _edges(np.append(places, bounds).astype(np.float64), bins)
+        else:
+            options, places = value_ranks(places)
+            values = tuple(options)
+            edges = np.arange(-0.5, len(values))
+    places = places.astype(np.float64)  # of variables of several kinds it is objects
+    inside = places[feasible & np.isfinite(places)]
     return Histogram(
         variable=name,
         edges=edges,
         values=values,
-        tested=count(present),
-        feasible=count(feasible),
-        pareto=count(table.pareto()),
-        outside=(n_below, n_above),
+        tested=np.histogram(places, edges)[0],
+        feasible=np.histogram(inside, edges)[0],
+        pareto=np.histogram(places[table.pareto()], edges)[0],
+        outside=(int((inside < edges[0]).sum()), int((inside > edges[-1]).sum())),
     )
 
 
-def _edges_of_dependent(places: Array, feasible: Mask, bins: int) -> Array:
-    """Return the edges of bins for an objective, constraint or output with these values."""
-    if feasible.any():
-        places = places[feasible]
-    if len(places):
-        # One outlier would leave all others in a single bin (Tukey's outer fences).
-        low, high = np.quantile(places, [0.25, 0.75])
-        fence = 3 * (high - low) or np.inf
-        places = places[(places >= low - fence) & (places <= high + fence)]
-    return _edges(places, np.nan, np.nan, bins)
+def _near(places: Array) -> Array:
+    """Return finite values without outliers: one would leave all others in a single bin."""
+    places = places[np.isfinite(places)]
+    if len(places) == 0:
+        return places
+    low, high = np.quantile(places, [0.25, 0.75])
+    fence = 3 * (high - low) or np.inf  # Tukey's outer fences
+    return np.asarray(places[(places >= low - fence) & (places <= high + fence)])
 
 
-def _places_of_variable(
-    table: TestTable, j: int, bins: int
-) -> tuple[AnyArray, Array, tuple[Any, ...]]:
-    """Return where designs lie on the axis of a variable, edges of bins, and its single values."""
-    kind = table.kinds[j]
-    cells = table.X[:, j]
-    many_integers = kind is Kind.INTEGER and len({*cells.tolist()}) > 2 * bins
-    if not kind.real and not many_integers:
-        values, ranks = value_ranks(cells)
-        return ranks, np.arange(-0.5, len(values)), tuple(values)
-    places = cells.astype(np.float64)  # of variables of several kinds it is objects
-    low = table.layout.lower[j]
-    high = table.layout.upper[j]
-    if kind is Kind.LOG:
-        return places, np.exp(_edges(np.log(places), np.log(low), np.log(high), bins)), ()
-    return places, _edges(places, low, high, bins), ()
+def _edges(points: Array, bins: int) -> Array:
+    """Return equidistant edges from the least to the greatest of finite points."""
+    points = points[np.isfinite(points)]
+    if len(points) == 0:
+        points = np.array([0.0, 1.0])
+    low = float(points.min())
+    high = float(points.max())
+    size = max(abs(low), abs(high))
+    if high - low <= 1e-9 * size:
+        # About a single value: half a unit, or space for the bins beside it.
+        pad = max(0.5, 1e-9 * size)
+        low -= pad
+        high += pad
+    return np.linspace(low, high, bins + 1)
 
 
 def alike(reasons: Iterable[str]) -> list[str]:
@@ -226,24 +230,6 @@ def constraint_costs(table: TestTable) -> pd.DataFrame:
         frame[f"{name}_feasible"] = sign * _best(table.F[feasible, j])
         frame[f"{name}_alone"] = [sign * _best(table.F[rows, j]) for rows in alone.T]
     return frame
-
-
-def _edges(places: Array, lower: float, upper: float, bins: int) -> Array:
-    """Return equidistant edges between bounds, widened to all values; theirs without bounds."""
-    points = np.append(places, [lower, upper])
-    points = points[np.isfinite(points)]
-    low = 0.0
-    high = 1.0
-    if len(points):
-        low = float(points.min())
-        high = float(points.max())
-    size = max(abs(low), abs(high))
-    if high - low <= 1e-9 * size:
-        # About a single value: half a unit, or space for the bins beside it.
-        pad = max(0.5, 1e-9 * size)
-        low -= pad
-        high += pad
-    return np.linspace(low, high, bins + 1)
 
 
 def _best(values: Array) -> float:
