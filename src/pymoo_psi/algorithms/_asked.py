@@ -1,6 +1,6 @@
-"""The limits or the formulation of a run: what becomes of them while tests arrive.
+"""The formulation of a run: what becomes of it while tests arrive.
 
-They may use an output of which nothing is known before a test has run without failing. Until
+Its limits may use an output of which nothing is known before a test has run without failing. Until
 then, no test keeps a limit on it. Whether its name is a mistake is known when all tests are there,
 however they were cut into blocks.
 """
@@ -10,32 +10,23 @@ from __future__ import annotations
 from collections import deque
 from contextlib import closing
 from dataclasses import replace
-from typing import TypeAlias
 
 import numpy as np
 
 from pymoo_psi._validation import Array
 from pymoo_psi.parallel import Runner, Waiting
 from pymoo_psi.pareto import constraint_violation, nondominated
-from pymoo_psi.table import Formulation, Limits, TestTable, limits_of
+from pymoo_psi.table import Formulation, TestTable
 
 _TELLING = 4096  # tests, the share of whose front says what that of others will be
 _WORTH_SENDING = 100_000  # designs, the dominance of which takes longer than to send them
 
-Asked: TypeAlias = Formulation | Limits | None
-"""What is asked of the tests of a run: a formulation, or limits."""
 
-
-def under(tests: TestTable, asked: Asked) -> TestTable:
-    """Return tests of a run, perhaps not yet all of them, under its limits or formulation."""
-    if not asked:
-        return tests
-    if isinstance(asked, Formulation):
-        names = [*asked.columns, *asked.units]
-        names = [name for name in names if name not in asked.computed]
-    else:
-        names = [*limits_of(asked)]
-    missing = [name for name in dict.fromkeys(names) if name not in tests.layout.columns]
+def under(tests: TestTable, asked: Formulation) -> TestTable:
+    """Return tests of a run, perhaps not yet all of them, under its formulation."""
+    known = (*asked.computed, *tests.layout.columns)
+    names = dict.fromkeys([*asked.columns, *asked.units])
+    missing = [name for name in names if name not in known]
     if missing:
         outputs = (*tests.layout.outputs, *missing)
         unknown = np.full((len(tests), len(missing)), np.nan)
@@ -47,13 +38,11 @@ def under(tests: TestTable, asked: Asked) -> TestTable:
     return under_known(tests, asked)
 
 
-def under_known(tests: TestTable, asked: Asked) -> TestTable:
-    """Return tests under limits or a formulation; columns that no test has are refused."""
-    if not asked:
+def under_known(tests: TestTable, asked: Formulation) -> TestTable:
+    """Return tests under a formulation; columns that no test has are refused."""
+    if asked == Formulation():
         return tests
-    if isinstance(asked, Formulation):
-        return tests.under(asked)
-    return tests.under(limits=asked)
+    return tests.under(asked)
 
 
 class Kept:
@@ -64,10 +53,10 @@ class Kept:
 
     Args:
         keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
-        asked: The limits or the formulation.
+        asked: The formulation.
     """
 
-    def __init__(self, keep: str, asked: Asked) -> None:
+    def __init__(self, keep: str, asked: Formulation) -> None:
         self._keep = keep
         self._asked = asked
 
@@ -84,8 +73,8 @@ class Kept:
         return kept
 
 
-def pareto_tests(tests: TestTable, asked: Asked, runner: Runner | None) -> TestTable:
-    """Return the Pareto set of tests as asked; if they are many, a worker of a runner finds it."""
+def pareto_tests(tests: TestTable, asked: Formulation, runner: Runner | None) -> TestTable:
+    """Return the Pareto set of tests; if they are many, a worker of a runner finds it."""
     table = under(tests, asked)
     rows = np.flatnonzero(table.eligible())
     if runner is None or len(rows) < _WORTH_SENDING:
@@ -99,7 +88,7 @@ def pareto_tests(tests: TestTable, asked: Asked, runner: Runner | None) -> TestT
     return tests.rows(rows[~table.rows(rows).repeats])
 
 
-def total_violation(tests: TestTable, asked: Asked) -> Array:
+def total_violation(tests: TestTable, asked: Formulation) -> Array:
     """``(n,)`` pymoo's constraint violation of designs, with that of the limits.
 
     It is infinite where a design failed, or a value that has a limit is none or not finite.

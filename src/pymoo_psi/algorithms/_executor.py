@@ -21,7 +21,6 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Designs, Entries, Mask, Numbers, Values, invalid, mapping
-from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.parallel import (
@@ -187,8 +186,8 @@ class Model:
         inner: The same problem without its requirements.
         space: Its variables.
         layout: The columns that the problem promises.
-        limits: The limits of the problem, and those of the options in place of these, by column.
-        asked: The formulation of the run, with these limits; or these limits.
+        default_limits: The limits of the problem, by column.
+        asked: The formulation of the run, with these limits where it says no others.
         repeat: Which of the tests of each design these are.
         noisy: Whether tests of the same design differ.
     """
@@ -209,13 +208,7 @@ class Model:
         layout = problem_layout(self.problem, self.space, *columns)
         self.layout = replace(layout, inequalities=layout.inequalities[len(self._limits) :])
         self.default_limits = limits_of_problem(self._limits)
-        if options.formulation is None:
-            limits = limits_of(options.limits)
-            self.limits = self.default_limits | limits
-            self.asked: Asked = self.limits
-        else:
-            self.asked = self.asked_by(options.formulation)
-            self.limits = limits_of(self.asked.limits)
+        self.asked = self.asked_by(options.formulation or Formulation(limits=options.limits))
 
     def asked_by(self, formulation: Formulation) -> Formulation:
         """Return a formulation with the limits of the problem where it says no others."""

@@ -21,7 +21,6 @@ from pymoo_psi._validation import (
     known_name,
     positive_number,
 )
-from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._sampling import (
     LPTauSampling,
     QMCSampling,
@@ -206,11 +205,6 @@ class RunOptions:
         if n_dim <= MAX_DIMENSIONS:
             return LPTauSampling()
         return QMCSampling("sobol", scramble=False)  # up to 21201 dimensions
-
-    @property
-    def asked(self) -> Asked:
-        """The formulation of the run, or its limits."""
-        return self.formulation or self.limits
 
     @property
     def part(self) -> Share:

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._validation import AnyArray, Array, Designs
-from pymoo_psi.algorithms._asked import Asked
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
 from pymoo_psi.algorithms._surrogate_models import bounded, without_penalties
@@ -46,7 +45,7 @@ class LearnedOutputs:
     Args:
         model: The model of the tests.
         table: All tests, under the formulation.
-        asked: The formulation, whose computed columns are not learned, or limits.
+        asked: The formulation, whose computed columns are not learned.
 
     Attributes:
         names: The columns of the formulation: objectives, constraints without requirements, and
@@ -54,10 +53,7 @@ class LearnedOutputs:
         operands: The names of columns as tested from which others are computed, beside ``names``.
     """
 
-    def __init__(self, model: Model | TestedModel, table: TestTable, asked: Asked) -> None:
-        computed: Mapping[str, str] = {}
-        if isinstance(asked, Formulation):
-            computed = asked.computed
+    def __init__(self, model: Model | TestedModel, table: TestTable, asked: Formulation) -> None:
         self._model = model
         self._table = table
         layout = table.layout
@@ -74,7 +70,7 @@ class LearnedOutputs:
         limited = [name for name in self._ends if name in outputs]
         self.names = [*layout.objectives, *self.inequalities, *layout.equalities, *limited]
         self._n_constraints = len(self.inequalities) + len(layout.equalities)
-        self._computed = _needed(computed, self.names)
+        self._computed = _needed(asked.computed, self.names)
         self._expressions = known_expressions(model.inner)
         problem = model.inner
         if self._expressions and (

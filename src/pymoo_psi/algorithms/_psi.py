@@ -519,9 +519,9 @@ def investigate(
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
         table = pareto_tests(table, asked, on_workers)
     # of tests that are left out it is unknown whether they failed
-    if run.model.limits and keep != "all":
-        limits_on(run.model.limits, table.layout)
     table = under_known(table, asked)
+    if keep != "all":
+        limits_on(asked.limits, table.layout)
     if keep == "pareto":
         table.know_pareto(np.ones(len(table), dtype=bool))
     return table

@@ -30,6 +30,7 @@ from pymoo_psi.table import (
     head_of,
     kinds_of_columns,
     lacking,
+    limits_of,
     table_of,
 )
 
@@ -292,7 +293,7 @@ class StudyStore(Store):
                 outputs.append(name)
         layout = replace(layout, outputs=(*layout.outputs, *outputs))
         head = head_of(TestTable.empty(layout))
-        needed = (*self.empty.layout.objectives, *self._model.limits)
+        needed = (*self.empty.layout.objectives, *limits_of(self._model.asked.limits))
         remarks = lacking(columns, needed)
         # Those that a test was made under may be others.
         columns = columns | self._model.requirement_columns(columns) | {POINT: columns[number]}

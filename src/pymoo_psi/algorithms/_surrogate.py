@@ -16,7 +16,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, Received, Rows, boolean, integer, invalid
-from pymoo_psi.algorithms._asked import Asked, under_known
+from pymoo_psi.algorithms._asked import under_known
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs, TestedModel
@@ -257,7 +257,7 @@ class SurrogateSource(Source):
         self._making: _Making | None = None
         self._n_meanwhile = 0  # tests that ended while the last round was made
         self._request = 0  # of people, whose formulation the proposals follow
-        self._directed: tuple[Asked, int] = self._asked, 0  # for the next round
+        self._directed: tuple[Formulation, int] = self._asked, 0  # for the next round
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
