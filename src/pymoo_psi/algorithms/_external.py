@@ -493,7 +493,7 @@ def import_tests(
     """Add tests from elsewhere to a study, as a separate run.
 
     Designs that the study has already are not stored again. Rows that lack an objective are
-    omitted, with a remark. Designs may lie outside the bounds of the problem.
+    omitted, with a remark; so are failed tests. Designs may lie outside the bounds of the problem.
 
     Args:
         problem: The problem whose tests they are.
@@ -535,17 +535,15 @@ def import_tests(
             rule = "a table with a column for each variable, objective and constraint"
             remedy = f"name the column that is {name}, as {{{name!r}: 'column'}}"
             raise invalid("the tests", rule, Received(f"none named {names[name]!r}"), remedy)
-    if table.problem is None:  # a file of designs, of which some lack a value
-        table = table.rows(table.status != "failed")
+    table = table.rows(table.status != "failed")
     designs = []
     for variable, name in zip(model.space.variables, layout.variables, strict=True):
         designs.append(_values_of(variable, name, table.column(names[name])))
     X = design_matrix("X", np.column_stack(designs), layout.variables, layout.kinds)
     numbers = np.arange(1, len(table) + 1)
-    reasons = [table.reasons.get(number, "") for number in table.numbers.tolist()]
     results: Columns = columns_of_designs(layout.variables, layout.kinds, X)
-    results |= {"test": numbers, "test_point": numbers, "reason": np.array(reasons, dtype=object)}
-    results["status"] = np.where(results["reason"] == "", "ok", "failed")
+    results |= {"test": numbers, "test_point": numbers}
+    results |= {"reason": np.full(len(X), "", object), "status": np.full(len(X), "ok", object)}
     for name, column in names.items():
         if name not in results and column in table.layout.columns:
             results[name] = table.column(column)

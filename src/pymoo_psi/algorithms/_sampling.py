@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Collection
 from typing import Any
 
@@ -239,16 +238,10 @@ class QMCSampling(UniformSampling):
         return np.asarray(points)
 
     def _scipy_engine(self, n_dim: int, random_state: Any) -> Any:
-        """Return the engine of SciPy, with the options that it takes in the installed version."""
+        """Return the engine of SciPy."""
         from scipy.stats import qmc  # takes most of a second to import
 
         engine = getattr(qmc, _ENGINES[self.engine])
-        parameters = inspect.signature(engine).parameters
-        options = {}
-        if "scramble" in parameters:
-            options["scramble"] = self.scramble
-        if "rng" in parameters:
-            options["rng"] = random_state
-        else:  # before SciPy 1.15
-            options["seed"] = random_state
-        return engine(n_dim, **options)
+        if engine is qmc.PoissonDisk:  # always random
+            return engine(n_dim, seed=random_state)
+        return engine(n_dim, scramble=self.scramble, seed=random_state)

@@ -172,7 +172,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
 @_command(
     _PROBLEM,
     _choice("algorithm", "psi|surrogate|nsga3", "Search method.", "psi"),
-    _option("points", "N|+N", "Designs in all, or +N more [4096; surrogate 256; FILE.toml 128]."),
+    _option("points", "N|+N", "Points in all, or N more [4096; surrogate 256; FILE.toml 128]."),
     _choice(
         "sampling", "lptau|sobol|halton|lhs", "Sequence of test points (psi, surrogate) [lptau]."
     ),

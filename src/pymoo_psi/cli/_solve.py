@@ -17,15 +17,15 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Entries, Received, Values, counted, invalid
+from pymoo_psi._validation import Entries, Received, counted, invalid
 from pymoo_psi.algorithms import (
+    Model,
     Recorded,
     Run,
     RunOptions,
     ask_tests,
     by_number,
     import_tests,
-    limits_of_problem,
     nsga3,
     repeated_tests,
     stored_at_termination,
@@ -39,9 +39,6 @@ from pymoo_psi.cli._source import counts_in, formulation_of, pairs_in, require_f
 from pymoo_psi.parallel import Runner, progress_bar
 from pymoo_psi.problems import (
     FailureTolerant,
-    design_space,
-    known_limits,
-    problem_layout,
     problem_name,
     require_model,
     with_requirements,
@@ -63,6 +60,7 @@ _N_REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
+_KEYWORDS = ("sampling", "seed", "repeat", "study", "study_key", "retry")  # of a run
 _OF_STUDY = ("share", "study_key", "retry", "from", "live")  # options that need one
 
 Show = Callable[..., None]
@@ -99,16 +97,9 @@ def run_solve(options: Options) -> int:
     _require_effect(options, given)
     points = _points(options)
     share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
-    run = RunOptions(
-        sampling=options.sampling,
-        seed=options.seed,
-        share=share or None,
-        repeat=options.repeat,
-        study=options.study,
-        study_key=options.study_key,
-        retry=options.retry,
-        more=str(options.points).startswith("+"),
-    )
+    keywords = {name: getattr(options, name) for name in _KEYWORDS}
+    more = str(options.points).startswith("+")
+    run = RunOptions(**keywords, share=share or None, more=more, formulation=given)
     problem = load_problem(
         options.problem,
         options.timeout,
@@ -120,10 +111,10 @@ def run_solve(options: Options) -> int:
     if getattr(options, "try"):  # a keyword of Python
         return try_program(options.problem, problem, points)
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
-    limits = _limits(problem, given)
-    formulation = replace(given, limits=limits)
-    space = design_space(with_requirements(problem))
-    require_free_names((*problem_layout(problem, space).columns, *formulation.computed))
+    model = Model(problem, run)
+    limits: Any = model.asked.limits
+    run = replace(run, formulation=model.asked)
+    require_free_names((*model.layout.columns, *given.computed))
     runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
     if runner is not None and options.cluster is not None and algorithm != "psi":
         rule = "used with --algorithm psi if a problem takes many designs at once"
@@ -133,7 +124,7 @@ def run_solve(options: Options) -> int:
     find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
     try:
         with stored_at_termination(), _watched(options, run), progress_bar(True) as show:
-            search = find(problem, points, runner, run, formulation, show)
+            search = find(problem, points, runner, run, show)
     except KeyboardInterrupt:
         place = f"see {run.study};"
         if run.study is None:
@@ -207,12 +198,6 @@ def _points(options: Options) -> int:
     return points
 
 
-def _limits(problem: Problem, formulation: Formulation) -> Values:
-    """Return the limits of a search: those of the problem, where options say no others."""
-    limits = limits_of_problem(known_limits(with_requirements(problem)))
-    return limits | limits_of(formulation.limits)
-
-
 def _sources_of_limits(problem: str, given: Formulation, limits: Entries) -> str:
     """Return a line on which limits apply, and where each is from."""
     limits_given = limits_of(given.limits)
@@ -228,9 +213,7 @@ def _sources_of_limits(problem: str, given: Formulation, limits: Entries) -> str
 def import_into_study(problem: Problem, options: Options, run: RunOptions) -> None:
     """Take the tests of ``--from`` into the study."""
     source = getattr(options, "from")
-    names = problem_layout(problem, design_space(problem)).columns
-    names += tuple(getattr(problem, "outputs", ()))
-    columns = pairs_in("--from-names", options.from_names, "name=column", names)
+    columns = pairs_in("--from-names", options.from_names, "name=column")
     tests = import_tests(problem, source, run, columns)
     say(f"{source}: {counted(len(tests), 'test')} taken into the study.", *tests.remarks)
 
@@ -273,7 +256,7 @@ def _require_effect(options: Options, formulation: Formulation) -> None:
             raise invalid(option, "used with --study", Received("no --study"))
 
 
-def _counting(show: Show, points: int, formulation: Formulation) -> Callable[[TestTable], None]:
+def _counting(show: Show, points: int, run: RunOptions) -> Callable[[TestTable], None]:
     """Return a function that shows further tests as progress.
 
     It refuses a column that the tests do not have at the first of them.
@@ -281,19 +264,19 @@ def _counting(show: Show, points: int, formulation: Formulation) -> Callable[[Te
     statuses: Counter[str] = Counter()
 
     def count(tests: TestTable) -> None:
-        statuses.update(_under(tests, formulation).status.tolist())
+        statuses.update(_under(tests, run).status.tolist())
         note = f"{statuses['ok']} feasible, {statuses['failed']} failed"
         show(min(1.0, statuses.total() / points), note)
 
     return count
 
 
-def _under(tests: TestTable, formulation: Formulation) -> TestTable:
+def _under(tests: TestTable, run: RunOptions) -> TestTable:
     # The first tests may all have failed or not been run; their outputs are then unknown.
     has_values = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
     if not has_values.any():
         return tests
-    return tests.under(formulation)
+    return tests.under(run.formulation)
 
 
 def _by_psi(
@@ -301,7 +284,6 @@ def _by_psi(
     points: int,
     runner: Runner | None,
     run: RunOptions,
-    formulation: Formulation,
     show: Show,
 ) -> Search:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
@@ -312,7 +294,7 @@ def _by_psi(
 
     def tested(investigation: Run) -> TestTable:
         nonlocal n_evaluated
-        count = _counting(show, investigation.n_left, formulation)
+        count = _counting(show, investigation.n_left, run)
         tables = [investigation.store.empty]
         with closing(investigation.tests()) as blocks:
             for block in blocks:
@@ -322,7 +304,7 @@ def _by_psi(
         return by_number(tables)
 
     _, tests = repeated_tests(tested, problem, points, options, runner=runner)
-    return _search(problem, tests, formulation, n_evaluated)
+    return _search(problem, tests, run, n_evaluated)
 
 
 def _by_surrogate(
@@ -330,14 +312,13 @@ def _by_surrogate(
     points: int,
     _: Runner | None,
     run: RunOptions,
-    formulation: Formulation,
     show: Show,
 ) -> Search:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
     algorithm = SurrogatePSI(
         points,
-        formulation=formulation,
+        formulation=run.formulation,
         sampling=run.sampling,
         study=run.study,
         study_key=run.study_key,
@@ -346,15 +327,13 @@ def _by_surrogate(
     )
 
     def callback(algorithm: SurrogatePSI) -> None:
-        _counting(show, points, formulation)(algorithm.table.tested)
+        _counting(show, points, run)(algorithm.table.tested)
 
     result = minimize(problem, algorithm, seed=run.seed, callback=callback).algorithm
-    return _search(problem, result.table.tested, formulation, result.evaluator.n_eval)
+    return _search(problem, result.table.tested, run, result.evaluator.n_eval)
 
 
-def _search(
-    problem: Problem, tests: TestTable, formulation: Formulation, n_evaluated: int
-) -> Search:
+def _search(problem: Problem, tests: TestTable, run: RunOptions, n_evaluated: int) -> Search:
     """Return the result of tests, of which ``n_evaluated`` are new."""
     has_run = np.full(len(tests), True)
     violations = []
@@ -363,12 +342,12 @@ def _search(
         has_run &= ~violated
         if violated.any():
             violations.append(f"{rule.text} ({violated.sum()})")
-    table = _under(tests, formulation)
+    table = _under(tests, run)
     n_run = has_run.sum()
     n_failed = (table.status == "failed").sum()
     n_stored = n_run - n_evaluated
     if getattr(problem, "noisy", False):
-        table = _under(averaged_repeats(tests), formulation)
+        table = _under(averaged_repeats(tests), run)
     else:
         n_stored -= table.repeats[has_run].sum()
     counts = [f"{n_run} tested"]
@@ -386,7 +365,6 @@ def _by_nsga3(
     points: int,
     _: Runner | None,
     run: RunOptions,
-    __: Formulation,
     show: Show,
 ) -> Search:
     problem = with_requirements(problem)
@@ -444,12 +422,10 @@ def run_ask(options: Options) -> int:
     if options.study is None:
         raise invalid("--study", "the name of a study, which keeps the tests", Received("none"))
     with_surrogates = options.algorithm == "surrogate"
-    asked = None
-    if formulation_of(options) != Formulation():
-        asked = formulation_of(options)
-        if not with_surrogates:
-            rule = "surrogate for designs that a decision, objectives or limits direct"
-            raise invalid("--algorithm", rule, options.algorithm)
+    asked = formulation_of(options)
+    if asked != Formulation() and not with_surrogates:
+        rule = "surrogate for designs that a decision, objectives or limits direct"
+        raise invalid("--algorithm", rule, options.algorithm)
     problem = load_problem(options.problem, box=options.box, log=options.log)
     out = require_output(options.out, suffixes_for("designs"), options.study)
     if out is None or out.exists():
