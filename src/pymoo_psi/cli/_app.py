@@ -17,10 +17,11 @@ import sys
 import warnings
 from collections.abc import Callable, Sequence
 from functools import partial
+from importlib import import_module
 from io import StringIO, TextIOWrapper
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 
@@ -33,7 +34,8 @@ class Options(SimpleNamespace):
     """The values of a command's options and arguments by name; None or empty if not given."""
 
 
-Run = TypeVar("Run", bound=Callable[[Options], int])
+Text = Callable[[], None]
+"""A function that has nothing but a name and a docstring."""
 
 
 def path_in(text: str | Path) -> Path:
@@ -146,30 +148,31 @@ def app() -> None:
 app.help, app.epilog = _help(app)
 
 
-def _command(*params: click.Parameter) -> Callable[[Run], Run]:
-    """Register a function as a command under its name; its docstring is the help."""
+def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
+    """Register a command under the name of a function, whose docstring is the help.
 
-    def register(function: Run) -> Run:
+    The module of this subpackage has a function for it: ``run_solve`` for ``solve``.
+    """
+
+    def register(function: Text) -> None:
+        name = function.__name__
+
         def callback(**values: Any) -> int:
-            return function(Options(**values))
+            run = getattr(import_module(f"pymoo_psi.cli.{module}"), f"run_{name}")
+            return int(run(Options(**values)))
 
         text, examples = _help(function)
-        command = click.Command(
-            function.__name__,
-            callback=callback,
-            params=[*params],
-            help=text,
-            epilog=examples,
-        )
+        command = click.Command(name, callback=callback, params=[*params], help=text)
+        command.epilog = examples
         if _PROBLEM in params:  # options that the command does not have are the problem's arguments
             command.context_settings = {"ignore_unknown_options": True, "allow_extra_args": True}
         app.add_command(command)
-        return function
 
     return register
 
 
 @_command(
+    "_solve",
     _PROBLEM,
     _choice("algorithm", "psi|surrogate|nsga3", "Search method.", "psi"),
     _option("points", "N|+N", "Points in all, or N more [4096; surrogate 256; FILE.toml 128]."),
@@ -199,7 +202,7 @@ def _command(*params: click.Parameter) -> Callable[[Run], Run]:
         "cluster", "WHERE", "Evaluate on a Dask cluster: tcp://…, FILE.json, module:attribute."
     ),
 )
-def solve(options: Options) -> int:
+def solve() -> None:
     """Find the Pareto set of a problem, the best compromise first.
 
     PROBLEM is 'chute', a test problem of pymoo such as bnh, your own problem as module:attribute
@@ -217,12 +220,10 @@ def solve(options: Options) -> int:
     objectives are f1, the time, f2, the energy balance, f3 = x1 and f4 = x2. Its arguments are --mu
     0.2, --c 0.3193 (speed over √(gL)), --r 0.1 (over L), --model full or rolling.
     """
-    from pymoo_psi.cli._solve import run_solve
-
-    return run_solve(options)
 
 
 @_command(
+    "_solve",
     _PROBLEM,
     _option(
         "points", "N", "Number of designs; 0: all pending ones.", type=click.IntRange(0), default=4
@@ -233,7 +234,7 @@ def solve(options: Options) -> int:
     *_OF_PROBLEM,
     *_FORMULATION,
 )
-def ask(options: Options) -> int:
+def ask() -> None:
     """Propose designs for people to test.
 
     'pymoo-psi tell' adds the results. PROBLEM is as for solve, such as a FILE.toml without
@@ -243,12 +244,10 @@ def ask(options: Options) -> int:
     Examples:
       pymoo-psi ask bnh --points 4 --study lab.db --out next.csv
     """
-    from pymoo_psi.cli._solve import run_ask
-
-    return run_ask(options)
 
 
 @_command(
+    "_solve",
     click.Argument(["file"], type=path_in, required=False),
     _file("study", "FILE.db", "Study that keeps the tests.", required=True),
     _option("withdraw", "N,N,…", "Withdraw the results of tests."),
@@ -256,7 +255,7 @@ def ask(options: Options) -> int:
     _option("decimal", '"."|","', "Decimal mark [detected]."),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
 )
-def tell(options: Options) -> int:
+def tell() -> None:
     """Add the results of tests that people made to their study.
 
     FILE is the file from ask with results filled in. Rows without results stay pending. Several
@@ -268,13 +267,12 @@ def tell(options: Options) -> int:
       pymoo-psi tell next.csv --study lab.db
       pymoo-psi tell --study lab.db --cancel 2,3
     """
-    from pymoo_psi.cli._solve import run_tell
-
-    return run_tell(options)
 
 
-@_command(_FILE, _file("out", "FILE", "Write all designs here (.csv, .xlsx)."), *_READING)
-def rank(options: Options) -> int:
+@_command(
+    "_documents", _FILE, _file("out", "FILE", "Write all designs here (.csv, .xlsx)."), *_READING
+)
+def rank() -> None:
     """Rank the designs of any Pareto set, the best compromise first.
 
     Each Pareto-optimal design has a place. Place 1 is the nearest to the ideal point; equal
@@ -286,19 +284,17 @@ def rank(options: Options) -> int:
       pymoo-psi rank front.csv --limits "f1<=60" --out ranked.csv
       pymoo-psi rank front.csv --objectives f1,f2 --maximize f2
     """
-    from pymoo_psi.cli._documents import run_rank
-
-    return run_rank(options)
 
 
 @_command(
+    "_documents",
     _FILE,
     _TITLE,
     _file("prototype", "FILE", "Existing designs for comparison."),
     _file("out", "FILE.html", "Write the page here.", default="page.html"),
     *_READING,
 )
-def page(options: Options) -> int:
+def page() -> None:
     """Make an interactive page for choosing a design, also offline.
 
     FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
@@ -307,12 +303,10 @@ def page(options: Options) -> int:
       pymoo-psi solve bnh --points 256 --out front.csv
       pymoo-psi page front.csv --units f1=kg --limits "f1<=60"
     """
-    from pymoo_psi.cli._documents import run_page
-
-    return run_page(options)
 
 
 @_command(
+    "_documents",
     _FILE,
     _option("port", "N", "Port [8741 or, if it is taken, any].", type=int),
     _option("host", "NAME", "Name or address to listen on.", default="127.0.0.1"),
@@ -320,7 +314,7 @@ def page(options: Options) -> int:
     _flag("no-browser", text="Only print the address."),
     _flag("attached", text="End with the standard input.", hidden=True),
 )
-def live(options: Options) -> int:
+def live() -> None:
     """Watch a study in the browser while it grows, and steer its run.
 
     FILE is a study, to which a run on this or another machine adds tests; the page shows them as
@@ -331,12 +325,10 @@ def live(options: Options) -> int:
       pymoo-psi solve bnh --algorithm surrogate --points 64 --study bnh.db --live
       pymoo-psi live bnh.db --steer
     """
-    from pymoo_psi.cli._documents import run_live
-
-    return run_live(options)
 
 
 @_command(
+    "_documents",
     _FILE,
     _TITLE,
     _option("design", "NAME", "Name of the chosen design [that of the decision]."),
@@ -346,7 +338,7 @@ def live(options: Options) -> int:
     click.Argument(["source"], required=False, type=path_in),
     *_READING,
 )
-def report(options: Options) -> int:
+def report() -> None:
     """Report on the tests and the chosen design in one HTML file.
 
     FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
@@ -356,13 +348,15 @@ def report(options: Options) -> int:
       pymoo-psi report bnh.db --limits "f1<=60" --units f1=kg
       pymoo-psi report --check report.html bnh.db
     """
-    from pymoo_psi.cli._documents import run_report
-
-    return run_report(options)
 
 
-@_command(_FILE, _file("out", "DIR", "Folder for tables (CSV) and figures (PNG)."), *_READING)
-def analyze(options: Options) -> int:
+@_command(
+    "_documents",
+    _FILE,
+    _file("out", "DIR", "Folder for tables (CSV) and figures (PNG)."),
+    *_READING,
+)
+def analyze() -> None:
     """Analyze sensitivities, feasibility and convergence of tests.
 
     Sections through the chosen design show how each objective changes with one variable, as
@@ -374,12 +368,10 @@ def analyze(options: Options) -> int:
       pymoo-psi solve bnh --points 256 --study bnh.db
       pymoo-psi analyze bnh.db --limits "f1<=60" --out analysis
     """
-    from pymoo_psi.cli._documents import run_analyze
-
-    return run_analyze(options)
 
 
 @_command(
+    "_experiments",
     _PROBLEM,
     _option("evaluations", "N,N,…", "Budgets [256,1024,4096; surrogate 64,128,256]."),
     _count("seeds", "N", "Runs of each algorithm that uses random numbers.", default=11),
@@ -392,7 +384,7 @@ def analyze(options: Options) -> int:
     _file("out", "DIR", "Folder for tables, a figure and runs [comparison_NAME]."),
     _JOBS,
 )
-def compare(options: Options) -> int:
+def compare() -> None:
     """Compare PSI with NSGA-III and others at equal cost.
 
     PROBLEM and its arguments are those of solve. A later call continues from the finished runs in
@@ -402,17 +394,15 @@ def compare(options: Options) -> int:
       pymoo-psi compare bnh --evaluations 64,128 --seeds 2
       pymoo-psi compare dtlz2 --n-obj 4 --evaluations 64 --seeds 2 --out four
     """
-    from pymoo_psi.cli._experiments import run_compare
-
-    return run_compare(options)
 
 
 @_command(
+    "_documents",
     click.Argument(["sources"], nargs=-1, required=True, metavar="[NAME=]SOURCE…"),
     _file("out", "FILE", "File to write (.csv, .xlsx, .db); a study must be new.", required=True),
     *_READING,
 )
-def export(options: Options) -> int:
+def export() -> None:
     """Export tests from one or several sources as one table or study.
 
     Sources are studies, folders of shares and tables with tests of one problem. Sources with
@@ -425,12 +415,10 @@ def export(options: Options) -> int:
       pymoo-psi solve bnh --points 64 --study part.db --box "x1=0:2"
       pymoo-psi export whole=whole.db part=part.db --out both.csv
     """
-    from pymoo_psi.cli._documents import run_export
-
-    return run_export(options)
 
 
 @_command(
+    "_experiments",
     _file("out", "DIR", "Folder for tables (CSV) and figures.", default="reproduction"),
     _count("points", "Q", "Test points per case.", default=4096),
     _names("mu", "MU", "Friction coefficient; may be repeated [0.2, 0.4, 0.6].", type=float),
@@ -441,7 +429,7 @@ def export(options: Options) -> int:
     _option("width", "MM", "Width of the figures in mm.", type=float),
     _JOBS,
 )
-def reproduce(options: Options) -> int:
+def reproduce() -> None:
     """Compute the tables and figures of the paper on the chute.
 
     Examples:
@@ -449,16 +437,14 @@ def reproduce(options: Options) -> int:
       pymoo-psi reproduce --mu 0.3 --model full --points 1024 --out mu03
       pymoo-psi reproduce --format pdf --width 90 --lower 0,0.1 --upper 1,4
     """
-    from pymoo_psi.cli._experiments import run_reproduce
-
-    return run_reproduce(options)
 
 
 @_command(
+    "_console",
     click.Argument(["name"], required=False),
     _flag("open", text="Open the page of the guide in the browser."),
 )
-def guide(options: Options) -> int:
+def guide() -> None:
     """Print a guide, or the list of all guides.
 
     --open opens its page instead, if this folder or the checkout has the built site.
@@ -467,27 +453,6 @@ def guide(options: Options) -> int:
       pymoo-psi guide
       pymoo-psi guide tutorial
     """
-    import webbrowser
-
-    from pymoo_psi._validation import known_name
-    from pymoo_psi.cli._console import print_text
-    from pymoo_psi.guide import guides, site_page
-
-    texts = guides()
-    if options.name is not None:
-        known_name("NAME", options.name, texts)
-    if options.open:
-        page = site_page(options.name or "index")
-        print_text(f"Opening {page}")
-        webbrowser.open(page.as_uri())
-    elif options.name is not None:
-        print_text(texts[options.name])
-    else:
-        for name, text in texts.items():
-            title = text.partition("\n")[0].removeprefix("# ")
-            print_text(f"{name:18}{title}")
-        print_text("pymoo-psi guide NAME prints one of them.")
-    return 0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

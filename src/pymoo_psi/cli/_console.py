@@ -6,14 +6,16 @@ import errno
 import os
 import shutil
 import sys
+import webbrowser
 from pathlib import Path
 from tempfile import TemporaryFile
 
 import pandas as pd
 
 from pymoo_psi._output import is_marked
-from pymoo_psi._validation import Names, Received, invalid
-from pymoo_psi.cli._app import printable
+from pymoo_psi._validation import Names, Received, invalid, known_name
+from pymoo_psi.cli._app import Options, printable
+from pymoo_psi.guide import guides, site_page
 from pymoo_psi.pareto import number, wrapped
 from pymoo_psi.table import FORMATS, TestTable, designs_head, format_of, metadata_path
 
@@ -151,3 +153,22 @@ def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = Non
     blanked = frame.astype(object).where(frame.notna(), None)  # integer columns, too
     columns = {str(name): column for name, column in blanked.items()}
     format_of(path, "designs").save(path, columns, head)
+
+
+def run_guide(options: Options) -> int:
+    """Print a guide, or the names and titles of all of them, or open its page."""
+    texts = guides()
+    if options.name is not None:
+        known_name("NAME", options.name, texts)
+    if options.open:
+        page = site_page(options.name or "index")
+        print_text(f"Opening {page}")
+        webbrowser.open(page.as_uri())
+    elif options.name is not None:
+        print_text(texts[options.name])
+    else:
+        for name, text in texts.items():
+            title = text.partition("\n")[0].removeprefix("# ")
+            print_text(f"{name:18}{title}")
+        print_text("pymoo-psi guide NAME prints one of them.")
+    return 0
