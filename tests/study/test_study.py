@@ -254,13 +254,3 @@ def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
     assert bits(read(study.path)[1]) == bits(with_heat | {})
     with pytest.raises(ArgumentValueError, match="other values for test point 2"):
         study.append(with_heat | {"heat": np.array([1.0, 2.5, 3.0, 4.0, 5.0])})
-
-
-def test_numbers_are_those_of_the_stored_tests(study):
-    study.append(block(3, 4, failed={4}))
-    assert study.numbers().tolist() == [3, 4, 5, 6]
-    assert study.numbers(5).tolist() == [5, 6]
-    assert study.numbers(7).tolist() == []
-    study.append(block(9, 2))
-    assert study.numbers(6).tolist() == [6, 9, 10]
-    assert study.numbers(6).dtype == np.int64

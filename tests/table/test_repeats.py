@@ -45,14 +45,6 @@ def test_rows_with_one_label_are_one_design(file):
     assert any("3 designs, 8 tests" in remark for remark in table.remarks)
 
 
-def test_every_order_and_source_gives_the_same_designs(file):
-    one = read_table(file, ASKED, repeats="variant")
-    two = read_table(FRAME, ASKED, repeats="variant")
-    rows = [two.names.index(name) for name in one.names]
-    assert np.allclose(one.F, two.F[rows])
-    assert np.allclose(one.outputs, two.outputs[rows])
-
-
 def test_computed_columns_and_limits_are_of_means(file):
     asked = Formulation(
         objectives=["cost", "ratio"], computed={"ratio": "mass / cost"}, limits={"mass": 5.1}

@@ -99,12 +99,12 @@ FILES = {
     "three decimals, none below one": ("a,b\n1.250,3\n2.980,4\n", {}, {"a": [1.25, 2.98], "b": [3, 4]}),
     "three decimals, told by a leading zero": ("a;b\n0.125;3\n1.250;4\n", {}, {"a": [0.125, 1.25], "b": [3, 4]}),
     "a comma in front of three digits": ('a,b\n"1,250",3\n980,4\n', {}, "either 1250 or 1.25; settle it by --thousands ',' or --dec"),
-    "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', no plain number like the others"),
+    "a decimal point in a column of commas": ("a;b\n1.5;2\n1,5;2\n", {}, r"row 2 \(line 3\) holds '1,5' in the column 'a', no plain number"),
     "spaces between thousands": ("a;b\n1 250;1\n2 500,5;2\n", {}, {"a": [1250, 2500.5], "b": [1, 2]}),
     # Signs, units, what is no plain number
     "per cent": ("a,b\n85%,30\n90.5 %,2\n", {}, "'85%' in the column 'a', no plain number; write it without a unit"),
     "dates are text": ("day;a;b\n01.05.2024;1,5;2\n2024-05-02;2,5;3\n", {}, {"a": [1.5, 2.5], "b": [2, 3]}),
-    "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', no plain number like the others; .* --skip-rows 3"),
+    "text beside numbers": ("a,b\n1,2\noak,3\n", {}, r"row 2 \(line 3\) holds 'oak' in the column 'a', no plain number; .* --skip-rows 3"),
     **{
         text: (f"a,b,c\n1,3,{text}\n2,4,{text}\n", {}, f"{re.escape(text)}' in the column 'c', no plain number")
         for text in ("$2.50", "2.5 €", "EUR 3", "12 kg", "7°C", "304L", "~5", "<5", "5-6", "1/2", "0x1F", "1.2.3", "=A2/B2", "1_000", "(1.5)", "5 minutes")

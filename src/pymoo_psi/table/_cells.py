@@ -373,21 +373,17 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
     is_known = ~np.isnan(numbers)
     if not is_known.any():
         return Column(name, column)
-    rows = np.flatnonzero(is_known & (numbers != readings[marks[-1]]))
-    if len(rows) == 0:
+    rows = np.flatnonzero(is_known & (numbers != readings[marks[-1]])).tolist()
+    if not rows:
         return Column(name, column, numbers, marks[0])
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
-    marks = ["." if "." in column[row] else "," for row in rows]
-    decimal = marks[0]
-    if certain:
-        is_decimal = certain == {decimal}
-    else:
-        texts = [str(cell).strip() for cell in column if not is_blank(cell)]
-        is_decimal = cells.separator == "," and all(map(_PRINTED.fullmatch, texts))
-    if is_decimal and marks.count(decimal) == len(marks):
+    row = rows[0]
+    decimal = "." if "." in column[row] else ","
+    texts = [str(cell).strip() for cell in column if not is_blank(cell)]
+    is_printed = cells.separator == "," and all(map(_PRINTED.fullmatch, texts))
+    if certain == {decimal} or (is_printed and not certain):
         return Column(name, column, np.array(readings[decimal]), decimal)
-    row = int(rows[0])
     either = f"{readings[_OTHER[decimal]][row]:.15g} or {readings[decimal][row]:.15g}"
     remedy = f"settle it by --thousands '{decimal}' or --decimal '{decimal}'"
     return Column(name, column, problem=f"{cells.place(name, row)}, either {either}; {remedy}")
@@ -397,27 +393,25 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     """Return what is wrong with a column that no notation can read; empty if it is one of texts."""
     numbers = min(readings.values(), key=lambda numbers: numbers.count(None))
     texts = {}
+    has_numbers = False
     for row, number in enumerate(numbers):
         if number is None:
             texts[row] = str(cells.columns[name][row]).strip()
-    rule = "no plain number like the others"
-    # One number is enough: taken for text, the column would silently be no objective.
-    if not any(number == number for number in numbers if number is not None):
-        rule = "no plain number"
-        # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
-        units = {_LEADING.sub("", text, count=1) for text in texts.values()}
-        has_one_unit = len(units) == 1 < len({*texts.values()})
-        for row, text in [*texts.items()]:
-            if _MOMENT.fullmatch(text) or not (has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])):
-                del texts[row]
-    if not texts:
-        return ""
-    row = min(texts)
-    return (
-        f"{cells.place(name, row)}, {rule}; write it without a unit, settle it by "
-        "--decimal and --thousands, leave its line out by --skip-rows "
-        f"{cells.line(row)}, or name the objectives by --objectives"
-    )
+        elif number == number:
+            has_numbers = True
+    # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
+    units = {_LEADING.sub("", text, count=1) for text in texts.values()}
+    has_one_unit = len(units) == 1 < len({*texts.values()})
+    for row, text in texts.items():
+        # One number is enough: taken for text, the column would silently be no objective.
+        is_like_number = has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])
+        if has_numbers or (is_like_number and not _MOMENT.fullmatch(text)):
+            return (
+                f"{cells.place(name, row)}, no plain number; write it without a unit, settle it by "
+                "--decimal and --thousands, leave its line out by --skip-rows "
+                f"{cells.line(row)}, or name the objectives by --objectives"
+            )
+    return ""
 
 
 # Rows that summarise others

@@ -188,7 +188,7 @@ class Formulation(Shown):
             limits = {**texts, **limits}
             self._set("page", {**self.page, "state": state})
         column_names("limits", tuple(limits))
-        self._set("limits", _json_limits(limits))
+        self._set("limits", limits_of(limits))
         if self.ranges is not None:
             pairs = mapping("ranges", self.ranges, "objectives to pairs (lower, upper)")
             ranges = {name: [*ends(name, pair)] for name, pair in pairs.items()}
@@ -207,7 +207,7 @@ class Formulation(Shown):
         positions = []
         for entries in collection("positions", self.positions, rule):
             position = _checked("a position", entries, _Position)
-            position["limits"] = _json_limits(position["limits"], "the limits of a position")
+            position["limits"] = limits_of(position["limits"], "the limits of a position")
             positions.append(position)
         self._set("positions", sorted(positions, key=lambda position: str(position["date"])))
         if self.decided is not None:
@@ -470,22 +470,6 @@ def _formulated_layout(
     )
 
 
-def _json_limits(limits: Any, argument: str = "limits") -> dict[Any, Any]:
-    """Return limits as JSON can hold them."""
-    limit_by_name = limits_of(limits, argument)
-    return {name: _json_limit(name, limit) for name, limit in limit_by_name.items()}
-
-
-def _json_limit(name: Any, limit: Any) -> Any:
-    """Return a limit as a number, pair or list of texts that JSON can hold; an open end is None."""
-    if is_of_texts(limit):
-        return [*limit]
-    lower, upper = (None if np.isinf(end) else plain_number(end) for end in ends(name, limit))
-    if isinstance(limit, (tuple, list)) or upper is None:
-        return lower, upper
-    return upper
-
-
 # Limits: how they are written, and what they allow
 
 
@@ -514,7 +498,8 @@ def limits_of(limits: Any, argument: str = "limits") -> Values:
         argument: What messages call it, such as ``--limits``.
 
     Returns:
-        Numbers or pairs by column; of columns of texts lists of the texts allowed.
+        Numbers or pairs by column, with None for an open end; of columns of texts lists of the
+        texts allowed.
 
     Raises:
         ArgumentValueError: A text is not a limit, one side of a column has two limits, or a number
@@ -523,20 +508,20 @@ def limits_of(limits: Any, argument: str = "limits") -> Values:
 
     Example:
         >>> limits_of("f1<=2.5, yield>=80, 1<=x1<=2")
-        {'f1': (None, 2.5), 'yield': (80.0, None), 'x1': (1.0, 2.0)}
+        {'f1': (None, 2.5), 'yield': (80, None), 'x1': (1, 2)}
         >>> limits_of({"f1": 2.5, "yield": ">= 80"})
-        {'f1': 2.5, 'yield': (80.0, None)}
+        {'f1': 2.5, 'yield': (80, None)}
         >>> limits_of("rail=yes, material in steel, alu, f1<=2")
-        {'rail': ['yes'], 'material': ['steel', 'alu'], 'f1': (None, 2.0)}
+        {'rail': ['yes'], 'material': ['steel', 'alu'], 'f1': (None, 2)}
     """
     if limits is None:
         return {}
     if isinstance(limits, str):
         limits = [limits]
     if isinstance(limits, (list, tuple)) and all(isinstance(text, str) for text in limits):
-        return _limits_of_texts(limits, argument)
+        limits = _limits_of_texts(limits, argument)
     rule = "columns to numbers, such as {'f1': 2.5}, or be texts such as 'f1<=2.5'"
-    limit_by_column = {}
+    limit_by_column: Values = {}
     for column, limit in mapping(argument, limits, rule).items():
         if not isinstance(column, str):
             raise wrong_type(argument, "of columns by their names", column)
@@ -545,9 +530,16 @@ def limits_of(limits: Any, argument: str = "limits") -> Values:
             limit = (sides.get(">="), sides.get("<="))
         elif isinstance(limit, str):
             limit = [limit]
-        elif is_of_texts(limit):
-            limit = list(limit)
-        limit_by_column[column] = limit
+        if is_of_texts(limit):
+            limit_by_column[column] = list(limit)
+            continue
+        # As JSON can hold it, with None for an open end.
+        pair: list[float | None] = []
+        for end in ends(column, limit):
+            pair.append(None if np.isinf(end) else plain_number(end))
+        limit_by_column[column] = tuple(pair)
+        if not isinstance(limit, (tuple, list)) and pair[1] is not None:
+            limit_by_column[column] = pair[1]
     return limit_by_column
 
 
@@ -582,39 +574,43 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
 
 
 def _limits_of_texts(texts: Sequence[str], argument: str) -> Values:
-    sides_by_column: dict[str, dict[str | None, Any]] = {}
+    limits: Values = {}
     listed: list[str] | None = None  # of the list that an entry may continue
     for entry in entries_of(texts):
         match = _TEXTS.fullmatch(entry)
-        if listed is not None and match is None and not re.search("[<>=]", entry):
+        if listed is not None and not re.search("[<>=]", entry) and match is None:
             listed.append(entry)
             continue
         listed = None
         if match is not None:
-            sides: dict[str | None, Any] = {"in": [match["text"].strip()]}
+            name = match["name"]
+            allowed = [match["text"].strip()]
             if match["list"]:
-                listed = sides["in"]
-        else:
-            match = _LIMIT.fullmatch(entry)
-            if match is None or _TURNED.get(match["left"]) == match["right"]:
-                raise invalid(
-                    argument,
-                    "of the form column<=number, number<=column<=number, column=text or "
-                    "column in text, text, joined by commas",
-                    Received(entry or "nothing"),
-                    "use <= or >=, plain numbers with a decimal point, and no units",
-                )
-            sides = {_TURNED.get(match["left"]): match["first"], match["right"]: match["last"]}
-            sides.pop(None, None)
-            for sign, number in sides.items():
-                sides[sign] = _number_of_one_meaning(number, entry, argument)
-        known = sides_by_column.setdefault(match["name"], {})
-        if known.keys() & sides.keys() or ("in" in known | sides and known):
-            raise invalid(argument, "given once for each side of a column", Received(entry))
-        known |= sides
-    limits = {}
-    for column, sides in sides_by_column.items():
-        limits[column] = sides.get("in", (sides.get(">="), sides.get("<=")))
+                listed = allowed
+            if name in limits:
+                raise invalid(argument, "given once for each side of a column", Received(entry))
+            limits[name] = allowed
+            continue
+        match = _LIMIT.fullmatch(entry)
+        if match is None or _TURNED.get(match["left"]) == match["right"]:
+            raise invalid(
+                argument,
+                "of the form column<=number, number<=column<=number, column=text or "
+                "column in text, text, joined by commas",
+                Received(entry or "nothing"),
+                "use <= or >=, plain numbers with a decimal point, and no units",
+            )
+        name = match["name"]
+        pair = [*limits.get(name, (None, None))]
+        sides = [(_TURNED.get(match["left"]), match["first"]), (match["right"], match["last"])]
+        for sign, number in sides:
+            if sign is None:
+                continue
+            side = (">=", "<=").index(sign)
+            if len(pair) != 2 or pair[side] is not None:
+                raise invalid(argument, "given once for each side of a column", Received(entry))
+            pair[side] = _number_of_one_meaning(number, entry, argument)
+        limits[name] = tuple(pair)
     return limits
 
 

@@ -67,6 +67,14 @@ class StoredTests(NamedTuple):
     limits: Entries = MappingProxyType({})
     is_derived: bool = False
 
+    def table(self, where: object) -> TestTable:
+        """Return the table, as :func:`table_of` does, under its limits."""
+        head, columns, remarks, limits, is_derived = self
+        table = table_of(head, columns, where, remarks, is_derived=is_derived)
+        if limits:
+            return table.under(limits=limits)
+        return table
+
 
 # From a table to a head and columns
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Array,
+    Entries,
     FilePath,
     Mask,
     Names,
@@ -42,7 +43,6 @@ from pymoo_psi.table._head import (
     checked_designs_head,
     formulation_of_head,
     is_of_tests,
-    table_of,
     tests_of_cells,
     units_of,
 )
@@ -123,17 +123,22 @@ def read_table(
         >>> table.column("mass"), table.layout.maximize, table.names
         (array([1250.,  980.]), ('mass',), ['A', 'B'])
     """
-    path = Path(source) if isinstance(source, (str, PathLike)) else None
+    path = None
+    if isinstance(source, (str, PathLike)):
+        path = Path(source)
     asked = formulation or Formulation()
+    content: Any = source
     try:
-        content = _content(source, encoding, frozenset(skip_rows), sheet)
-        if skip_rows and not (isinstance(content, Cells) and content.lines):
+        if not isinstance(source, TestTable):
+            content = _content(source, encoding, frozenset(skip_rows), sheet)
+        is_of_cells = isinstance(content, Cells)
+        if skip_rows and not (is_of_cells and content.lines):
             rule = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", rule, skip_rows)
-        if variables and not isinstance(content, Cells):
+        if variables and not is_of_cells:
             rule = "left out for a table of tests, which has its own"
             raise invalid("variables", rule, variables)
-        if isinstance(content, Cells):
+        if is_of_cells:
             if repeats and repeats in content.columns:
                 content = replace(content, label=repeats)
             # Equal rows may be repeated tests.
@@ -141,15 +146,7 @@ def read_table(
             designs = _designs(content, asked, decimal, thousands, is_file=is_file)
             table = _table(designs, asked, variables, drop_incomplete)
         elif isinstance(content, StoredTests):
-            table = table_of(
-                content.head,
-                content.columns,
-                path,
-                content.remarks,
-                is_derived=content.is_derived,
-            )
-            if content.limits:
-                table = table.under(limits=content.limits)
+            table = content.table(path)
         else:
             table = content
     except UnfitError as error:
@@ -166,7 +163,7 @@ def read_table(
     if formulation is None:
         return table
     # Limits that the formulation leaves open are those of the table.
-    limits = {**limits_of(table.formulation.limits), **limits_of(formulation.limits)}
+    limits = limits_of(table.formulation.limits) | limits_of(formulation.limits)
     normalize = table.formulation.normalize and formulation.normalize
     try:
         return table.under(replace(formulation, limits=limits, normalize=normalize))
@@ -184,28 +181,24 @@ def _content(
     encoding: str | None = None,
     skip_rows: Collection[int] = (),
     sheet: str | None = None,
-) -> TestTable | StoredTests | Cells:
-    """Return what a source holds: a table, or cells with their head and names without units."""
-    import pandas as pd
-
-    content: TestTable | StoredTests | Cells
-    if isinstance(source, TestTable):
-        return source
+    units: Entries = MappingProxyType({}),
+) -> StoredTests | Cells:
+    """Return what a source holds: tests, or cells with their head and names without units."""
+    content: StoredTests | Cells
     if isinstance(source, (str, PathLike)):
         content = _content_of_file(Path(source), encoding, skip_rows, sheet)
-    elif isinstance(source, pd.DataFrame):
+    elif hasattr(source, "itertuples"):  # a frame of pandas
         content = cells_of_frame(source)
     else:
         F = real_array("source", source, "or give the path of a file")
         if F.ndim != 2 or F.size == 0:
             raise invalid("source", "of shape (n, m)", Received(f"shape {F.shape}"))
-        names = [f"f{j + 1}" for j in range(F.shape[1])]
-        columns = dict(zip(names, F.T.tolist(), strict=True))
-        content = Cells(columns, head={"objectives": names})
+        columns = {f"f{j + 1}": column.tolist() for j, column in enumerate(F.T)}
+        content = Cells(columns, head={"objectives": [*columns]})
     if not isinstance(content, Cells):
         return content
     head = checked_designs_head(content.head)
-    names = names_of([*content.columns], head["units"])
+    names = names_of([*content.columns], {**units, **head["units"]})
     columns = dict(zip(names, content.columns.values(), strict=True))
     n_rows = len(next(iter(columns.values()), ()))
     return replace(content, columns=columns, head=head, rows=range(1, n_rows + 1))
@@ -237,7 +230,7 @@ def _content_of_file(
 
 def source_columns(
     source: FilePath | Any,
-    units: Mapping[str, str] = MappingProxyType({}),
+    units: Entries = MappingProxyType({}),
     *,
     decimal: str | None = None,
     sheet: str | None = None,
@@ -254,11 +247,9 @@ def source_columns(
         OSError: The file cannot be opened.
         UnfitError: It is no table of named columns.
     """
-    cells = _content(source, sheet=sheet)
+    cells = _content(source, sheet=sheet, units=units)
     if not isinstance(cells, Cells):
         raise UnfitError("it is a table of tests, and not one of numbers alone")
-    names = names_of([*cells.columns], units)
-    cells = replace(cells, columns=dict(zip(names, cells.columns.values(), strict=True)))
     return cells, read_columns(cells, decimal, None, ())
 
 

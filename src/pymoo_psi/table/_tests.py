@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 
 
 STATUSES = ("ok", "infeasible", "failed")
+_N_SHOWN = 50  # rows whose texts a message names
 _ARRAYS = ("X", "F", "G", "H", "outputs", "_codes")  # with a row for each test
 
 
@@ -238,11 +239,7 @@ class Tests:
             cells.append("" if is_missing else str(cell))
         mask = np.isin(cells, [*texts])
         if texts and cells and not mask.any():
-            known = sorted(set(cells))
-            some = ", ".join(known[:6])
-            if len(known) > 6:
-                some += ", …"
-            raise invalid(f"the limit on {name!r}", f"one of its texts ({some})", [*texts])
+            known_name(f"the limit on {name!r}", texts[0], {*cells[:_N_SHOWN]})
         return mask
 
     @property

@@ -90,8 +90,8 @@ class WorkbookFile(FileFormat):
                 cell.data_type = "n"
             return cell
 
-        sheet.append(list(map(typed, headings.values())))
-        for row in pd.DataFrame(dict(columns), dtype=object).itertuples(index=False, name=None):
+        frame = pd.DataFrame(dict(columns), dtype=object)
+        for row in (headings.values(), *frame.itertuples(index=False, name=None)):
             sheet.append(list(map(typed, row)))
         about = book.create_sheet(_HEAD_SHEET)
         for name, value in head.items():
@@ -216,17 +216,14 @@ def _hidden(sheet: Any) -> tuple[list[int], list[int]]:
 
     rows = []
     columns: list[int] = []
-    number = 0
     with sheet._get_source() as file:
         for _, element in iterparse(file):
-            is_hidden = element.get("hidden") in ("1", "true")
-            if element.tag.endswith("}col") and is_hidden:
-                columns += range(int(element.get("min", 1)), int(element.get("max", 1)) + 1)
-            if element.tag.endswith("}row"):
-                number = int(element.get("r", number + 1))
-                if is_hidden:
-                    rows.append(number)
-                element.clear()
+            if element.get("hidden") in ("1", "true"):
+                if element.tag.endswith("}col"):
+                    columns += range(int(element.get("min", 1)), int(element.get("max", 1)) + 1)
+                elif element.tag.endswith("}row"):
+                    rows.append(int(element.get("r", "")))
+            element.clear()
     return rows, columns
 
 
