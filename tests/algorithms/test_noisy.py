@@ -186,3 +186,19 @@ def test_surrogates_of_a_noisy_model_propose_repeats_and_continue_after_a_kill(t
     assert np.array_equal(again.X, table.X)
     assert np.array_equal(again.F, table.F)
     assert np.array_equal(read_table(study).F, means.F)
+
+
+def test_free_workers_repeat_designs_too_and_a_study_has_what_they_tested(tmp_path):
+    """Which designs depends on the order in which tests end; a test of a study stays as it is."""
+    study = tmp_path / "queue.db"
+    runner = JoblibRunner(2, in_process=False)
+    search = SurrogatePSI(40, asynchronous=True, study=study)
+    table = minimize(Queue(elementwise_runner=runner), search).algorithm.table
+    assert table.numbers.tolist() == list(range(1, 41))
+    assert len(np.unique(table.X, axis=0)) < 40 == len(np.unique(table.F, axis=0))
+    problem = Queue(elementwise_runner=runner)
+    search = SurrogatePSI(40, asynchronous=True, study=study)
+    result = minimize(problem, search)
+    assert result.algorithm.evaluator.n_eval == 0
+    assert result.algorithm.table.equals(table)
+    assert np.array_equal(read_table(study).F, table.averaged().F)

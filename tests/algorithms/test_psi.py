@@ -55,12 +55,6 @@ def test_pareto_set_of_pymoos_problems(name, block_size):
         assert not result.algorithm.table.feasible().any()
 
 
-def test_single_objective_returns_the_best():
-    result = minimize(get_problem("sphere", n_var=3), PSI(128))
-    assert result.F.shape == (1,)
-    assert result.F[0] == result.algorithm.table.F.min()
-
-
 def test_individuals_are_those_of_pymoos_own_loop():
     """Made from the table at the end, or evaluated by pymoo where a user asks and tells."""
     osy = get_problem("osy")

@@ -18,7 +18,6 @@ from pymoo_psi import (
     PSI,
     Restricted,
     SphereChute,
-    VectorizedSphereChute,
     investigate,
 )
 from pymoo_psi.errors import StudyMismatchError
@@ -65,16 +64,6 @@ def test_a_study_is_continued_and_extended(tmp_path, first_by, then_by):
     assert go(more, 100, then_by).equals(whole)
     assert len(more.seen) == 60
     assert read_table(path).equals(whole)
-
-
-def test_blocks_and_vectorisation_do_not_change_a_study(tmp_path):
-    """Bit for bit, however the run is cut: the values of a design do not depend on its company."""
-    problem = VectorizedSphereChute(0.4)
-    whole = investigate(problem, 300)
-    for block_size in (1, 7, 64):
-        assert investigate(problem, 300, block_size=block_size).equals(whole)
-    run(problem, 100, tmp_path / "s.db")
-    assert run(problem, 300, tmp_path / "s.db").equals(whole)
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,7 @@
 """A study of whatever algorithm: nothing is lost, nothing evaluated twice, runs go on as one run."""
 
-import os
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -127,17 +123,6 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
     np.testing.assert_array_equal(F, result.pop.get("F"))
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="the workers are forks")
-def test_a_run_killed_again_and_again_is_one_run(tmp_path):
-    """The benchmark, with fewer kills; it ends with an error where anything differs."""
-    command = [sys.executable, "-m", "benchmarks.kills", "recorded", "2"]
-    root = Path(__file__).parents[2]
-    environment = os.environ | {"PYTHONPATH": f"{root / 'src'}{os.pathsep}{root}"}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert "2 kills" in done.stdout
-
-
 @pytest.mark.skipif(version("pymoo") == "0.6.1.5", reason="all threads draw from one generator")
 def test_two_runs_at_once_share_the_work(tmp_path):
     models = [Model(), Model()]
@@ -170,21 +155,6 @@ def test_the_same_means_the_same_bits(tmp_path):
     problem.evaluate(X)
     Recorded(model, study=tmp_path / "s.db").evaluate(X)
     assert model.seen == [x.tobytes() for x in X]
-
-
-def test_designs_by_name_are_found_again(tmp_path):
-    """Also where the values of a design are NumPy's."""
-    design = {"hollow": True, "metal": "steel", "n": 3, "width": 1.5}
-    other = {"hollow": np.True_, "metal": np.str_("steel"), "n": np.int32(3), "width": 1.5}
-    third, model = design | {"hollow": False}, Mixed()
-    first, again = (
-        Recorded(model, study=tmp_path / "s.db").evaluate(
-            np.array([x, third], dtype=object), return_values_of=["F"]
-        )
-        for x in (design, other)
-    )
-    np.testing.assert_array_equal(first, again)
-    assert len(model.seen) == 2
 
 
 def test_what_is_returned_is_pymoos(tmp_path):

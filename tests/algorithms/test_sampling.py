@@ -6,7 +6,6 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
@@ -40,16 +39,6 @@ def test_engines_fill_the_box_repeatably(engine):
     assert draw[0].shape == (20, 2)
     assert (draw[0] >= problem.xl).all()
     assert (draw[0] <= problem.xu).all()
-
-
-def test_the_seed_of_a_run_decides_on_its_points():
-    def started(seed):
-        algorithm = NSGA2(pop_size=20, sampling=QMCSampling("sobol"))
-        return minimize(PROBLEM, algorithm, ("n_gen", 1), seed=seed).pop.get("X").tolist()
-
-    first = started(1)
-    assert started(1) == first
-    assert started(2) != first
 
 
 def test_plain_engines_are_scipys():
@@ -131,15 +120,6 @@ class Kronecker(UniformSampling):
     def unit_points(self, n_points, n_dim, *, first=1, random_state=None):
         numbers = np.arange(first, first + n_points)[:, None]
         return numbers * np.sqrt(self.root + np.arange(n_dim)) % 1
-
-
-@pytest.mark.parametrize("name", ["lptau", "sobol", "halton", "lhs"])
-def test_samplings_have_the_names_of_the_command_line(name):
-    sampling = LPTauSampling() if name == "lptau" else QMCSampling(name)
-    expected = investigate(PROBLEM, 8, sampling=sampling, seed=1)
-    assert investigate(PROBLEM, 8, sampling=name, seed=1).equals(expected)
-    table = minimize(PROBLEM, PSI(8, sampling=name), seed=1).algorithm.table
-    assert table.equals(expected)
 
 
 @pytest.mark.parametrize("share", [None, (2, 3)])

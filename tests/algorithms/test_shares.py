@@ -94,21 +94,6 @@ def test_a_merged_table_goes_on_as_a_study(tmp_path):
     assert sum(calls) == 50
 
 
-@pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
-def test_many_cores_give_the_table_of_one(keep):
-    limits = {"f1": 2.2}
-    one = investigate(CHUTE, 5000, keep=keep, limits=limits)
-    whole = investigate(CHUTE, 5000)
-    rows = {
-        "all": np.ones(5000, dtype=bool),
-        "feasible": whole.under(limits=limits).feasible(),
-        "pareto": whole.under(limits=limits).pareto(),
-    }[keep]
-    assert one.equals(whole.under(limits=limits).rows(rows))
-    two = investigate(CHUTE, 5000, keep=keep, limits=limits, n_jobs=2, block_size=1000)
-    assert two.equals(one)
-
-
 def test_processes_give_the_table_of_one_core_and_a_study_has_all_of_it(tmp_path):
     whole = investigate(CHUTE, 3000)
     kept = investigate(CHUTE, 3000, n_jobs=2, keep="pareto", study=tmp_path / "s.db")

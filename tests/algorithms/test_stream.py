@@ -2,7 +2,6 @@
 
 import copy
 import os
-import re
 import signal
 import subprocess
 import sys
@@ -212,15 +211,6 @@ def test_what_has_arrived_is_stored_when_a_run_is_ended(tmp_path, how, runner, r
     assert process.returncode == -how or how == signal.SIGINT
     assert read_table(path).numbers.tolist() == [1]
     assert os.listdir(tmp_path) == ["s.db"]  # nor does a lock lie beside it
-
-
-def test_a_log_has_lines_of_progress_instead_of_a_bar(capsys, monkeypatch):
-    monkeypatch.setattr("pymoo_psi.parallel._progress._EVERY", 0.0)
-    investigate(Sum(), 64, progress=True, block_size=16)
-    out, lines = capsys.readouterr()
-    assert out == ""
-    assert lines.splitlines()[-1] == "100% done"
-    assert all(re.fullmatch(r"\d+% done(, [0-9:]+ left)?", line) for line in lines.splitlines())
 
 
 @pytest.mark.parametrize("study", [None, "s.db"])

@@ -151,20 +151,6 @@ def process(*words, folder, **environment):
 
 
 @posix
-def test_a_file_name_that_is_no_text_is_used_as_it_is(tmp_path, monkeypatch, capsys):
-    name = os.fsdecode(b"\xff\xe9")
-    (tmp_path / f"{name}.csv").write_text(DESIGNS, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    done = process("report", f"{name}.csv", "--out", f"{name}-r.html", folder=tmp_path)
-    assert (done.returncode, done.stderr) == (0, b"")
-    for command, out in (("rank", f"{name}-ranked.csv"), ("page", f"{name}.html")):
-        assert main([command, f"{name}.csv", "--out", out]) == 0
-        assert capsys.readouterr().err == ""
-    outs = (f"{name}-r.html", f"{name}-ranked.csv", f"{name}.html")
-    assert all((tmp_path / out).exists() for out in outs)
-
-
-@posix
 @pytest.mark.parametrize(
     ("stream", "words", "code"),
     [

@@ -2,11 +2,7 @@
 
 import json
 import os
-import shlex
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -118,37 +114,6 @@ def test_a_formulation_directs_the_surrogates(run):
     rows = result.opt.get("test_point") - 1
     np.testing.assert_array_equal(result.F, table.F[rows])
     np.testing.assert_array_equal(np.sort(rows), np.flatnonzero(table.under(asked).pareto()))
-
-
-SCALED = """
-import numpy as np
-from pymoo.core.problem import Problem
-class Scaled(Problem):
-    names = {"x1": "b=c"}
-    def __init__(self, low=0.1, width=1.0):
-        super().__init__(n_var=2, n_obj=2, xl=low, xu=low + width)
-    def _evaluate(self, x, out, *args, **kwargs):
-        u = (x - self.xl) / (self.xu - self.xl)
-        out["F"] = np.column_stack([u[:, 0] + u[:, 1], 2 - u[:, 0]])
-"""
-
-
-@pytest.mark.parametrize(
-    ("low", "width"),
-    [(1 / 3e12, 1e-12), (-1e-300, 7e-299), (1 / 3, 1 / 7), (1e12, 1e-2), (-1e12 / 3, 1e12), (1e-310, 1e300)],
-)  # fmt: skip
-def test_the_suggested_part_is_taken_at_any_scale(run, low, width):
-    Path("scaled.py").write_text(SCALED)
-    words = ["solve", "scaled:Scaled", f"--low={low!r}", f"--width={width!r}", "--points", 32]
-    code, printed, _ = run(*words, "--limits", "f1<=0.8", "--study", "a.db")
-    assert code == 0
-    (box,) = shlex.split(printed.partition("--box ")[2].split()[0])
-    assert run(*words, "--box", box, "--study", "b.db")[0] == 0
-    table, part = read_table("a.db"), read_table("b.db").layout
-    X = table.X[table.under(limits={"f1": 0.8}).feasible()]
-    assert (part.lower <= X.min(axis=0)).all()
-    assert (X.max(axis=0) <= part.upper).all()
-    assert (part.upper - part.lower <= 1.01 * np.ptp(X, axis=0)).all()
 
 
 def test_mixed_variables_are_restricted(run):
@@ -267,38 +232,6 @@ def test_an_interruption_is_reported_in_a_line(run, more, interruptible):
     assert (code, printed, err.count("\n")) == (130, "", 1)
     assert err.startswith(f"pymoo-psi: interrupted; {kept}")
     assert "s.db" not in more or len(read_table("s.db")) == 6
-    assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
-
-
-MAIN = """
-import runpy, signal
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
-runpy.run_module("pymoo_psi", run_name="__main__")
-"""
-
-
-@pytest.mark.skipif(os.name != "posix", reason="signals are sent as POSIX has them")
-@pytest.mark.parametrize(
-    ("more", "how"),
-    [
-        (["--study", "s.db"], signal.SIGTERM),  # as clusters send it before they kill
-        (["--jobs", "2"], signal.SIGINT),
-    ],
-)
-def test_a_process_is_ended_by_a_signal_as_by_the_keyboard(run, tmp_path, more, how):
-    words = ["solve", "models:Slow", "--points", "100000", "--out", "o.csv", *more]
-    process = subprocess.Popen(
-        [sys.executable, "-c", MAIN, *words],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-    )  # fmt: skip
-    while not (tmp_path / "started").exists() and process.poll() is None:
-        time.sleep(0.05)
-    time.sleep(0.2)
-    os.killpg(process.pid, how)
-    out, err = process.communicate()
-    assert (process.returncode, out) == (130 if how == signal.SIGINT else -how, "")
-    assert err.startswith("pymoo-psi: interrupted; nothing is kept") == (how == signal.SIGINT)
-    assert "s.db" not in more or len(read_table("s.db")) > 1
     assert not [name for name in os.listdir() if name.endswith((".csv", ".tmp"))]
 
 

@@ -153,20 +153,3 @@ def test_series_are_compared_by_name(tmp_path):
         model(lambda data: data.assign(t=data["t"] + 1).set_index("t")).values({"x": 0.5})
     with pytest.raises(PsiError, match="a measured series must be one of"):
         model(lambda data: data[["t", "a"]]).values({"x": 0.5})
-
-
-@pytest.mark.parametrize(
-    ("text", "match"),
-    [
-        ("t,y\n0,1,5\n1,2,7\n", "line 1 has 2 cells, most lines 3"),
-        ("t,y\n0,1\n1\n2,3\n", "line 3 has 1 cell, most lines 2"),
-        ("t,y\n0,1\n1,2 m\n2,3\n", "holds '2 m' in the column 'y'"),
-        ("t;y\n0;1.250\n1;2.500\n", "either 1250 or 1.25"),
-        ("0,1\n1,2\n", "its first line must name the columns"),
-    ],
-)
-def test_a_file_that_is_no_table_of_numbers_is_refused(tmp_path, text, match):
-    path = tmp_path / "measured.csv"
-    path.write_text(text)
-    with pytest.raises(PsiError, match=match):
-        Identification(oscillator, {"decay": path}, BOX)

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
-from pymoo.algorithms.moo.rvea import RVEA
 from pymoo.algorithms.moo.sms import SMSEMOA
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.variable import Choice, Integer, Real
 from pymoo.optimize import minimize
-from pymoo.util.ref_dirs import get_reference_directions
 
 from pymoo_psi import (
     PSI,
@@ -248,14 +246,3 @@ def test_a_model_that_fails_is_not_run_again_for_others():
         problem = wrap(Fragile())
         problem.evaluate(np.random.default_rng(1).random((40, 2)))
         assert len(runs) == len(set(runs)) > len(problem.failures) > 0
-
-
-def test_rvea_returns_no_design_that_never_ran():
-    """It takes its whole population for optimal."""
-    problem = Required(Plain(), ["width >= 0.5", "height <= 2*width"])
-    directions = get_reference_directions("das-dennis", 2, n_partitions=20)
-    result = minimize(problem, RVEA(directions, pop_size=30), ("n_gen", 10), seed=1)
-    assert len(result.pop) > len(result.opt)
-    assert np.isinf(result.pop.get("F")).any()
-    assert np.isfinite(result.F).all()
-    assert (result.X[:, 0] >= 0.5).all()
