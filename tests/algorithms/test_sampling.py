@@ -41,17 +41,6 @@ def test_engines_fill_the_box_repeatably(engine):
     assert (draw[0] <= problem.xu).all()
 
 
-def test_plain_engines_are_scipys():
-    np.testing.assert_array_equal(
-        QMCSampling("sobol", scramble=False).unit_points(16, 60),
-        qmc.Sobol(60, scramble=False).random_base2(4),
-    )
-    np.testing.assert_array_equal(
-        QMCSampling("halton", scramble=False).unit_points(13, 60),
-        qmc.Halton(60, scramble=False).random(13),
-    )
-
-
 def test_beyond_51_variables_the_points_are_scipys(tmp_path):
     """Numbered as they come: a run in two parts has the points of one, as with LPτ."""
     problem, study = get_problem("zdt1", n_var=60), tmp_path / "many.db"

@@ -139,18 +139,6 @@ def test_a_known_front_joins_the_reference():
     np.testing.assert_allclose(result.reference.optimum, [f1, 1 - np.sqrt(f1)], atol=1e-3)
 
 
-def test_designs_that_a_model_changes_are_kept_as_they_were():
-    class Spoiling(Counted):
-        def _evaluate(self, X, out, *args, **kwargs):
-            super()._evaluate(X, out)
-            X[:] = 7.0
-
-    algorithms = ["psi", "nsga2", "psi+nsga3", "surrogate"]
-    result = compare(Spoiling(), n_evaluations=64, seeds=1, algorithms=algorithms)
-    for run in result.runs:
-        np.testing.assert_array_equal((run.X**2).sum(axis=1), run.F[:, 0])
-
-
 def test_mixed_variables_are_compared_and_kept_with_their_types(tmp_path):
     class Beam(ElementwiseProblem):
         def __init__(self):

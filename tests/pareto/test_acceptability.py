@@ -1,7 +1,6 @@
 """Shares of the weights against closed forms and numerical integration, central weights, errors."""
 
 import numpy as np
-import pandas as pd
 import pytest
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection
@@ -70,13 +69,6 @@ def test_a_weighted_sum_of_three_objectives_has_polygons_of_weights():
         assert result.shares[i, 0] == pytest.approx(2 * area, abs=0.002)  # of a triangle of 1/2
 
 
-def test_unit_designs_share_the_weights_evenly():
-    for m in (2, 3, 6):
-        result = Acceptability.of(np.eye(m), p=1)
-        assert np.abs(result.shares - 1 / m)[:, : min(m, 3)].max() < 0.005
-        assert np.allclose(result.central.sum(axis=1), 1)
-
-
 def test_equal_weights_are_the_limit_of_a_small_factor():
     for p in (1, 2, np.inf):
         shares = acceptability(THREE, p=p, factor=1.0001)
@@ -97,12 +89,6 @@ def test_equal_designs_share_their_place_and_dominated_ones_have_none():
     assert np.array_equal(shares[:5], acceptability(TWO))
     assert np.array_equal(shares[5], shares[2])
     assert not shares[6].any()
-
-
-def test_directions_and_units_do_not_matter():
-    frame = pd.DataFrame({"cost": WIDE[:, 0], "gain": -WIDE[:, 1]})
-    shares = acceptability(frame, maximize=["gain"])
-    assert np.allclose(shares, acceptability(TWO), atol=1e-3)
 
 
 def test_many_designs():

@@ -280,22 +280,6 @@ def test_designs_by_name_are_copies_too():
     np.testing.assert_array_equal(table.X[:, 0].astype(float), table.F[:, 0])
 
 
-def test_options_are_the_models_own_objects():
-    """Copies of them would be others, to `is` or as keys of a dictionary."""
-    steels = [object(), object()]
-
-    class Steel(Problem):
-        def __init__(self):
-            super().__init__(vars={"steel": Choice(options=steels)}, n_obj=1)
-
-        def _evaluate(self, X, out, *args, **kwargs):
-            out["F"] = np.array([[steels.index(x.pop("steel"))] for x in X])
-
-    X = np.array([{"steel": steel} for steel in steels])
-    assert evaluate_designs(Steel(), X)["F"].tolist() == [[0.0], [1.0]]
-    assert [x["steel"] for x in X] == steels
-
-
 def test_problems_that_transform_designs_are_not_bypassed():
     """pymoo's ConstraintsAsPenalty evaluates another problem and changes its values."""
 

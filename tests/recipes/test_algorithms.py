@@ -13,11 +13,8 @@ import dill
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2, RankAndCrowdingSurvival
-from pymoo.constraints.as_obj import ConstraintsAsObjective
-from pymoo.constraints.as_penalty import ConstraintsAsPenalty
 from pymoo.core.callback import Callback
 from pymoo.core.evaluator import Evaluator
-from pymoo.core.individual import Individual
 from pymoo.core.mixed import MixedVariableGA
 from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.core.termination import NoTermination
@@ -288,18 +285,6 @@ def test_mixed_variables(make, n_obj):
     went_on = minimize(Mixed(n_obj), genetic, ("n_gen", 2), seed=1)
     assert went_on.algorithm.evaluator.n_eval == N
     assert went_on.F.min() <= result.F.min()
-
-
-def test_constraints_as_they_are_as_penalty_and_as_objective(make):
-    feasible = minimize(Plane(), make(), seed=1)
-    assert feasible.G[0] <= 0
-    assert feasible.F[0] == feasible.pop.get("F")[feasible.pop.get("CV")[:, 0] <= 0].min()
-    punished = minimize(ConstraintsAsPenalty(Plane(), penalty=100.0), make(), seed=1)
-    found = Evaluator().eval(Plane(), Individual(X=punished.X))
-    assert found.CV[0] < 0.1
-    both = minimize(ConstraintsAsObjective(Plane()), make(), seed=1).F
-    assert both.shape[1] == 2
-    assert both[:, 0].min() == 0
 
 
 # parallelization

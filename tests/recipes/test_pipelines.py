@@ -17,7 +17,6 @@ from pymoo_psi import (
     Recorded,
     Restricted,
     Robust,
-    compare,
     investigate,
     nsga3,
 )
@@ -97,10 +96,3 @@ def test_every_way_of_running_gives_one_result(make, name, way, tmp_path):
 
 
 # Comparison
-
-
-def test_all_algorithms_of_a_comparison_take_mixed_variables():
-    algorithms = ["psi", "psi+nsga3", "nsga3", "nsga2", "surrogate"]
-    options = {"n_evaluations": 32, "seeds": 1}
-    frame = compare(Mixed(), algorithms=algorithms, **options).to_frame()
-    assert frame["evaluated"].tolist() == [32] * 5
