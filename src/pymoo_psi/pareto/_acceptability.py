@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._output import Shown
-from pymoo_psi._validation import Array, Integers, Received, integer, invalid
+from pymoo_psi._validation import Array, Integers, integer, invalid
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
 from pymoo_psi.pareto._sentences import capital, percent, sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
@@ -187,9 +187,6 @@ def _weights(n: int, m: int, factor: float | None) -> Array:
     """Return ``(n, m)`` weights of sum 1, uniformly distributed; n is a power of 2."""
     if m == 1:
         return np.ones((n, 1))
-    if m - 1 > MAX_DIMENSIONS:
-        rule = f"of at most {MAX_DIMENSIONS + 1} objectives"
-        raise invalid("F", rule, Received(f"{m}"), "leave out some of them")
     low = 0.0
     high = 1.0
     if factor is not None:
@@ -240,18 +237,14 @@ def _nearest(designs: Array, weights: Array, p: float, places: int) -> Integers:
     nearest = np.empty((len(weights), places), dtype=np.int64)
     # A new array for each step would take most of the time.
     step = max(1, _AT_ONCE // len(designs))
-    memory = np.empty((3, step, len(designs)))
+    memory = np.empty((step, len(designs)))
     for start in range(0, len(weights), step):
         some = weights[start : start + step]
-        distances, term, largest = memory[:, : len(some)]
+        distances = memory[: len(some)]
         np.matmul(some, terms, out=distances)
         if np.isinf(p):
-            largest[:] = 0.0
-            for j, row in enumerate(terms):
-                np.multiply(some[:, j, None], row, out=term)
-                np.maximum(largest, term, out=largest)
             distances *= _SUM
-            distances += largest
+            distances += (some[:, None] * designs).max(axis=2)
         rows = np.arange(len(some))
         for place in range(places):
             first = distances.argmin(axis=1)

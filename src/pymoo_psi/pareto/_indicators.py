@@ -6,7 +6,7 @@ et al. 2003) and the ranks of nondominated sorting are moocore's own functions.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,7 @@ from moocore import pareto_rank as pareto_rank
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, integer
 from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
-from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
+from pymoo_psi.sequences import lp_tau
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,26 +55,14 @@ def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
         return float(moocore.hypervolume(points, ref=1.0)), 0.0
     low = points.min(axis=0)  # nothing is dominated below
     shares = []
-    for probes in _shifted_probes(m):
-        free = low + (1 - low) * probes
+    probes = lp_tau(_PROBES, m)
+    for shift in np.random.default_rng(0).random((_SHIFTS, m)):
+        free = low + (1 - low) * ((probes + shift) % 1)
         for point in points:
             free = free[~(point <= free).all(axis=1)]
         shares.append(1 - len(free) / _PROBES)
     volumes = np.array(shares) * np.prod(1 - low)
     return float(volumes.mean()), float(volumes.std(ddof=1) / np.sqrt(_SHIFTS))
-
-
-def _shifted_probes(m: int) -> Iterator[Array]:
-    """Yield the points of each shift, in the unit cube of m dimensions."""
-    rng = np.random.default_rng(0)
-    shifts = rng.random((_SHIFTS, m))
-    if m > MAX_DIMENSIONS:
-        for _ in shifts:
-            yield rng.random((_PROBES, m))
-        return
-    probes = lp_tau(_PROBES, m)
-    for shift in shifts:
-        yield (probes + shift) % 1
 
 
 def spread_subset(F: Array, size: int) -> Rows:

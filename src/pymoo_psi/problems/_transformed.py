@@ -60,10 +60,6 @@ class Transformed(WrappedProblem):
         """Return the wrapped problem's values of variables for a matrix of values here."""
         return matrix
 
-    def evaluate(self, X: Any, *args: Any, **kwargs: Any) -> Any:
-        """Evaluate designs, or one, by the wrapped problem's ``evaluate``."""
-        return self.wrapped.evaluate(self.original(X), *args, **kwargs)
-
 
 class LogScaled(Transformed):
     """Any pymoo problem, with common logarithms in place of its logarithmic variables.
