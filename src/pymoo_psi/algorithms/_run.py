@@ -81,11 +81,14 @@ class Run:
         self.executor = executor
         self.store = store
         self._repeats = repeats
-        self._points = Points.none()  # of the source, whose tests no block has returned yet
-        self._n_started = 0  # first of these: submitted, or their tests are stored
-        self._n_awaited = 0  # first of these: the next block waits for them
-        self._last_awaited = 0  # their largest number
-        self._ready: list[Block] = []  # tests of these points
+        # The queue has the points of the source, by number, whose tests no block has returned yet.
+        # The first n_started are submitted, or their tests are stored. The next block waits for
+        # the first n_awaited, whose largest number is last_awaited. Tests that are there are ready.
+        self._queue = Points.none()
+        self._n_started = 0
+        self._n_awaited = 0
+        self._last_awaited = 0
+        self._ready: list[Block] = []
         self._work: Generator[list[Block]] | None = None
         self._is_paused = False
         self._is_stopped = False
@@ -98,8 +101,8 @@ class Run:
     def n_left(self) -> int:
         """How many points are left whose tests no block has returned."""
         if self._is_stopped:
-            return len(self._points)
-        return len(self._points) + self.source.n_left
+            return len(self._queue)
+        return len(self._queue) + self.source.n_left
 
     def tests(self) -> Generator[Block]:
         """Test all points; yield blocks as they are ready, in any order, those of a study too.
@@ -124,18 +127,18 @@ class Run:
             count: How many, at most; ``None`` for all that the source has returned, or returns now.
         """
         least = count or 1
-        while len(self._points) < least:
+        while len(self._queue) < least:
             self._follow_requests()
             if self._is_stopped:
                 break
             if self._is_paused:
                 self._advance()
                 continue
-            points = self.source.ask(least - len(self._points), self._n_free)
+            points = self.source.ask(least - len(self._queue), self._n_free)
             if len(points) == 0 and not self.source.wait():
                 break
-            self._points = self._points.joined(points)
-        return self._points.at(slice(0, count))
+            self._queue = self._queue.joined(points)
+        return self._queue.at(slice(0, count))
 
     def block(self, count: int | None) -> Block:
         """Test the next points; tests are stored within a second or two.
@@ -154,7 +157,7 @@ class Run:
         self._last_awaited = last
         with stored_at_termination(self.store):
             try:
-                while self._n_ready(last) < np.count_nonzero(self._points.numbers <= last):
+                while self._n_ready(last) < np.count_nonzero(self._queue.numbers <= last):
                     self._advance()
                 if self.executor.n_pending == 0:
                     self._end_work()  # which releases the lock; workers are kept
@@ -212,8 +215,8 @@ class Run:
 
     def _forget(self, numbers: Numbers) -> None:
         """Forget points whose tests are returned."""
-        is_left = ~np.isin(self._points.numbers, numbers)  # a stop may have dropped some of them
-        self._points = self._points.at(is_left)
+        is_left = ~np.isin(self._queue.numbers, numbers)  # a stop may have dropped some of them
+        self._queue = self._queue.at(is_left)
         self._n_started -= len(numbers)
 
     def _n_ready(self, last: int) -> int:
@@ -237,7 +240,7 @@ class Run:
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
         self.store.keep(tests)
-        self._points = self._points.at(slice(len(tests), None))
+        self._queue = self._queue.at(slice(len(tests), None))
         self.source.tell(tests)
 
     def close(self) -> None:
@@ -281,8 +284,8 @@ class Run:
                     yield from self._start(recall, self._n_awaited + executor.ahead)
                 if self._is_stopped:  # points without a test are left
                     ready = [block.numbers for block in self._ready]
-                    is_ready = np.isin(self._points.numbers, np.concatenate([[], *ready]))
-                    self._points = self._points.at(is_ready)
+                    is_ready = np.isin(self._queue.numbers, np.concatenate([[], *ready]))
+                    self._queue = self._queue.at(is_ready)
             finally:
                 if executor.n_evaluated:
                     self._keep(executor.take())  # nobody waits for the blocks
@@ -320,10 +323,10 @@ class Run:
             return Points.none()
         # a source that is eager to learn from tests knows all that are there before it is asked
         is_informed = not (self.source.eager and self.executor.n_evaluated)
-        if self._n_started == len(self._points) and self.source.n_left > 0 and is_informed:
+        if self._n_started == len(self._queue) and self.source.n_left > 0 and is_informed:
             points = self.source.ask(n_new, self._n_free)
-            self._points = self._points.joined(points)
-        points = self._points.at(slice(self._n_started, self._n_started + n_new))
+            self._queue = self._queue.joined(points)
+        points = self._queue.at(slice(self._n_started, self._n_started + n_new))
         self._n_started += len(points)
         return points
 
@@ -361,8 +364,8 @@ class Run:
         numbers, values = self._repeats.learn(block.tests)
         if not numbers:
             return [block]
-        rows = np.searchsorted(self._points.numbers, numbers)
-        return [block, self._answer(self._points.at(rows), values)]
+        rows = np.searchsorted(self._queue.numbers, numbers)
+        return [block, self._answer(self._queue.at(rows), values)]
 
     def _answer(self, points: Points, values: Sequence[Values]) -> Block:
         """Store, report and return tests whose values are known without the model."""
