@@ -1,4 +1,4 @@
-"""Worker processes, each of which can be ended alone, and programs under a guard.
+"""Worker processes, each of which can be ended alone; they also run the programs of users.
 
 An executor of ``concurrent.futures`` breaks when a worker dies or hangs, or it ends the worker but
 not what the model has started in it. Here each worker has its own channel and reports every design
@@ -20,8 +20,9 @@ The guard and the retries around it would be the larger part of this file and ``
 from __future__ import annotations
 
 import atexit
-import json
+import math
 import os
+import pickle
 import shutil
 import signal
 import socket
@@ -344,25 +345,12 @@ def _cannot_load(reason: str) -> WorkerError:
     )
 
 
-# Programs of users, each under a guard of its own, which is kept for the next program and ends it
-# with this process, however that ends.
-
-_IDLE_GUARDS: list[subprocess.Popen[bytes]] = []
+# Programs of users, each run by a worker, which ends it with this process, however that ends.
 
 
-class ProgramEnd(NamedTuple):
-    """How a program ended.
-
-    Attributes:
-        code: Its exit code, the negative number of a signal, or None if it ran out of time.
-        left_processes: Whether processes that it had started ran on and were killed.
-    """
-
-    code: int | None
-    left_processes: bool = False
-
-
-def run_program(words: Sequence[str], folder: Path, timeout: float | None) -> ProgramEnd:
+def run_program(
+    words: Sequence[str], folder: Path, timeout: float | None
+) -> tuple[int | None, bool]:
     """Run a program in a folder, where its output is written to ``stdout.txt`` and ``stderr.txt``.
 
     Args:
@@ -370,69 +358,34 @@ def run_program(words: Sequence[str], folder: Path, timeout: float | None) -> Pr
         folder: The folder.
         timeout: Seconds that it may take; None for no limit.
 
+    Returns:
+        Its exit code, the negative number of a signal, or None if it ran out of time; and whether
+        processes that it had started ran on and were killed.
+
     Raises:
-        OSError: The program cannot be started.
+        OSError: The program cannot be started, or its worker was killed.
     """
     program = shutil.which(words[0]) or str(folder / words[0])
-    request = {
-        "words": [program, *words[1:]],
-        "folder": str(folder),
-        "timeout": timeout,
-        "environment": dict(os.environ),
-    }
-    guard = _guard()
-    try:
-        answer = _answer(guard, request)
-    except BaseException:  # an interrupt, too: the guard ends the program
-        _end_guard(guard)
-        raise
-    _IDLE_GUARDS.append(guard)
-    if "error" in answer:
-        raise OSError(answer["error"])
-    return ProgramEnd(**answer)
-
-
-def _guard() -> subprocess.Popen[bytes]:
-    """Return a guard that runs no program."""
-    while _IDLE_GUARDS:
-        guard = _IDLE_GUARDS.pop()
-        if guard.poll() is None:
-            return guard
-        _end_guard(guard)
-    command = [spawn.get_executable(), "-I", "-S", _worker.__file__, "programs"]
-    return subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
-    )
-
-
-def _answer(guard: Any, request: dict[str, Any]) -> dict[str, Any]:
-    guard.stdin.write(f"{json.dumps(request)}\n".encode())
-    guard.stdin.flush()
-    line = guard.stdout.readline()
-    if not line:
-        raise OSError("the guard of the program was killed")
-    answer: dict[str, Any] = json.loads(line)
-    return answer
-
-
-def _end_guard(guard: subprocess.Popen[bytes]) -> None:
-    """End a guard with the program that it runs."""
-    with guard:  # closes its pipes, which it takes for the sign to end, and waits
-        pass
+    request = [program, *words[1:]], str(folder), timeout, {**os.environ}
+    if sys.platform == "win32":
+        return _worker.run_program(request)
+    work = Work("programs", ("", b"programs"), deque([(0, request)]), None, math.inf)
+    processes = Processes(1, Setting.now(work.identity, threads=1))
+    results, failure = processes.evaluate(work, pickle.dumps(_worker.run_program))
+    processes.close()
+    if failure is not None:
+        raise failure.original or failure
+    _, end, _ = results[0]
+    if isinstance(end, LostDesign):
+        raise OSError(end.reason)
+    code, left_processes = end
+    return code, left_processes
 
 
 @atexit.register
 def _end_idle() -> None:
     _end(_IDLE[:])
-    while _IDLE_GUARDS:
-        _end_guard(_IDLE_GUARDS.pop())
-
-
-def _forget() -> None:
-    """Leave the workers and guards alone in a fork: they are its parent's."""
-    _IDLE.clear()
-    _IDLE_GUARDS.clear()
 
 
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget)
+    os.register_at_fork(after_in_child=_IDLE.clear)  # in a fork they are its parent's

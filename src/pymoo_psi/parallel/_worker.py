@@ -1,4 +1,4 @@
-"""The programs of guards: of a worker process, and of the programs of users.
+"""The program of a worker process and of its guard.
 
 The package runs this file as a script: a guard, and its child that evaluates what it is sent. The
 guard only waits for the end of its child or of the channel to the pool, and then kills the child
@@ -16,8 +16,8 @@ each design, in turn and as soon as it is done, ``("done", Result)`` or ``("lost
 A worker that has loaded a function before ends, before it loads another, if a module has changed
 that it has imported from the folders of users. It also ends when it has waited for some minutes.
 
-With the argument "programs" it is the guard of programs: it runs one after the other, as lines of
-JSON on its standard input say, and ends each with all that it has started.
+A worker also runs the programs of users, one after the other, and ends each with all that it has
+started.
 """
 
 from __future__ import annotations
@@ -85,13 +85,7 @@ def _guard() -> None:
 
 
 def _kill_at_hang_up(worker: int) -> None:
-    """Kill the worker when the pool has disconnected or is gone."""
-    _wait_for_hang_up()
-    os.killpg(worker, signal.SIGKILL)
-
-
-def _wait_for_hang_up() -> None:
-    """Wait until nothing is at the other end of the standard input.
+    """Kill the worker when the pool has disconnected or is gone.
 
     A fork of the parent may hold the pipe open; therefore the parent's number is checked.
     """
@@ -100,15 +94,15 @@ def _wait_for_hang_up() -> None:
     poller.register(0, 0)  # a hang-up of the standard input is always reported, messages are not
     while not poller.poll(1000) and os.getppid() == parent:
         pass
+    os.killpg(worker, signal.SIGKILL)
 
 
 def _kill_descendants(group: int) -> None:
-    """Kill a process group, if one is given, and all children, on Linux orphans below them too."""
+    """Kill a process group and all children, on Linux orphans below them too."""
     guard = os.getpid()
     while True:
-        if group:
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(group, signal.SIGKILL)
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(group, signal.SIGKILL)
         with contextlib.suppress(OSError), open(f"/proc/{guard}/task/{guard}/children") as file:
             for pid in file.read().split():
                 os.kill(int(pid), signal.SIGKILL)
@@ -128,49 +122,41 @@ def _prctl(option: int, value: int) -> None:
 _GRACE = 1.0  # seconds in which processes may end that a program has started
 
 
-def run_programs() -> None:
-    """Run the programs that the lines of the standard input name; answer each with a line."""
-    import json
+def run_program(request: tuple[list[str], str, float | None, dict[str, str]]) -> tuple[Any, bool]:
+    """Run a program in a worker process, and kill all that it has started.
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _prctl(_PR_SET_CHILD_SUBREAPER, 1)
-    if hasattr(select, "poll"):
-        threading.Thread(target=_end_at_hang_up, daemon=True).start()
-    for line in sys.stdin.buffer:
-        print(json.dumps(_run_one(**json.loads(line))), flush=True)
+    Args:
+        request: Its words, its folder, the seconds that it may take, and its environment.
 
-
-def _run_one(
-    words: list[str], folder: str, timeout: float | None, environment: dict[str, str]
-) -> dict[str, Any]:
-    """Run a program; return how it ended, and whether processes that it had started ran on."""
+    Returns:
+        Its exit code, None after a timeout; and whether processes that it had started ran on.
+    """
     import subprocess
 
+    words, folder, timeout, environment = request
+    _prctl(_PR_SET_CHILD_SUBREAPER, 1)
     out = os.path.join(folder, "stdout.txt")
     err = os.path.join(folder, "stderr.txt")
-    try:
-        with open(out, "wb") as stdout, open(err, "wb") as stderr:
-            process = subprocess.Popen(
-                words,
-                cwd=folder,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                stdout=stdout,
-                stderr=stderr,
-                start_new_session=True,
-            )
-    except (OSError, ValueError) as error:
-        return {"error": str(error)}
+    with open(out, "wb") as stdout, open(err, "wb") as stderr:
+        process = subprocess.Popen(
+            words,
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=stdout,
+            stderr=stderr,
+            start_new_session=True,
+        )
     code = None
     with contextlib.suppress(subprocess.TimeoutExpired):
         code = process.wait(timeout)
     if not hasattr(os, "killpg"):
         process.kill()
-        return {"code": code}
+        return code, False
     left_processes = code is not None and _is_running(process.pid)
     _kill_descendants(process.pid)
     process.wait()
-    return {"code": code, "left_processes": left_processes}
+    return code, left_processes
 
 
 def _is_running(group: int) -> bool:
@@ -188,12 +174,6 @@ def _is_running(group: int) -> bool:
         if pid == 0:
             sleep(0.005)
     return True
-
-
-def _end_at_hang_up() -> None:
-    _wait_for_hang_up()
-    _kill_descendants(0)
-    os._exit(1)
 
 
 def _is_past(end: float, left: int) -> bool:
@@ -287,7 +267,4 @@ def _serve(channel: Any) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["programs"]:
-        run_programs()
-    else:
-        main()
+    main()
