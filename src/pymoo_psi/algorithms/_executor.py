@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pymoo.core.problem import LoopedElementwiseEvaluation
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Designs, Entries, Mask, Numbers, Values, invalid, mapping
@@ -26,7 +27,6 @@ from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.parallel import (
     Runner,
     Waiting,
-    worker_count,
 )
 from pymoo_psi.problems import (
     Seeded,
@@ -66,10 +66,11 @@ _SECONDS = 1.0
 # The same for a runner that is not ours: its workers wait for the slowest design of each piece.
 _SECONDS_OF_OTHERS = 10.0
 # Designs in the first piece: enough to measure the cost of one, and few enough that a model
-# of seconds a design loses minutes only.
+# of seconds a design loses minutes only. As many keep workers busy of a
+# runner that is not ours.
 _SMALLEST = 64
-# 65 536 designs fill NumPy's loops and take some megabytes; 64 let a progress bar move.
-_LARGEST, _LARGEST_ELEMENTWISE = 65_536, 64
+# 65 536 designs fill NumPy's loops and take some megabytes; 512 let a progress bar move.
+_LARGEST, _LARGEST_ELEMENTWISE = 65_536, 512
 # Pieces for each worker, at least, so that the last ones end at about the same time.
 _PIECES = 8
 # Pieces for each worker that are under way, wait for it, or are done and wait to be read.
@@ -547,9 +548,10 @@ def executor_of(
     smallest = _SMALLEST
     seconds = _SECONDS
     if model.problem.elementwise:
-        smallest = worker_count(model.problem.elementwise_runner)
-        largest = max(_LARGEST_ELEMENTWISE, _NEAR * smallest)
-        if smallest > 1:
+        largest = _LARGEST_ELEMENTWISE
+        if isinstance(model.problem.elementwise_runner, LoopedElementwiseEvaluation):
+            smallest = 1
+        else:
             seconds = _SECONDS_OF_OTHERS
     elif runner is not None and runner.n_workers != 1:
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))

@@ -20,7 +20,7 @@ Both send tasks by one engine, to guarded processes of this machine or of the wo
 executor.
 
 Other subpackages also use :class:`Runner`, which both are, :func:`in_parallel` for tasks,
-:func:`worker_count`, :func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
+:func:`progress_bar`, :func:`evaluate_here`, :func:`one_line`,
 :func:`same_folder` and the types ``Result``, ``Values`` and ``Waiting``.
 """
 

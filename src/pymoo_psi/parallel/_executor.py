@@ -31,7 +31,7 @@ import cloudpickle
 
 from pymoo_psi import __version__
 from pymoo_psi._validation import Received, integer, invalid, wrong_type
-from pymoo_psi.errors import EvaluationError, PsiError, WorkerError
+from pymoo_psi.errors import PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
     CHUNK,
     MOMENTS,
@@ -45,7 +45,7 @@ from pymoo_psi.parallel._evaluation import (
     sendable,
 )
 from pymoo_psi.parallel._pool import Answer, LostDesign, Processes, Setting, Work
-from pymoo_psi.parallel._runner import Runner, active_workers
+from pymoo_psi.parallel._runner import Runner
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
 _VERSIONS = (f"pymoo-psi {__version__}", f"Python {'.'.join(platform.python_version_tuple()[:2])}")
@@ -414,20 +414,11 @@ def evaluate(
         processes = Processes(1, Setting.now(work.identity, threads=1))
         results, failure = processes.evaluate(work, pickled)
     else:
-        results, failure = _evaluated_here(work, cloudpickle.loads(pickled))
+        results = [*evaluate_here(cloudpickle.loads(pickled), work.designs, moment=0.0)]
+        failure = None
     if failure is not None:
         failure = sendable(failure)
     return _VERSIONS, cloudpickle.dumps((results, failure))
-
-
-def _evaluated_here(work: Work, function: Function) -> Answer:
-    results: list[Result] = []
-    try:
-        for result in evaluate_here(function, work.designs, moment=0.0):
-            results.append(result)
-    except EvaluationError as error:
-        return results, error
-    return results, None
 
 
 # Engines
@@ -435,31 +426,11 @@ def _evaluated_here(work: Work, function: Function) -> Answer:
 
 def _count_in(engine: Any) -> Callable[[], int] | None:
     """Return a function that returns how many tasks an engine runs at the same time, if known."""
-    if hasattr(engine, "nthreads"):  # a client of Dask
-        engine = DaskExecutor(engine)
     # of clusters and MPI, executorlib, Python's executors and Python's pools
     for name in ("num_workers", "max_workers", "_max_workers", "_processes"):
         if isinstance(getattr(engine, name, None), int):
             return partial(getattr, engine, name)
     return None
-
-
-def worker_count(runner: Any) -> int:
-    """Return how many designs a runner of this package or of pymoo evaluates at the same time."""
-    from pymoo.core.problem import LoopedElementwiseEvaluation  # which a worker need not import
-
-    if isinstance(runner, LoopedElementwiseEvaluation):
-        return 1
-    if isinstance(runner, Runner):
-        return max(1, runner.n_workers)
-    starmap = getattr(runner, "starmap", None)
-    engine = getattr(runner, "client", getattr(starmap, "__self__", None))
-    if hasattr(runner, "ray"):
-        engine = RayExecutor()
-    count = _count_in(engine)
-    if count is None:
-        return active_workers(getattr(runner, "n_jobs", -1))
-    return max(1, count())
 
 
 class DaskExecutor(Executor):
