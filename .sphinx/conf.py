@@ -1,5 +1,7 @@
 """The settings of the documentation: ``sphinx-build -c .sphinx src/pymoo_psi/guide site``."""
 
+import re
+
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
 from pygments.lexers.special import TextLexer
@@ -9,7 +11,8 @@ import pymoo_psi
 project = "pymoo-psi"
 author = "The pymoo-psi developers"
 version = release = pymoo_psi.__version__
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click", "sphinx_copybutton"]
+copybutton_exclude = ".gp, .go"  # prompts and what is printed
 
 # Guides are Markdown; the code of notebooks and of the gallery runs in the build.
 myst_enable_extensions = ["deflist", "dollarmath"]
@@ -30,6 +33,8 @@ napoleon_use_ivar = True
 napoleon_use_rtype = False
 
 html_theme = "pydata_sphinx_theme"
+html_static_path = ["style.css"]
+html_css_files = ["style.css"]
 html_sidebars = {"index": [], "method": []}
 html_title = "pymoo-psi"
 html_theme_options = {
@@ -65,6 +70,12 @@ def find_by_last_part(app, env, node, text):
     )
 
 
+def name_files(app, name, source):
+    """Set the name of a file, which guides have as a comment, as the caption of its block."""
+    named = r"^<!-- (\S+) -->\n```(\w+)$"
+    source[0] = re.sub(named, r"```{code-block} \2\n:caption: \1\n", source[0], flags=re.M)
+
+
 def set_as_code(app, context, lines):
     """Set the examples of a command as code."""
     heading, *examples = [line.removeprefix("| ") for line in lines if line.startswith("| ")]
@@ -77,4 +88,5 @@ def setup(app):
     app.add_html_math_renderer("mathml", (add_formula, None), (add_formula, None))
     app.add_lexer("csv", TextLexer)
     app.connect("missing-reference", find_by_last_part)
+    app.connect("source-read", name_files)
     app.connect("sphinx-click-process-epilog", set_as_code)

@@ -65,7 +65,7 @@ _FORMULATION = [
     _names("maximize", "A,…", "Objectives to maximize."),
     _names("limits", '"A<=2.5,T=yes"', "Limits in quotes: A<=2.5, 1<=X<=2, T=yes, T in a, b."),
     _names("compute", '"NAME=A/B"', "Add a column computed from others."),
-    _file("decision", "FILE.json", "Read these options from a decision saved on the page."),
+    _file("decision", "FILE.json", "Read objectives, limits and choice from a decision saved on the page."),
     _flag("no-normalize", text="Measure distances in original units."),
 ]
 # How a source is read: the roles of its columns and the format of its numbers.
@@ -77,7 +77,7 @@ _READING = [
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
     _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units."),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
-    _option("repeats", "LABEL", "Column whose equal values mark tests of one design."),
+    _option("repeats", "LABEL", "Column that identifies designs; rows with the same value are repeated tests."),
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
     *_FORMULATION,
 ]
@@ -90,7 +90,7 @@ _OF_PROBLEM = [
     _file("study", "FILE.db", "Keep every test here; a later run continues it."),
     _option("study-key", "K", "Version of the model; a study rejects a changed one."),
     _file("from", "FILE", "First add the tests in FILE (.csv, .json, .xlsx, .db) to the study."),
-    _names("from-names", "X=A,…", "Column A of --from holds X of the problem."),
+    _names("from-names", "X=A,…", "Column A of the --from FILE holds X of the problem."),
 ]
 _JOBS = _option("jobs", "N", "Number of processes; -1 uses all cores.", type=int, default=1)
 _TITLE = _option("title", "TEXT", "Title [the file's name].")
@@ -131,7 +131,7 @@ def _cite(ctx: click.Context, _: click.Parameter, is_given: bool) -> None:
     help="Show how to cite, in BibTeX.",
 )
 def app() -> None:
-    """Parameter Space Investigation and decision-making on Pareto sets, for pymoo.
+    """Choose one design when goals conflict: test designs of a model, or read a table of them.
 
     Examples:
       pymoo-psi solve chute --points 1024 --out front.csv
@@ -184,7 +184,7 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
     ),
     *_OF_PROBLEM,
     _flag("noisy", text="The model is stochastic: tests of the same design differ."),
-    _count("repeat", "K", "Tests of each design of a noisy model (psi).", default=1),
+    _count("repeat", "K", "Test each design of a noisy model K times (psi).", default=1),
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
     _flag("live", text="Watch and steer the run in the browser; see 'pymoo-psi live'."),
     _option("share", "K/N", "Test part K of N only; --study is a folder."),
@@ -226,7 +226,7 @@ def solve() -> None:
     "_solve",
     _PROBLEM,
     _option(
-        "points", "N", "Number of designs; 0: all pending ones.", type=click.IntRange(0), default=4
+        "points", "N", "Number of designs; 0 lists the pending ones again.", type=click.IntRange(0), default=4
     ),
     _file("out", "FILE", "Write the designs here (.csv, .xlsx)."),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
@@ -273,7 +273,7 @@ def tell() -> None:
     "_documents", _FILE, _file("out", "FILE", "Write all designs here (.csv, .xlsx)."), *_READING
 )
 def rank() -> None:
-    """Rank the designs of any Pareto set, the best compromise first.
+    """Rank the designs of a table, the best compromise first.
 
     Each Pareto-optimal design has a place. Place 1 is the nearest to the ideal point; equal
     distances share a place. FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of
@@ -295,7 +295,7 @@ def rank() -> None:
     *_READING,
 )
 def page() -> None:
-    """Make an interactive page for choosing a design, also offline.
+    """Make an offline page on which a group chooses a design.
 
     FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
 
@@ -334,7 +334,7 @@ def live() -> None:
     _option("design", "NAME", "Name of the chosen design [that of the decision]."),
     _file("prototype", "FILE", "Existing designs for comparison."),
     _file("out", "FILE.html", "Write the report here.", default="report.html"),
-    _flag("check", text="Check the report FILE, also against a SOURCE."),
+    _flag("check", text="Check that the report FILE holds, also for the data of SOURCE."),
     click.Argument(["source"], required=False, type=path_in),
     *_READING,
 )
