@@ -11,7 +11,13 @@ import pymoo_psi
 project = "pymoo-psi"
 author = "The pymoo-psi developers"
 version = release = pymoo_psi.__version__
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click", "sphinx_copybutton"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_click",
+    "sphinx_copybutton",
+]
 copybutton_exclude = ".gp, .go"  # prompts and what is printed
 
 # Guides are Markdown; the code of notebooks and of the gallery runs in the build.

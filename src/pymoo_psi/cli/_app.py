@@ -65,7 +65,11 @@ _FORMULATION = [
     _names("maximize", "A,…", "Objectives to maximize."),
     _names("limits", '"A<=2.5,T=yes"', "Limits in quotes: A<=2.5, 1<=X<=2, T=yes, T in a, b."),
     _names("compute", '"NAME=A/B"', "Add a column computed from others."),
-    _file("decision", "FILE.json", "Read objectives, limits and choice from a decision saved on the page."),
+    _file(
+        "decision",
+        "FILE.json",
+        "Read objectives, limits and choice from a decision saved on the page.",
+    ),
     _flag("no-normalize", text="Measure distances in original units."),
 ]
 # How a source is read: the roles of its columns and the format of its numbers.
@@ -77,7 +81,7 @@ _READING = [
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
     _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units."),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
-    _option("repeats", "LABEL", "Column that identifies designs; rows with the same value are repeated tests."),
+    _option("repeats", "LABEL", "Column that identifies designs with repeated tests."),
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
     *_FORMULATION,
 ]
@@ -226,7 +230,7 @@ def solve() -> None:
     "_solve",
     _PROBLEM,
     _option(
-        "points", "N", "Number of designs; 0 lists the pending ones again.", type=click.IntRange(0), default=4
+        "points", "N", "Number of designs; 0 lists pending ones.", type=click.IntRange(0), default=4
     ),
     _file("out", "FILE", "Write the designs here (.csv, .xlsx)."),
     _choice("algorithm", "psi|surrogate", "Search method.", "psi"),
