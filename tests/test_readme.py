@@ -138,8 +138,10 @@ def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch):
     page.touch()
     assert main(["guide", "board", "--open"]) == 0
     assert opened == [page.as_uri()]
-    monkeypatch.setattr(guide, "guides", lambda: {"noise": ""})
-    monkeypatch.setattr(guide, "__file__", str(tmp_path / "src/pymoo_psi/guide/__init__.py"))
+    checkout = tmp_path / "src/pymoo_psi/guide"
+    checkout.mkdir(parents=True)
+    (checkout / "noise.md").touch()
+    monkeypatch.setattr(guide, "__file__", str(checkout / "__init__.py"))
     assert main(["guide", "noise", "--open"]) == 2
     assert "neither this folder nor a checkout has" in capsys.readouterr().err
 
