@@ -17,13 +17,13 @@ units of sqrt(L / g). There are two models, and every result states its model:
 
 The models differ in the slip at the start. While the sphere slips, friction brakes it harder than
 in rolling, the moving floor spins it and presses it against the guide-wall, and energy turns into
-heat: in the printed design for μ = 0.2 over almost a third of the way, for μ = 0.6 over a
-twentieth. ``rolling`` skips this by a spin that the sphere does not have. Friction and floor speed
-then have no effect on the motion (μ only bounds the slope, which is why two printed optima agree in
-f1 to f3), f2 is not the work of any force, and the times are too short: under ``full`` the printed
-designs take 10 to 14 % longer. The optimum under ``full`` compensates for the slip by a slope half
-to two thirds steeper. For a design, trust ``full``; ``rolling`` is there to check the printed
-tables.
+heat. In the printed designs it slips over almost a third of the way for μ = 0.2, and over a
+twentieth for μ = 0.6. ``rolling`` starts with a spin that the sphere does not have. Friction and
+floor speed then have no effect on the motion; μ only bounds the slope, so that two printed optima
+agree in f1 to f3. f2 is not the work of any force, and the times are too short: under ``full`` the
+printed designs take 10 to 14 % longer. The optimum under ``full`` compensates for the slip by a
+slope half to two thirds steeper. For a design, trust ``full``; ``rolling`` is there to check the
+printed tables.
 
 The motion is solved, not integrated: in a logarithmic time the slip velocity has a closed form, and
 two quadratures remain, accurate to 1e-12. :func:`motion` computes some two million designs a second

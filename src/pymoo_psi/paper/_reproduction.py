@@ -153,7 +153,7 @@ class Reproduction:
         return table
 
     def table_6_2(self) -> pd.DataFrame:
-        """Return the designs of rank 5 with f4 below the optimum's.
+        """Return the designs whose rank of efficiency is 5, with f4 below the optimum's.
 
         A printed row is joined to the same test point of the same μ; elsewhere the columns
         ``paper_f1`` … ``paper_f4`` are empty.

@@ -132,8 +132,8 @@ class Runner:
 
         Those of a single worker, unless others may join, are done in this process.
 
-        Close early to stop the workers: what the collector of garbage does, it does at any time and
-        in any thread.
+        Close the iterator early to stop the workers; the garbage collector would do so at any time
+        and in any thread.
 
         Args:
             function: What to do with a task; it is sent to a worker once.
@@ -173,7 +173,7 @@ class JoblibRunner(Runner):
     of the cluster.
 
     If a worker process dies or runs out of time, at most one design fails; another worker evaluates
-    the rest. A design whose process died is tried once more before it fails. PSI and
+    the rest. A design whose process died is tried once more before it counts as failed. PSI and
     :class:`~pymoo_psi.FailureTolerant` record the reason; other problems stop with an
     :class:`~pymoo_psi.errors.EvaluationError`. On Windows the workers are those of joblib's loky,
     which end together if one dies, and there is no time limit.

@@ -196,7 +196,7 @@ class Program:
         template: Folder that is copied for each design; the command runs in the copy.
         files: Files of it in which ``{width}`` or ``{width:.6g}`` is replaced by a value.
         timeout: Seconds after which a design fails; None for no limit.
-        keep: Which folders are kept: those of designs that ``"failed"``, ``"all"``, or ``"none"``.
+        keep: Which folders are kept: ``"failed"``, those of failed designs; ``"all"``; ``"none"``.
         folder: Folder in which the folders of the designs are made.
     """
 
@@ -311,7 +311,7 @@ class ProgramProblem(NamedProblem):
         name: Name of the problem.
         key: Version of the model, part of the study's key.
         noisy: Whether two runs of a design differ. This is also implied by ``{seed}`` in the
-            command or in files, which is replaced by an integer, another one for each test.
+            command or in files, which is replaced by an integer that differs between tests.
         base: Folder from which relative paths start.
         **kwargs: pymoo's own, such as ``elementwise_runner``.
 

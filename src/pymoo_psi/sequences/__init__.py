@@ -1,8 +1,8 @@
 """Uniformly distributed sequences: Sobol's LPτ test points.
 
 Example:
-    The points are in natural order, numbered from 1 (the origin). There are up to 51 dimensions;
-    any number of points may begin at any point. ``scipy.stats.qmc.Sobol`` orders its points by Gray
+    The points are in natural order, numbered from 1 (the origin), in up to 51 dimensions. Any
+    number of points may start at any number. ``scipy.stats.qmc.Sobol`` orders its points by Gray
     code and, from dimension 3 on, has other points.
 
     >>> from pymoo_psi import lp_tau

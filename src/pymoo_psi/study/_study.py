@@ -73,10 +73,10 @@ _WRITE = "BEGIN IMMEDIATE"
 class Study:
     """A study file, given by its name; it can be copied, pickled and shared by threads.
 
-    The tests of a block are committed together, or none of them. They stay, whatever happens to
-    the process later. Reading changes nothing and waits for a commit at most.
+    The tests of a block are committed together or not at all. Committed tests survive the end of
+    the process. Reading changes nothing and at most waits for a commit.
 
-    A study stores no table objects but their heads, as JSON, and their columns.
+    A study stores the columns of tables, and their heads as JSON.
 
     Attributes:
         path: The absolute path of the file.
@@ -101,8 +101,8 @@ class Study:
         Args:
             head: ``variables``, ``objectives``, ``inequalities``, ``equalities``: names;
                 ``kinds``: "real", "integer", "binary" or "choice" for each variable; ``problem``,
-                which identifies the model; and what else says how tests are asked, such as limits.
-                It takes the place of the head that the study has. Outputs are added by the tests.
+                which identifies the model; and what else the formulation needs, such as limits.
+                It replaces the head that the study has. Outputs are added by the tests.
             points: What determines the points of the run; by default the bounds in the head.
             share: For a share of an investigation: its part and the number of parts. Its folder is
                 made if necessary; the other studies in it must belong to the same model and points
