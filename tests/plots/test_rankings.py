@@ -47,17 +47,18 @@ def test_a_line_goes_from_the_best_to_the_worst_value_of_each_objective(ranking,
     share = (best - ranking.ideal) / (ranking.nadir - ranking.ideal)
     np.testing.assert_allclose(lines[-1].get_segments()[0][:, 1], share)
     below = [text.get_text().split("\n") for text in ax.get_xticklabels()]
-    for name, (label, low, high) in zip(["c0 [kg]", "c1 (max)", "c2"], below, strict=True):
-        j = int(name[1])
-        assert (label, low) == (name, f"best {number(ranking.ideal[j])}")
-        assert high == f"worst {number(ranking.nadir[j])}"
+    above = [text.get_text() for text in ax.child_axes[0].get_xticklabels()]
+    for j, name in enumerate(["c0 [kg]", "c1 (max)", "c2"]):
+        assert below[j] == [number(ranking.ideal[j]), name]
+        assert above[j] == number(ranking.nadir[j])
 
 
 def test_one_value_far_from_all_others_does_not_flatten_the_axes():
     costs = [1200, 1350, 2100, 2250, 1800, 1500, 1290, 1990, 45000]
     frame = pd.DataFrame({"cost": costs, "mass": [9, 8, 4, 3, 5, 7, 8.5, 4.5, 2]})
     (lines,) = shown(plot_ranking(rank_of_efficiency(frame)))
-    assert lines.get_xticklabels()[0].get_text().endswith(f"worst {number(45000)}")  # as ranked
+    above = lines.child_axes[0].get_xticklabels()
+    assert above[0].get_text() == number(45000)  # as ranked
     table = TestTable.of(range(1, 10), np.ones((9, 1)), frame.to_numpy(float))
     figure = plot_objectives(table)
     assert 2250 < shown(figure)[0].get_xlim()[1] < 5000

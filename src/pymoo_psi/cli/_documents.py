@@ -34,6 +34,7 @@ from pymoo_psi.pareto import (
     EfficiencyRanking,
     cautions,
     explain,
+    localized,
     measured_in,
     number,
     percent,
@@ -112,7 +113,7 @@ def run_rank(options: Options) -> int:
     say(*group_sentences(table))
     _say_set(path, designs, ranking)
     title = "The best compromises, by place:"
-    say_best(frame, title, ranking, out)
+    say_best(frame, title, table, out)
     say(*table.switching())
     sure = confidence_sentence(table, int(ranking.salukvadze[0]))
     if sure:
@@ -144,21 +145,30 @@ def _say_set(path: Path, designs: TestTable, ranking: EfficiencyRanking) -> None
 def say_best(
     frame: pd.DataFrame,
     title: str,
-    ranking: EfficiencyRanking,
+    table: TestTable,
     out: Path | None,
 ) -> None:
     """Print reasons against relying on the ranking, the best designs, and why the optimum is one.
 
+    Numbers are rounded as on the page.
+
     Args:
         frame: The frame of :func:`designs_frame`.
         title: Heading of the table.
-        ranking: The ranking.
+        table: The tests.
         out: The file to which the frame was written, if it was.
     """
+    from pymoo_psi.page import notations, written
+
+    ranking = table.feasible_ranking()
     reasons = [str(caution) for caution in cautions(ranking)]
     for reason in reasons:
         say(f"Attention: {reason}")
     best = frame.head(_N_PRINTED).round({"mu1": 4}).rename(columns={"efficiency_rank": "eff_rank"})
+    for column, notation in notations(table).items():
+        if column in best:
+            best[column] = [written(notation, value) for value in best[column]]
+    best = best.rename(columns=table.layout.label_of)
     # Place and number lead each part of a wide table, as dominated designs have no place.
     place = best.pop("place").astype("string").fillna("").str.ljust(len("place  "))
     name = best.columns[0]
@@ -394,7 +404,7 @@ def _sections(table: TestTable) -> pd.DataFrame:
     title = "Sections through the design: predicted objectives while one variable changes"
     _print_by_variable(texts, lines["variable"].unique().tolist(), title)
     errors = lines.groupby("column", sort=False)["error"].first()
-    errors_by_name = ", ".join(f"{column} {error:.2g}" for column, error in errors.items())
+    errors_by_name = ", ".join(f"{column} {number(error, 2)}" for column, error in errors.items())
     say(f"Errors of prediction, in standard deviations of the tests: {errors_by_name}.")
     return lines
 
@@ -423,7 +433,8 @@ def _expectation(expected: Prospects) -> str:
     """Return a sentence on what surrogates expect of further tests."""
     more = f"{expected.n_tests} more tests"
     if isnan(expected.gain):
-        return f"With probability {expected.found:.2f}, one of {more} or several keep all limits."
+        found = number(expected.found, 2)
+        return f"With probability {found}, one of {more} or several keep all limits."
     more = f"{more} to enlarge the hypervolume by {percent(expected.gain)}"
     if expected.gain < _LITTLE_GAIN:
         return f"Little is to be gained any more: surrogates expect {more}."
@@ -468,7 +479,7 @@ def _further_tests(path: Path, table: TestTable, asking: Names = ()) -> FurtherT
 def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str) -> None:
     """Print texts by column and variable as a table with a row for each of some variables."""
     columns = texts.index.unique("column").tolist()
-    rows = texts.unstack("column").reindex(variables)[columns]
+    rows = texts.map(localized).unstack("column").reindex(variables)[columns]
     print_frame(rows.rename_axis("variable").reset_index().head(_N_PRINTED), title)
     if len(rows) > _N_PRINTED:
         say(f"({len(rows) - _N_PRINTED} variables not shown)")

@@ -160,8 +160,7 @@ def _say_best(problem: Problem, options: Options, search: Search, out: Path | No
     size = counted(len(frame), "Pareto-optimal design")
     name = problem_name(problem)
     title = f"{name} by {options.algorithm}: {size}, {search.counts}, by place"
-    labelled = frame.rename(columns=designs.layout.label_of)
-    say_best(labelled, title, ranking, options.out)
+    say_best(frame, title, search.table, options.out)
     sure = confidence_sentence(search.table, int(ranking.salukvadze[0]))
     if sure:
         say(sure)

@@ -17,7 +17,7 @@ from click.core import ParameterSource
 from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid, known_name
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
-from pymoo_psi.pareto import RANKING_NAMES, number
+from pymoo_psi.pareto import RANKING_NAMES, decimal_mark, number
 from pymoo_psi.table import Formulation, TestTable, entries_of, limits_of, read_table
 
 
@@ -103,6 +103,8 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         sheet=options.sheet,
     )
     require_free_names(table.layout.columns)
+    # All that the command says of it is written as in the source.
+    click.get_current_context().with_resource(decimal_mark(table.decimal))
     return table
 
 

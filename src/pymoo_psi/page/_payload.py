@@ -212,9 +212,11 @@ def notations(table: TestTable) -> dict[str, Notation]:
     """Return by name how the numbers of a column are written on the page and in the report.
 
     Args:
-        table: Designs, one or more, without limits.
+        table: Tests, one or more of them feasible.
     """
-    columns = _columns([table], nondominated(table.F))
+    designs = table.under(limits={})
+    designs = designs.rows(designs.feasible())
+    columns = _columns([designs], nondominated(designs.F))
     return {column["name"]: column["notation"] for column in columns if "notation" in column}
 
 

@@ -19,7 +19,15 @@ import numpy as np
 from pymoo_psi._validation import Array, Rows, collection, counted, integer, invalid
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, ranking_from, with_units
-from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence, wrapped
+from pymoo_psi.pareto._sentences import (
+    capital,
+    decimal_mark,
+    listed,
+    number,
+    percent,
+    sentence,
+    wrapped,
+)
 
 # Shares and distances closer than this, relatively, are equal: far above rounding, so that designs
 # that lie symmetrically tie, and far below any difference that counts.
@@ -139,6 +147,7 @@ class Explanation:
             somewhere better; -1 if the design is Pareto optimal itself.
         switching: Of the optimum of a test table, until which limits and values it stays so, as
             sentences (``TestTable.switching``).
+        decimal: The decimal mark of the table, "" without one.
 
     Example:
         >>> why = explain([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], 1)
@@ -154,6 +163,7 @@ class Explanation:
     steps: DesignComparison
     dominated_by: int
     switching: tuple[str, ...] = ()
+    decimal: str = ""
 
     def __repr__(self) -> str:
         """Return :attr:`sentences` and :attr:`switching`, wrapped at 80 columns."""
@@ -194,8 +204,9 @@ class Explanation:
         """
         # By share, and NaN, which compares with nothing, first.
         order = np.lexsort((-np.round(np.nan_to_num(self.shares) / _TIE), ~np.isnan(self.shares)))
-        distances = self._distances(order[self.behind[order] > 0])
-        return (self._standing(), distances, *self._step_sentences(order))
+        with decimal_mark(self.decimal):
+            distances = self._distances(order[self.behind[order] > 0])
+            return (self._standing(), distances, *self._step_sentences(order))
 
     def _standing(self) -> str:
         """Return what the design is among the others."""
@@ -343,9 +354,14 @@ def explain(
     steps = _compared(ranking, [row, *others])
     shares = _shares(behind, lengths)
     switching = ()
-    if is_table(F) and row in ranking.salukvadze:
-        switching = tuple(F.switching())
-    return Explanation(ranking, row, behind, shares, neighbours, steps, dominated_by, switching)
+    decimal = ""
+    if is_table(F):
+        decimal = F.decimal
+        if row in ranking.salukvadze:
+            switching = tuple(F.switching())
+    return Explanation(
+        ranking, row, behind, shares, neighbours, steps, dominated_by, switching, decimal
+    )
 
 
 def compare_designs(

@@ -48,8 +48,8 @@ def listed(names: Sequence[Any], word: str = "and") -> str:
 
 @contextmanager
 def decimal_mark(mark: str) -> Iterator[None]:
-    """Write numbers with a decimal mark, that of their source, for the while."""
-    before = _MARK.set(mark)
+    """Write numbers with a decimal mark, that of their source; "" leaves that in force."""
+    before = _MARK.set(mark or _MARK.get())
     try:
         yield
     finally:

@@ -68,7 +68,7 @@ MATRIX = 6  # variables, or objectives, beside which the text on the axes is sti
 _MANY = 60  # lines from here on those of a group are thin
 _MOST = 500  # lines of a group; more would be one grey area, and are drawn as a density
 _CELLS = (60, 220)  # of a density, between two axes and from bottom to top
-_LETTERS = 100  # of text over the width of a figure, in the size of ticks
+_LETTERS = 66  # of ticks over the width of a column of a journal
 
 _PANELS = 3  # side by side
 # Indicators with their labels.
@@ -282,11 +282,11 @@ def plot_objectives(
         from pymoo_psi.selection import CompromiseProgramming
 
         ranking = table.feasible_ranking()
-        rows = {}
+        names_by_row: dict[int, list[str]] = {}
         for name, weights in people.items():
             best = CompromiseProgramming(weights=weights).do(ranking)[0]
-            rows[name] = int(ranking.rows[best])
-        points = replace(points, people=rows)
+            names_by_row.setdefault(int(ranking.rows[best]), []).append(name)
+        points = replace(points, people=names_by_row)
     n = len(names) - 1
     with new_figure(28.0 + n * row_height(n)) as figure:
         for ax, first, second in _planes(figure, n):
@@ -342,14 +342,12 @@ def plot_ranking(
     low = minimized[ranking.pareto].min(axis=0)
     high = minimized[ranking.pareto].max(axis=0)
     shares = (minimized - low) / unit_lengths(low, high)
-    labels = []
-    ends = zip(objectives.original(low).tolist(), objectives.original(high).tolist(), strict=True)
-    for name, (best, worst) in zip(objectives.headings(), ends, strict=True):
-        labels.append(f"{literal(name, 30)}\nbest {number(best)}\nworst {number(worst)}")
-    n = len(labels)
-    longest = max(len(line) for label in labels for line in label.split("\n"))
+    best = [number(value) for value in objectives.original(low).tolist()]
+    worst = [number(value) for value in objectives.original(high).tolist()]
+    names = [literal(name, 30) for name in objectives.headings()]
+    n = len(names)
     rotation = 0
-    if (longest + 2) * n > _LETTERS:
+    if len("".join(names)) + 2 * n > _LETTERS:
         rotation = 90
     height = 60.0
     if n > MATRIX:
@@ -364,7 +362,8 @@ def plot_ranking(
                 density = f"{counted(len(own), 'line')} are a density, the darker the more."
             else:
                 ax.add_collection(_lines(own, group))
-            legend.append(Line2D([], [], **group.style(name)))
+            label = f"{name} ({len(own)})"
+            legend.append(Line2D([], [], color=group.marker.colour, label=label))
         named = [int(ranking.salukvadze[0])]
         if row is not None and row not in ranking.salukvadze:
             style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
@@ -373,13 +372,15 @@ def plot_ranking(
         _name_ends(ax, {ranking.name_of(one): shares[one, -1] for one in named})
         ax.set(xlim=(-0.4, n - 0.9), ylim=(-0.05, 1.05))
         ax.set_ylabel("share of the range (0 is best)")
-        ax.set_xticks(np.arange(n), labels, rotation=rotation)
-        legend_of(figure, [ax], *legend, fontsize=8)
+        ends = [f"{value}\n{name}" for value, name in zip(best, names, strict=True)]
+        ax.set_xticks(np.arange(n), ends, rotation=rotation)
+        ax.secondary_xaxis("top").set_xticks(np.arange(n), worst)
+        legend_of(figure, [ax], *legend)
         optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
         figure.describe(
             title,
             f"{optimal} of {len(ranking.place)}.",
-            "Each is a line from the best values in the Pareto set, at the bottom, to the worst.",
+            "Each is a line. The best values are at the bottom, the worst on top.",
             density,
         )
     return figure

@@ -199,6 +199,8 @@ def _draw_criterion(
     space.view_init(elev=28, azim=-70)
     space.set_box_aspect((1.5, 1.2, 0.9), zoom=1.15)
     space.set(xlabel="$u_1$", ylabel="$u_2$")
+    space.tick_params(pad=-3)
+    space.xaxis.labelpad = space.yaxis.labelpad = -8
 
     filled = plane.contourf(u1, u2, values, levels, **colours)
     plane.contour(u1, u2, values, levels, colors="white", linewidths=0.5)
@@ -348,11 +350,12 @@ def _functions_figure(case: Case, n: int) -> Drawing:
     """
     functions = salukvadze_functions(case.mu, case.model, n)
     speed = ChuteParameters(mu=case.mu).c
-    with panels(len(_FUNCTIONS), 2, head=6.0, height=70.0) as (figure, axes):
+    with panels(len(_FUNCTIONS), 2, head=16.0, height=70.0) as (figure, axes):
+        styles = curves()
         for ax, labels in zip(axes, _FUNCTIONS, strict=True):
-            _draw_functions(ax, functions, labels)
+            _draw_functions(ax, functions, labels, styles)
             ax.axvline(speed, label=f"$c$ = {speed:g}", **_TRANSITION)
-            ax.legend(fontsize=7)
+        legend_of(figure, axes, ncols=3)
         ranges = []
         for name in ("f2", "f4", "f3"):
             symbol = _symbol(_FUNCTIONS[1][name])
@@ -368,10 +371,12 @@ def _functions_figure(case: Case, n: int) -> Drawing:
     return figure
 
 
-def _draw_functions(ax: Axes, functions: pd.DataFrame, labels: dict[str, str]) -> None:
-    """Draw columns of a frame against the initial speed."""
-    for (name, label), style in zip(labels.items(), curves(), strict=False):
-        style = style | {"marker": ""}
+def _draw_functions(
+    ax: Axes, functions: pd.DataFrame, labels: dict[str, str], styles: Iterator[Style]
+) -> None:
+    """Draw columns of a frame against the initial speed, each in the next style."""
+    for name, label in labels.items():
+        style = next(styles) | {"marker": ""}
         # One test point is the optimum for several speeds, which gives steps.
         ax.step(functions["c"], functions[name], label=label, where="mid", **style)
     symbols = [_symbol(label) for label in labels.values()]

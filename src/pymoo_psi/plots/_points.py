@@ -211,13 +211,13 @@ class Points:
         columns: Columns by name.
         groups: Groups of designs by name.
         chosen: Name of the design that is marked.
-        people: The row of the design that is the best for the weights of each person, by name.
+        people: The names of those by whose weights a design is the best, by its row.
     """
 
     columns: Mapping[str, Column]
     groups: Mapping[str, Group]
     chosen: str = ""
-    people: Mapping[str, int] = field(default_factory=dict)
+    people: Mapping[int, Names] = field(default_factory=dict)
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
@@ -229,9 +229,9 @@ class Points:
             axes.plot(x.places[drawn], y.places[drawn], **group.style(name))
         if not np.isnan(x.mark):
             axes.plot(x.mark, y.mark, label=self.chosen, **_CHOSEN)
-        for i, (name, row) in enumerate(self.people.items(), 1):
+        for i, (row, names) in enumerate(self.people.items(), 1):
             point = x.places[row], y.places[row]
-            label = f"{i}: {literal(name)}"
+            label = f"{i}: {literal(', '.join(names))}"
             axes.plot(*point, marker=f"${i}$", color="#D55E00", zorder=8.0, ls="none", label=label)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
@@ -294,7 +294,9 @@ def _groups(table: TestTable) -> dict[str, Group]:
     groups = {}
     if infeasible.any():
         groups["infeasible"] = Group(infeasible, _INFEASIBLE)
-    groups["feasible, dominated"] = Group(feasible & ~pareto, _DOMINATED)
+    dominated = feasible & ~pareto
+    if dominated.any():
+        groups["feasible, dominated"] = Group(dominated, _DOMINATED)
     groups[PARETO] = Group(pareto, _PARETO)
     return groups
 

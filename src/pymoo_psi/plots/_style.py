@@ -36,7 +36,6 @@ _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 _LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<")
 _HUGE = 1e300  # the length of an axis may overflow from here on; such values are penalties
-_LONG_ENTRY = 26  # letters, three of which have no room in the width of a column
 _LEAST_TEXT = 0.75  # of the size of texts; those of ticks then have 5 points, as journals demand
 _WIDTH = 180.0  # of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch of browsers
@@ -171,16 +170,9 @@ def legend_of(figure: Figure, axes: Iterable[Axes], *handles: Any, **layout: Any
         entries.update(zip(labels, drawn, strict=True))
     for handle in handles:
         entries[handle.get_label()] = handle
-    n_columns = 3
-    if max(map(len, entries), default=0) > _LONG_ENTRY:
-        n_columns = 2
-    layout = {"ncols": n_columns, "fontsize": 7} | layout
-    legend = figure.legend(
-        list(entries.values()),
-        list(entries),
-        loc="outside lower center",
-        **layout,
-    )
+    # Two columns have room in the width of a column of a journal.
+    options: Style = {"loc": "outside lower center", "ncols": 2, "fontsize": 7} | layout
+    legend = figure.legend(list(entries.values()), list(entries), **options)
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D) and 0 < handle.get_markersize() < 5:
             handle.set_markersize(5)

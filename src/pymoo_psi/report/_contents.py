@@ -113,7 +113,7 @@ class Choice:
     ) -> None:
         self.table = table
         self.prototype = prototype
-        self.notations = notations(table.under(limits={}).rows(ranking.rows))
+        self.notations = notations(table)
         self.layout = table.layout
         self.ranking = ranking
         self.reason = reason

@@ -308,7 +308,7 @@ def confidence_sentence(table: TestTable, row: int) -> str:
     """
     if not has_errors(table):
         return ""
-    frame = confidence(table, None)
+    frame = table.confidence()
     chances = frame.iloc[row]
     text = sentence(
         "confidence",

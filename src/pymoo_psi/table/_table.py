@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from itertools import compress
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +40,7 @@ from pymoo_psi.pareto import (
     Objectives,
     UtopianFrame,
     competes,
+    decimal_mark,
     explain,
     nondominated,
     ranking_of,
@@ -389,7 +391,8 @@ class TestTable(Tests, Shown):
             'Test point 2 stays proposed until f1 at most 1 (then test point 1) or f2 at most 1
             (then test point 3).'
         """
-        return switching_sentences(self)
+        with decimal_mark(self.decimal):
+            return switching_sentences(self)
 
     def sorted_by(self, objective: Key) -> TestTable:
         """Return the feasible designs ordered by an objective, the best first.
@@ -527,7 +530,13 @@ class TestTable(Tests, Shown):
             >>> table.confidence(noise={"f1": 0.1, "f2": 0.1})["best"].tolist()
             [0.0, 1.0, 0.0]
         """
+        if noise is None:
+            return self._estimated_confidence.copy()
         return confidence(self, noise)
+
+    @cached_property
+    def _estimated_confidence(self) -> pd.DataFrame:
+        return confidence(self, None)
 
     ranked = Renamed("feasible_ranking(), whose attribute rows are the rows of the table")
     chosen = Renamed("table.formulation.chosen")
