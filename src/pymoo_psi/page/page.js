@@ -381,7 +381,7 @@ const page = (() => {
     const heads = parts.map(({row, roles}, k) => {
       const name = called(row)
       const sums = [[1, "better"], [-1, "worse"]].map(([sign, word]) => `${objectives.filter(({gains}) => sign * gains[k] > 0).length} ${word}`)
-      return head("col", left.mask[row] ? icon(look(row)) : null, make("button.link.label", {onclick: () => inspect(row)}, name),
+      return head("col", make("div.named", left.mask[row] ? icon(look(row)) : null, make("button.link.label", {onclick: () => inspect(row)}, name)),
         make("div.roles", [...roles, placeText(row)].join(", ")),
         k > 0 ? make("div.roles", sums.join(", ")) : null,
         make("div.tools",
