@@ -513,11 +513,11 @@ class Database:
         if len(rows) == 0:
             return columns
         stored = rows_of(stored, stored_rows)
-        others = rows_of(columns, rows)
-        has_failed = np.asarray(stored["status"] == "failed")
-        differs = differing(stored, others)
+        given = rows_of(columns, rows)
+        differs = differing(stored, given)
+        is_replaced = differs & (stored["status"] == "failed")
         # What another run has tested meanwhile stays.
-        is_wrong = differs & ~has_failed & (stored["run"] == others["run"])
+        is_wrong = differs & ~is_replaced & (stored["run"] == given["run"])
         if is_wrong.any():
             raise invalid(
                 "block",
@@ -525,24 +525,21 @@ class Database:
                 Received(f"other values for test point {numbers[rows[is_wrong]][0]}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
-        is_replaced = differs & has_failed
-        is_changed = np.full(len(numbers), True)
-        is_changed[rows] = is_replaced
-        whole = {}
-        for name in columns | stored:
-            whole[name] = np.array(columns.get(name, np.full(len(numbers), np.nan)))
-            if name in ("run", "test_point"):
-                whole[name][rows] = stored[name]
-            elif name in stored:
-                old = stored[name]
-                new = whole[name][rows]
-                is_known = (old == old) & ~is_replaced  # NaN differs from itself
-                whole[name][rows] = np.where(is_known, old, new)
-                if name not in _NOT_VALUES:
-                    is_changed[rows] |= ~differs & ~is_known & (new == new)
-            elif name not in _NOT_VALUES:
-                is_changed[rows] |= ~differs & ~np.isnan(whole[name][rows])
-        return rows_of(whole, is_changed)
+        is_written = np.full(len(numbers), True)
+        is_written[rows] = is_replaced
+        whole = dict(columns)
+        for name in (columns.keys() | stored.keys()).difference(("origin", "seconds")):
+            old = stored.get(name, np.full(len(rows), np.nan))
+            new = columns.get(name, np.full(len(numbers), np.nan)).copy()
+            # NaN, which differs from itself, is a value that is not known.
+            is_taken = is_replaced | (~differs & (old != old) & (new[rows] == new[rows]))
+            is_written[rows] |= is_taken
+            new[rows] = np.where(is_taken, new[rows], old)
+            whole[name] = new
+        for name in ("run", "test_point"):
+            whole[name] = whole[name].copy()
+            whole[name][rows] = stored[name]
+        return rows_of(whole, is_written)
 
     def insert(self, columns: Columns) -> None:
         """Write tests; the origin and seconds of stored ones stay unless ``columns`` has others."""

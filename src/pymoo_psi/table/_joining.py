@@ -10,7 +10,6 @@ import numpy as np
 
 from pymoo_psi._validation import (
     AnyArray,
-    Array,
     Mask,
     Received,
     Rows,
@@ -18,21 +17,13 @@ from pymoo_psi._validation import (
     flat,
     invalid,
 )
-from pymoo_psi.table._layout import Layout, design_matrix, first_rows, joined_designs, joined_layout
+from pymoo_psi.table._layout import design_matrix, first_rows, joined_designs, joined_layout
 
 if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable
 
 
 _ROUNDING = 1e-9  # relative, of results that two machines have computed
-
-
-def outputs_under(layout: Layout, table: TestTable) -> Array:
-    """Return the outputs of a table in a layout that has them all; NaN for others."""
-    names = layout.outputs
-    outputs = np.full((len(table), len(names)), np.nan)
-    outputs[:, [names.index(name) for name in table.layout.outputs]] = table.outputs
-    return outputs
 
 
 def stacked(tables: Sequence[TestTable]) -> TestTable:
@@ -68,26 +59,31 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
     for table in tables:
         reasons = {**table.reasons, **reasons}  # of tests with one number, the first counts
         remarks |= dict.fromkeys(table.remarks)
+    outputs = [np.zeros((len(X), 0))]
+    for name in whole.layout.outputs:
+        outputs.append(_stacked_column(tables, name, np.nan))
+    extra = {}
+    for name in dict.fromkeys(name for table in tables for name in table.extra):
+        extra[name] = _stacked_column(tables, name, None)
     return whole._with(
         X=X,
-        outputs=np.concatenate([outputs_under(whole.layout, table) for table in tables]),
+        outputs=np.column_stack(outputs),
         reasons=reasons,
-        extra=_stacked_extra(tables),
+        extra=extra,
         remarks=tuple(remarks),
         **joined,
     )
 
 
-def _stacked_extra(tables: Sequence[TestTable]) -> dict[str, AnyArray]:
-    """Return the extra columns of all tables; cells of a table without a column are None."""
-    columns = {}
-    for name in dict.fromkeys(name for table in tables for name in table.extra):
-        parts = []
-        for table in tables:
-            none = np.full(len(table), None, dtype=object)
-            parts.append(table.extra.get(name, none))
-        columns[name] = np.concatenate(parts)
-    return columns
+def _stacked_column(tables: Sequence[TestTable], name: str, missing: float | None) -> AnyArray:
+    """Return the cells of a column of all tables."""
+    parts = []
+    for table in tables:
+        cells: AnyArray = np.full(len(table), missing)
+        if name in table.columns:
+            cells = table.column(name)
+        parts.append(cells)
+    return np.concatenate(parts)
 
 
 def require_one_formulation(tables: Sequence[TestTable]) -> None:

@@ -35,6 +35,7 @@ N_TESTS = "tests"
 NEAR_BEST = 0.05
 """Designs at most 5 % farther from the ideal point than the best one are as good as it."""
 
+_VARIABLES = "variables"
 _SURE = 0.9  # a probability that is enough
 _FEWEST = 5  # designs with noise that show how much it differs
 _N_LISTED = 3  # designs that a remark names
@@ -56,98 +57,97 @@ def error_column(objective: str) -> str:
 def averaged(table: TestTable, by: str | None) -> TestTable:
     """Return :meth:`TestTable.averaged`."""
     tested = table.tested
-    keys = design_keys(tested.X)
-    labels: list[Any] = keys
-    column = "variables"
-    if by == column and column not in tested.columns:
-        by = None
-    if by is not None:
-        labels = _labels(tested, by)
-        column = by
-    elif not tested.layout.variables:
-        raise invalid("by", "the column that names designs, as there are no variables", by)
+    layout = tested.layout
+    column, labels = _labels(tested, by)
     first, group = np.unique(first_of(labels), return_inverse=True)
     usable = (tested.status != "failed") & np.isfinite(tested.F).all(axis=1)
     counts = np.bincount(group[usable], minlength=len(first))
     if counts.max(initial=0) < 2:
-        raise invalid(
-            "repeats", "a column in which a value recurs", column, "it has none that does"
-        )
+        rule = "a column in which a value recurs"
+        raise invalid("repeats", rule, column, "it has none that does")
+    keys = design_keys(tested.X)
     for row, i in enumerate(first[group].tolist()):
         if keys[row] != keys[i]:
             rule = "a column whose equal values have equal variables"
             raise invalid("repeats", rule, Received(f"{column} {labels[row]} with different ones"))
 
-    means: dict[str, Any] = {"problem": None}  # no run continues a study of means
+    means: dict[str, Any] = {}
     for name in ("F", "G", "H", "outputs"):
-        values = getattr(tested, name)
-        means[name] = _means(values, group, usable, counts)
-        means[name][counts == 0] = values[first][counts == 0]
-    if PROPOSAL_ROUND in tested.layout.outputs:  # a design is of the round that proposed it first
-        column_of_round = tested.layout.outputs.index(PROPOSAL_ROUND)
-        means["outputs"][:, column_of_round] = tested.outputs[first, column_of_round]
-    squares = np.zeros(means["F"].shape)
-    deviations = tested.F[usable] - means["F"][group[usable]]
-    deviations[np.abs(deviations) <= _ROUNDED * np.abs(tested.F[usable])] = 0.0
-    np.add.at(squares, group[usable], deviations**2)
-    variance = np.column_stack([_variances(column, counts - 1) for column in squares.T])
-    with np.errstate(divide="ignore"):
-        errors = np.sqrt(variance / counts[:, None])
-    reasons = {}
-    is_lost = (counts == 0) & (tested.status[first] == "failed")  # others were not run
-    for number in tested.numbers[first[is_lost]].tolist():
-        reasons[number] = tested.reasons.get(number, "failed in all tests")
-    extra, varying = _common_cells(tested, first[group])
-
-    layout = tested.layout
+        means[name] = _means(getattr(tested, name), first, group, usable)
+    if PROPOSAL_ROUND in layout.outputs:  # a design is of the round that proposed it first
+        rounds = layout.outputs.index(PROPOSAL_ROUND)
+        means["outputs"][:, rounds] = tested.outputs[first, rounds]
+    errors = _standard_errors(tested.F[usable], means["F"], group[usable])
+    means["outputs"] = np.column_stack([means["outputs"], counts, errors])
     names = tuple(map(error_column, layout.objectives))
     units = dict(layout.units)
     for objective, name in zip(layout.objectives, names, strict=True):
         if objective in units:
             units[name] = units[objective]
+    reasons = {}
+    is_lost = (counts == 0) & (tested.status[first] == "failed")  # others were not run
+    for number in tested.numbers[first[is_lost]].tolist():
+        reasons[number] = tested.reasons.get(number, "failed in all tests")
+    extra, varying = _common_cells(tested, first[group])
     label = layout.label
-    if by is not None and by in extra:
-        label = by
+    if column in extra:
+        label = column
     elif label not in extra:
         label = None
-    outputs = (*layout.outputs, N_TESTS, *names)
+
     size = f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}"
     remarks = [*tested.remarks, f"{size}: rows with the same {column} are tests of one design."]
     if not usable.all():
         remarks.append(f"{counted((~usable).sum(), 'test')} have no values and do not count.")
     if varying:
         remarks.append(f"Left out, as tests of one design differ in it: {', '.join(varying)}.")
-    means["outputs"] = np.column_stack([means["outputs"], counts, errors])
+    outputs = (*layout.outputs, N_TESTS, *names)
     designs = replace(
         tested.rows(first),
         layout=replace(layout, outputs=outputs, units=units, label=label),
+        problem=None,  # no run continues a study of means
         reasons=reasons,
         extra=extra,
         remarks=tuple(remarks),
         **means,
     )
-    if table is tested:
-        return designs
-    return designs.under(table.formulation)
+    return table._asked_as_before(designs)
 
 
-def _labels(table: TestTable, by: str) -> list[Any]:
-    """Return the cells of the column that says which tests are of one design."""
+def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
+    """Return what says which tests are of one design: its name, and its n values."""
+    if by is None or (by == _VARIABLES and by not in table.columns):
+        if not table.layout.variables:
+            raise invalid("by", "the column that names designs, as there are no variables", by)
+        return _VARIABLES, design_keys(table.X)
     known_name("repeats", by, table.columns)
     cells = table.column(by)
     gaps = blank(cells)
     if gaps.any():
         row = int(gaps.argmax()) + 1
         raise invalid("repeats", "a column without gaps", Received(f"none in row {row} of {by}"))
-    return list(cells.tolist())
+    return by, list(cells.tolist())
 
 
-def _means(values: Array, group: Integers, usable: Mask, counts: Integers) -> Array:
-    """Return the means of the usable rows of each group; NaN where there are none."""
-    sums = np.zeros((len(counts), values.shape[1]))
+def _means(values: Array, first: Integers, group: Integers, usable: Mask) -> Array:
+    """Return the means of the usable rows of each group; without any, its first row."""
+    sums = np.zeros((len(first), values.shape[1]))
     np.add.at(sums, group[usable], values[usable])
+    counts = np.bincount(group[usable], minlength=len(first))[:, None]
     with np.errstate(invalid="ignore"):
-        return np.asarray(sums / counts[:, None])
+        return np.where(counts == 0, values[first], sums / counts)
+
+
+def _standard_errors(F: Array, means: Array, group: Integers) -> Array:
+    """Return the ``(k, m)`` standard errors of means; ``group`` says of which each row of F is."""
+    deviations = F - means[group]
+    deviations[np.abs(deviations) <= _ROUNDED * np.abs(F)] = 0.0
+    squares = np.zeros(means.shape)
+    np.add.at(squares, group, deviations**2)
+    counts = np.bincount(group, minlength=len(means))
+    variances = np.column_stack([_variances(column, counts - 1) for column in squares.T])
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.sqrt(variances / counts[:, None]))
 
 
 def _variances(squares: Array, degrees: Integers) -> Array:
