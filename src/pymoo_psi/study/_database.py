@@ -69,18 +69,18 @@ _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
 
 _Terms: TypeAlias = dict[str, tuple[str, Any]]
-"""What is selected by name, and the type of its cells."""
-_TO_KEEP: _Terms = {"origin": ("origin", np.object_), "seconds": ("seconds", np.float64)}
+"""Expressions of SQL by the name of their column, and the dtype of its cells."""
+_PROVENANCE: _Terms = {"origin": ("origin", np.object_), "seconds": ("seconds", np.float64)}
 
 
 class Steering(NamedTuple):
-    """What somebody asks of a run while it works.
+    """A request to a run at work.
 
     Attributes:
-        name: Who asks, as they say.
-        content: The ``action``, one of ``ACTIONS``, and what belongs to it.
+        name: The name of the person.
+        content: The ``action``, one of ``ACTIONS``, and its arguments.
         run: The run that has answered; 0 as long as none has.
-        answer: What the run says.
+        answer: The answer of the run.
         number: The number of the request; 0 before it is stored.
         time: When it was stored.
     """
@@ -102,15 +102,14 @@ class Facts:
     """What is known of a study as a whole.
 
     Attributes:
-        head: What a run says of its columns and how its tests are asked; see :meth:`Study.begin`.
-        share: Of a share of an investigation, its part and the number of parts.
-        is_complete: Whether stored tests have all values that can be computed since the last
-            change of the head.
+        head: The columns and the formulation of the last run; see :meth:`Study.begin`.
+        share: For a share of an investigation: its part and the number of parts.
+        is_complete: Whether stored tests have all values that can be computed from others.
         id: A random name.
-        begun: When it was made.
-        process: The machine and the number of the last process that has added tests.
-        runs: Its runs.
-        steering: What people have asked of them, in the order of time.
+        begun: When the file was made.
+        process: The machine and the number of the last process that added tests.
+        runs: The runs.
+        steering: Requests to runs, in the order of time.
     """
 
     head: Head
@@ -237,7 +236,7 @@ def _checked_rows(
 def _converted(db: sqlite3.Connection, path: str) -> Database:
     """Return a study of version 0.3 as one of this version."""
     facts = Facts(**_stored_facts(db.execute("SELECT name, value FROM study")))
-    terms = {"test": ("test_point", np.int64)} | _TO_KEEP
+    terms = {"test": ("test_point", np.int64)} | _PROVENANCE
     terms |= _terms(_columns(facts.head, _FIXED_IN_0_3))
     columns = _read(db, terms, "tests")
     proposals = db.execute("SELECT test_point, round, origin, content FROM proposals").fetchall()
@@ -328,7 +327,7 @@ class Database:
         return self.change_run(number, last=last)
 
     def steer(self, request: Steering) -> None:
-        """Write a new request to the run at work, or the answer to one."""
+        """Write a request to the run at work, or a request with its answer."""
         name, content, run, answer, number, time = request
         number = number or len(self.facts.steering) + 1
         self._write("steering", name, _text(content), run, answer, number, time or _now())
@@ -369,23 +368,26 @@ class Database:
 
     # The head
 
-    def ask(self, asked: Head) -> None:
-        """Change what a study says of its columns to what a run asks for; no test is lost."""
-        facts = self.facts
-        names, turned = _by_place(facts.head, asked)
-        if turned or any(name != new for name, new in names.items()):
-            columns = self._selected(_TO_KEEP, "tests ORDER BY test")
-            for name in turned:
+    def replace_head(self, head: Head) -> None:
+        """Replace the head of the study by that of a run; no test is lost.
+
+        Stored columns that the new head lacks become outputs.
+        """
+        names, reversed_names = _changed_names(self.facts.head, head)
+        if reversed_names or any(name != new for name, new in names.items()):
+            columns = self._selected(_PROVENANCE, "tests ORDER BY test")
+            for name in reversed_names:
                 columns[name] = -columns[name]
-            head = {**facts.head}
+            renamed = {**self.facts.head}
             for group in ("objectives", "inequalities", "equalities"):
-                head[group] = [names.get(name, name) for name in head[group]]
-            facts.head = head
+                renamed[group] = [names.get(name, name) for name in renamed[group]]
+            self.facts.head = renamed
             self.db.execute("DROP TABLE tests")
             self.db.execute(_TESTS)
             self._add_columns({})
             self.insert({names.get(name, name): column for name, column in columns.items()})
-        facts.is_complete &= not self._change_head(with_stored_columns(facts.head, asked))
+        if self._change_head(with_stored_columns(self.facts.head, head)):
+            self.facts.is_complete = False
         self.write_facts()
 
     def widen(self, columns: Collection[str]) -> None:
@@ -427,9 +429,9 @@ class Database:
         return numbers
 
     def adopt(self, run: int, columns: Columns) -> None:
-        """Note for test points of a run without a test those of other runs with their designs.
+        """Assign tests of other runs to test points of a run that have the same designs.
 
-        A first test is that of another run, too, a repeat never is.
+        Points with tests of their own keep these. Repeated tests are made for one run only.
         """
         if len(self.facts.runs) == 1 or "repeat" in self.facts.run(run).points:
             return
@@ -455,7 +457,7 @@ class Database:
         return checksums(designs)
 
     def remember(self, run: int, name: str, value: Any) -> Any:
-        """Return an entry of the record of a run; it becomes this value if there is none yet."""
+        """Return an entry of the record of a run, which is this value if there is none yet."""
         record = self.facts.run(run).record
         if name in record:  # nothing is written
             return record[name]
@@ -467,7 +469,7 @@ class Database:
         return dict(self.db.execute("SELECT run, count(*) FROM tests GROUP BY run"))
 
     def complete(self, completed: Callable[[Columns], Columns]) -> None:
-        """Write what stored tests lacked after the last change of the head.
+        """Write values of stored tests that can be computed since the last change of the head.
 
         Args:
             completed: Returns columns with new values for the columns of all tests.
@@ -619,7 +621,7 @@ class Database:
         return np.fromiter((point for (point,) in rows), np.int64)
 
     def _points_of_run(self, run: int, first: int, last: int) -> str:
-        """Return a query for the ``point`` and the ``test`` of what a run has, its own or not."""
+        """Return a query for the ``point`` and ``test`` of a run: own tests, and those assigned."""
         start = self.facts.run(run).start
         ends = f"{start + first} AND {min(start + last, LAST)}"
         return (
@@ -691,22 +693,23 @@ def with_stored_columns(stored: Head, asked: Head) -> Values:
     return {**asked, "outputs": outputs}
 
 
-def _by_place(stored: Head, asked: Head) -> tuple[dict[str, str], list[str]]:
-    """Return new names of stored columns that a problem knows by their place only.
+def _changed_names(stored: Head, head: Head) -> tuple[dict[str, str], list[str]]:
+    """Return new names of stored columns, and the stored objectives whose direction changes.
 
-    And its stored objectives whose sign changes, as their direction does.
+    A problem that knows its columns by their places, as pymoo's do, may rename them. An objective
+    that is maximised now, or no longer, has values of the opposite sign.
     """
     names: dict[str, str] = {}
-    if "objectives" not in (asked.get("problem") or {}):  # its outputs have names of their own
+    if "objectives" not in (head.get("problem") or {}):  # its outputs have names of their own
         return names, []
     for group in ("objectives", "inequalities", "equalities"):
-        new_names = asked[group]
+        new_names = head[group]
         if group == "inequalities":  # requirements follow those of the model
-            new_names = new_names[: asked.get("model_inequalities")]
+            new_names = new_names[: head.get("model_inequalities")]
         names |= zip(stored[group], new_names, strict=False)
     was_maximized = {names.get(name, name) for name in stored.get("maximize", ())}
-    is_turned = was_maximized ^ {*asked.get("maximize", ())}
-    return names, [name for name in stored["objectives"] if names.get(name, name) in is_turned]
+    differing_names = was_maximized ^ {*head.get("maximize", ())}
+    return names, [n for n in stored["objectives"] if names.get(n, n) in differing_names]
 
 
 def with_outputs(head: Head, columns: Collection[str]) -> Values:
@@ -741,8 +744,8 @@ def _columns(head: Head, fixed: Collection[str] = _FIXED) -> dict[str, tuple[str
 
 Words: TypeAlias = NDArray[np.uint64]
 
-# The finalizer of splitmix64 (Steele, Lea and Flood, Fast splittable pseudorandom number
-# generators, OOPSLA 2014): a bijection, so that a cell with another value has another word.
+# The finalizer of splitmix64 (Steele, Lea and Flood, OOPSLA 2014): a bijection, so that a cell
+# with another value has another word.
 _STEPS = ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB), (31, 1))
 
 

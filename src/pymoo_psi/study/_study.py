@@ -142,7 +142,7 @@ class Study:
         if run is not None and json.dumps(head) == json.dumps(stored.head):
             return stored, run
         with self.changes() as database:
-            database.ask(asked)
+            database.replace_head(asked)
             run = database.facts.run_with(points) or database.add_run(points)
             return database.facts, run
 
