@@ -251,6 +251,7 @@ def test_a_point_of_the_users_own_stays_where_it_is():
     F = np.vstack([np.column_stack([X, (1 - X) ** 2]), [[-1.0, 1.5]]])
     assert "outlier" in kinds(F, normalize=False)
     assert "outlier" not in kinds(F, normalize=False, ideal=[-1.5, -1])
+    assert "outlier" not in kinds(F, nadir=[0.5, 0.5])  # within the front
 
 
 def test_another_design_may_be_the_best_for_more_of_the_weights():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi import PsiError, rank_of_efficiency
+from pymoo_psi import PsiError, TestTable, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import nondominated, ranking_of
 
@@ -63,6 +63,18 @@ def test_given_ideal_and_nadir():
     np.testing.assert_allclose(ranking.criteria[:, 0], np.hypot((F[:, 0] + 1) / 2, F[:, 1] / 2))
     same = rank_of_efficiency(F, ideal=[0.0, 0.0], nadir=[1.0, 1.0])
     assert same.rank.tolist() == rank_of_efficiency(F).rank.tolist()
+
+
+def test_what_a_table_is_ranked_under_is_kept_unless_other_is_given():
+    F = [[0, 9], [1, 1], [2, 0]]
+    table = TestTable.of([1, 2, 3], [[0.1], [0.5], [0.9]], F).under(normalize=False)
+    plain = rank_of_efficiency(F, normalize=False).criteria.tolist()
+    assert rank_of_efficiency(table).criteria.tolist() == plain
+    normalized = rank_of_efficiency(table, normalize=True)
+    assert normalized.criteria.tolist() == rank_of_efficiency(F).criteria.tolist()
+    assert rank_of_efficiency(normalized, normalize=False).criteria.tolist() == plain
+    fixed = table.under(ranges={"f1": (0, 9), "f2": (0, 9)})
+    assert rank_of_efficiency(fixed, normalize=True).nadir.tolist() == [9, 9]
 
 
 @given(

@@ -128,6 +128,15 @@ def test_rows_are_those_of_all_designs():
     assert [rows.tolist() for rows in chosen.values()] == [[2], [2, 3], [3, 2, 4], [], []]
 
 
+def test_given_ranges_of_a_ranking_are_those_of_selectors():
+    F = [[0.0, 9.0], [2.0, 5.0], [4.0, 1.0], [9.0, 0.0]]
+    ranking = rank_of_efficiency(F, ideal=[0.0, -100.0], nadir=[4.0, 9.0])
+    selectors = {"L2": CompromiseProgramming(2), "plain": SalukvadzeOptimum(normalize=False)}
+    chosen = compare_selectors(ranking, selectors)
+    assert chosen["L2"].tolist() == ranking.salukvadze.tolist() == [0]
+    assert chosen["plain"].tolist() == [3]
+
+
 @pytest.mark.parametrize(
     ("selectors", "kind", "message"),
     [

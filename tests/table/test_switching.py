@@ -109,6 +109,12 @@ def test_an_explanation_of_the_optimum_says_until_when_it_stays():
     assert explain(table, other).switching == ()
 
 
+def test_a_weight_of_0_only_grows():
+    table = read_table(*offers(1))
+    found = switching_values(table, kinds=["weight"], weights={"price": 0.0})
+    assert found[found["column"] == "price"]["direction"].tolist() == ["more"]
+
+
 def test_wrong_arguments():
     table = read_table(*offers(1))
     for arguments in ({"kinds": ["label"]}, {"weights": {"mass": 2}}):

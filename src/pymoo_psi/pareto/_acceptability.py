@@ -107,7 +107,7 @@ def acceptability(
     factor: float | None = None,
     p: float = 2,
     places: int = 3,
-    normalize: bool = True,
+    normalize: bool | None = None,
     maximize: Collection[Any] = (),
 ) -> Array:
     """Return for which share of the weights each design is the best, the second, the third.

@@ -71,7 +71,7 @@ class Caution(NamedTuple):
 
 @np.errstate(over="ignore", invalid="ignore")  # a dominated design may be infinitely far
 def cautions(
-    F: Any, *, normalize: bool = True, maximize: Collection[Any] = ()
+    F: Any, *, normalize: bool | None = None, maximize: Collection[Any] = ()
 ) -> tuple[Caution, ...]:
     """Return the reasons not to rely on the Salukvadze optimum, the most serious first.
 
@@ -265,11 +265,9 @@ class _Checks:
 
     def moved(self) -> Iterator[Caution]:
         """Yield the caution about the design without which the optimum moves most."""
-        values = self.values
-        frame = self.ranking.frame
-        fixed = (values.min(axis=0) > frame.ideal) | (values.max(axis=0) < frame.nadir)
-        if fixed.any():
+        if self.ranking.frame.is_fixed:
             return  # points of the user's own stay where they are
+        values = self.values
         extremes = {*values.argmin(axis=0), *values.argmax(axis=0)}
         near_front = self.near_front()
         moves = []

@@ -277,7 +277,7 @@ def explain(
     design: int | str | None = None,
     *,
     row: int | None = None,
-    normalize: bool = True,
+    normalize: bool | None = None,
     maximize: Collection[Any] = (),
     units: Mapping[Any, str] | None = None,
 ) -> Explanation:
@@ -369,7 +369,7 @@ def compare_designs(
     designs: Sequence[int | str] | None = None,
     *,
     rows: Sequence[int] | None = None,
-    normalize: bool = True,
+    normalize: bool | None = None,
     maximize: Collection[Any] = (),
     units: Mapping[Any, str] | None = None,
 ) -> DesignComparison:

@@ -150,7 +150,7 @@ class Representatives(Shown):
 
 
 def representatives(
-    F: Any, k: int, *, normalize: bool = True, maximize: Collection[Any] = ()
+    F: Any, k: int, *, normalize: bool | None = None, maximize: Collection[Any] = ()
 ) -> Representatives:
     """Choose k designs that cover the Pareto set, the Salukvadze optimum among them.
 

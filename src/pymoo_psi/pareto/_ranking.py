@@ -31,7 +31,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -108,10 +108,8 @@ class Objectives:
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
-        if isinstance(F, Objectives):
-            return F
         if is_table(F):
-            F = _ranking_of_table(F, normalize=True)
+            F = F.feasible_ranking()
         if isinstance(F, EfficiencyRanking):
             if len(maximize):
                 rule = "left out where a table or ranking has directions of its own"
@@ -163,11 +161,6 @@ class Objectives:
             raise invalid(argument, f"names that only one column has, or from 0 to {last}", entry)
         return int(entry)
 
-    def rows(self, indices: Rows) -> Objectives:
-        """Return the same objectives of some of the designs."""
-        labels = [self.labels[i] for i in indices.tolist()]
-        return replace(self, values=self.values[indices], labels=labels, numbers=None)
-
     def turned(self, name: str, value: ArrayLike) -> Array:
         """Return a point in the original directions with all objectives minimised."""
         point = finite_array(name, value)
@@ -178,13 +171,6 @@ class Objectives:
 def is_table(F: Any) -> bool:
     """Whether F is a test table, which ranks its designs itself."""
     return hasattr(F, "feasible_ranking")
-
-
-def _ranking_of_table(table: Any, normalize: bool) -> EfficiencyRanking:
-    """Return the ranking of the feasible designs of a table under its formulation."""
-    if not normalize:
-        table = table.under(normalize=False)
-    return cast(EfficiencyRanking, table.feasible_ranking())
 
 
 def _numbers(frame: Any) -> Array:
@@ -385,7 +371,7 @@ class EfficiencyRanking(Shown):
 def rank_of_efficiency(
     F: Any,
     *,
-    normalize: bool = True,
+    normalize: bool | None = None,
     ideal: ArrayLike | None = None,
     nadir: ArrayLike | None = None,
     maximize: Collection[Any] = (),
@@ -403,9 +389,10 @@ def rank_of_efficiency(
             the feasible designs of a table are ranked.
         normalize: Measure each objective in units of its range N − U, which makes the ranks
             independent of the objectives' units. ``False`` measures plain Euclidean distances,
-            as the paper does.
-        ideal: ``(m,)`` the point U, in the directions of ``F``; by default the best values over
-            the Pareto-optimal rows. It must be at least as good as these.
+            as the paper does. By default ``True``, or as the ranking or table has it.
+        ideal: ``(m,)`` the point U, in the directions of ``F``; by default the fixed one of a
+            ranking or table, or the best values over the Pareto-optimal rows. It must be at least
+            as good as these.
         nadir: ``(m,)`` the point N, as for ``ideal``; by default the worst values over the
             Pareto-optimal rows.
         maximize: The objectives to be maximised: column indices from 0, or names of columns of a
@@ -435,18 +422,46 @@ def rank_of_efficiency(
         A      2   1.0   10.0  1.00                0    True
         C      2   5.0   40.0  1.00                0    True
     """
-    normalize = boolean("normalize", normalize)
-    is_of_table = is_table(F)
-    if is_of_table:
-        F = _ranking_of_table(F, normalize)
+    if normalize is not None:
+        normalize = boolean("normalize", normalize)
+    if is_table(F):
+        F = F.feasible_ranking()
     objectives = Objectives.of(F, maximize)
+    if isinstance(F, EfficiencyRanking):
+        return _ranked_again(F, normalize, ideal, nadir)
     pareto = nondominated(objectives.minimized)
     rows = np.arange(len(pareto))
-    if isinstance(F, EfficiencyRanking):
-        if is_of_table and ideal is None and nadir is None:
-            return F  # its ends may be those of fixed ranges
-        rows = F.rows
-    return ranking_of(objectives, pareto, rows, normalize=normalize, ideal=ideal, nadir=nadir)
+    is_normalized = normalize is not False
+    return ranking_of(objectives, pareto, rows, normalize=is_normalized, ideal=ideal, nadir=nadir)
+
+
+def _ranked_again(
+    ranking: EfficiencyRanking,
+    normalize: bool | None,
+    ideal: ArrayLike | None,
+    nadir: ArrayLike | None,
+) -> EfficiencyRanking:
+    """Return a ranking with what is not None of the arguments; fixed points U and N stay."""
+    frame = ranking.frame
+    if normalize is None:
+        normalize = frame.normalize
+    if normalize == frame.normalize and ideal is None and nadir is None:
+        return ranking
+    if frame.is_fixed and ideal is None:
+        ideal = ranking.ideal
+    if frame.is_fixed and nadir is None:
+        nadir = ranking.nadir
+    again = ranking_of(
+        ranking.objectives,
+        ranking.pareto,
+        ranking.rows,
+        normalize=normalize,
+        ideal=ideal,
+        nadir=nadir,
+    )
+    if again.frame.is_fixed:
+        return again
+    return replace(again, whole=ranking.whole)
 
 
 def ranking_of(
@@ -473,7 +488,8 @@ def ranking_of(
     optimal = without_rounding(F.take(front, axis=0))
     F[front] = optimal
     U, N = _ends(objectives, optimal, ideal, nadir)
-    frame = UtopianFrame(U, N, normalize)
+    is_fixed = ideal is not None or nadir is not None
+    frame = UtopianFrame(U, N, normalize, is_fixed=is_fixed)
     measured, units = frame.measured(F)
     mu1, mu2, mu3 = in_threads(
         levels, [*measured.take(front, axis=0).T], [*frame.noise(optimal, units)]
@@ -547,7 +563,7 @@ def ranking_frame(
     return frame.iloc[ranking.by_place]
 
 
-def ranking_from(F: Any, normalize: bool, maximize: Collection[Any]) -> EfficiencyRanking:
+def ranking_from(F: Any, normalize: bool | None, maximize: Collection[Any]) -> EfficiencyRanking:
     """Return F if it is a ranking, or else the ranking of F."""
     if isinstance(F, EfficiencyRanking):
         return F
@@ -652,14 +668,18 @@ class UtopianFrame:
         nadir: ``(m,)`` the negative utopian point N, nowhere below U.
         normalize: Measure every objective in units of N − U; an objective with N = U does not
             distinguish designs and has no weight.
+        is_fixed: Whether U or N is given, so that it stays where it is without any design.
         scale: ``(m,)`` the length by which each objective is divided.
         line: ``(m,)`` the vector from U to N in the scale; 0 in a constant objective.
     """
 
-    def __init__(self, ideal: Array, nadir: Array, normalize: bool) -> None:
+    def __init__(
+        self, ideal: Array, nadir: Array, normalize: bool, *, is_fixed: bool = False
+    ) -> None:
         self.ideal = ideal
         self.nadir = nadir
         self.normalize = normalize
+        self.is_fixed = is_fixed
         lengths = unit_lengths(ideal, nadir)
         self._varying = np.isfinite(lengths)
         self.scale = np.ones_like(ideal)

@@ -134,17 +134,15 @@ class Choice:
 
     def _alternatives(self) -> list[str]:
         """Return a sentence on what each of a few selectors would choose instead."""
-        formulation = self.table.formulation
-        normalize = formulation.normalize
+        normalize = self.ranking.frame.normalize
+        other = "distances in units of the ranges"
+        if normalize:
+            other = "plain distances"
         selectors = {
             "knee": Knee(),
             "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
+            other: SalukvadzeOptimum(normalize=not normalize),
         }
-        if not formulation.ranges:  # which only the ranking itself knows
-            name = "distances in units of the ranges"
-            if normalize:
-                name = "plain distances"
-            selectors[name] = SalukvadzeOptimum(normalize=not normalize)
         selected = {}
         if not self.is_optimum:
             selected["Salukvadze optimum"] = self.ranking.salukvadze

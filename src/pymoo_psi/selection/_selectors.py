@@ -248,13 +248,13 @@ class Knee(RankingSelector):
 
 
 def compare_selectors(
-    F: Any, selectors: Entries, *, normalize: bool = True, maximize: Collection[Any] = ()
+    F: Any, selectors: Entries, *, normalize: bool | None = None, maximize: Collection[Any] = ()
 ) -> dict[str, Rows]:
     """Return what several selectors choose from one set of designs.
 
-    All selectors receive the Pareto-optimal rows only; dominated rows would shift the scales of
-    some methods. Selectors of this package know which objectives are maximised, so that a reference
-    point is in the original directions. Others receive all objectives minimised.
+    Selectors of this package receive the ranking, with its directions and fixed points U and N, so
+    that a reference point is in the original directions. Others receive the Pareto-optimal rows
+    only, all objectives minimised; dominated rows would shift the scales of some methods.
 
     Args:
         F: ``(n, m)`` objective values, or anything else that :func:`pymoo_psi.rank_of_efficiency`
@@ -286,14 +286,14 @@ def compare_selectors(
     """
     ranking = ranking_from(F, normalize, maximize)
     front = np.flatnonzero(ranking.pareto)
-    objectives = ranking.objectives.rows(front)
+    F = ranking.objectives.minimized[front]
     chosen = {}
     for name, selector in mapping("selectors", selectors, "names to selectors").items():
+        if isinstance(selector, RankingSelector):
+            chosen[name] = selector.do(ranking)
+            continue
         with warnings.catch_warnings():  # pymoo's HighTradeoffPoints switches all warnings off
-            if isinstance(selector, RankingSelector):
-                answer = selector.do(objectives)
-            else:
-                answer = selector.do(objectives.minimized)
+            answer = selector.do(F.copy())
         indices = _indices(name, answer, len(front))
         chosen[name] = front[indices]
     return chosen

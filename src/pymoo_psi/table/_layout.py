@@ -601,8 +601,11 @@ def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
     if X.size == 0:  # without variables nothing is known of designs
         return first
     rows = first
-    if X.dtype != object:  # a design with a value that occurs once occurs once
-        _, value, count = np.unique(X[:, 0], return_inverse=True, return_counts=True)
+    values = X
+    if F is not None and F.size:
+        values = F
+    if values.dtype != object:  # a row with a value that occurs once occurs once
+        _, value, count = np.unique(values[:, 0], return_inverse=True, return_counts=True)
         rows = np.flatnonzero(count[value] > 1)
     keys: list[Any] = design_keys(X[rows])
     if F is not None:

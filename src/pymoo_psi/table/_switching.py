@@ -280,8 +280,10 @@ class _Search:
             present = float(preference["weights"].get(name, 1.0))
             best = at(present)[0]
             for direction, factor in (("less", 1 / _GREATEST_FACTOR), ("more", _GREATEST_FACTOR)):
-                steps = (present or 1.0) * factor**_FINE
+                steps = present * factor**_FINE
                 if present == 0:
+                    if direction == "less":
+                        continue
                     steps = _FINE
                 change = self.first_change(steps, at, best)
                 yield ("weight", name, "", direction, present, *change)

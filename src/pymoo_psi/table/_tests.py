@@ -492,12 +492,6 @@ class Tests:
         return self._repeated(np.arange(len(self)))
 
     def _repeated(self, rows: Rows) -> Mask:
-        # In one experiment a real variable that is free never has a value twice; of several, two
-        # may begin with the same points.
-        bounds = zip(self.kinds, self.layout.lower, self.layout.upper, strict=True)
-        free = any(kind.real and low != high for kind, low, high in bounds)
-        if free and len(self.experiments) < 2:
-            return np.zeros(len(rows), dtype=bool)
         return np.asarray(first_rows(self.X[rows], self.F[rows]) < np.arange(len(rows)))
 
     @property
