@@ -20,7 +20,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 from scipy.special import log_ndtr, ndtr
 
@@ -43,6 +42,9 @@ _NEARBY = 3
 _NEAR = 0.2
 _CENTRES = 10
 _FORGIVING = 4  # in one of so many rounds, designs near failed ones are not avoided
+# Designs are avoided unless the nearest test with outputs is nearer than this share of the distance
+# from the nearest failed one, lest they lie on the boundary.
+_SAFER = 0.7
 
 # Size and length of the search. A proposal then takes less than 0.1 s with 512 tests of ten
 # variables and twelve outputs.
@@ -242,43 +244,29 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
         learned: What is learned of them.
         goal: The objectives and limits of the search.
     """
+    m = goal.n_obj
     rows = np.searchsorted(tests.numbers, learned.numbers)
     T = learned.fit.to(bounded(tests.Y[rows]))
     is_eligible = tests.eligible[rows]
-    designs, group, counts = np.unique(
-        tests.points[rows[is_eligible]], axis=0, return_inverse=True, return_counts=True
-    )
+    designs, means, counts = _averages(tests.points[rows][is_eligible], T[is_eligible, :m])
     n = len(designs)
     if n < 2:
         return points
 
-    # Expectations and errors of the tested designs, then of the new ones, in shares of the ranges.
-    m = goal.n_obj
     Z = goal.encode(points)
     processes = learned.processes(T)[:m]
-    means = np.zeros((n, m))
-    np.add.at(means, group.ravel(), T[is_eligible, :m])
-    variances = [process.variance for process in processes]
     # Logarithms of the noise, as a share of the variance.
-    shares = [output.lengths[-3] for output in learned.fit.outputs[:m]]
-    noise = np.sqrt(np.exp(shares) * variances)
+    shares = np.exp([output.lengths[-3] for output in learned.fit.outputs[:m]])
+    noise = np.sqrt(shares * [process.variance for process in processes])
     predicted = np.column_stack([process(Z) for process in processes])
     deviations = np.column_stack([process.deviation(Z) for process in processes])
-    F = np.vstack([means / counts[:, None], predicted])
+    F = np.vstack([means, predicted])
     errors = np.vstack([noise / np.sqrt(counts)[:, None], deviations])
-    front = F[:n][nondominated(F[:n])]
-    lengths = _lengths(front.min(axis=0), front.max(axis=0))
-    F = (F - front.min(axis=0)) / lengths
-    distance = np.maximum(np.linalg.norm(F, axis=1), _SAME)
-    slopes = F / (distance[:, None] * lengths)
-    error = np.linalg.norm(slopes * errors, axis=1)
-    step = error**2 / np.hypot(error, np.linalg.norm(slopes * noise, axis=1))
-
-    best, second = np.argsort(distance[:n])[:2]
-    gap = distance - distance[best]
-    gap[best] = gap[second]
-    gap /= np.maximum(step, _SAME)
-    worth = step * (np.exp(-(gap**2) / 2) / np.sqrt(2 * np.pi) - gap * ndtr(-gap))
+    front = means[nondominated(means)]
+    ranges = np.array([front.min(axis=0), front.max(axis=0)])
+    if goal.ranges is not None:
+        ranges = learned.fit.to(goal.ranges)
+    worth = _knowledge_gradients(F, errors, noise, ranges, n)
     if len(tests.pending):
         is_pending = cdist(designs, tests.pending).min(axis=1) <= _SAME
         worth[:n][is_pending] = 0.0
@@ -288,6 +276,39 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
         if worth[design] > worth[n + i]:
             proposed[i] = designs[design]
     return proposed
+
+
+def _averages(points: Array, F: Array) -> tuple[Array, Array, NDArray[np.integer]]:
+    """Return the ``(n, d)`` designs among points, their mean objectives, and their numbers."""
+    designs, group, counts = np.unique(points, axis=0, return_inverse=True, return_counts=True)
+    sums = np.zeros((len(designs), F.shape[1]))
+    np.add.at(sums, group.ravel(), F)
+    return designs, sums / counts[:, None], counts
+
+
+def _knowledge_gradients(F: Array, errors: Array, noise: Array, ranges: Array, n: int) -> Array:
+    """Return ``(k,)`` by how much a test of each design is expected to improve the best one.
+
+    The best design has the least distance from the ideal point among those that are tested.
+
+    Args:
+        F: ``(k, m)`` expected objectives.
+        errors: ``(k, m)`` their standard deviations.
+        noise: ``(m,)`` standard deviations of one test.
+        ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
+        n: Number of tested designs, which come first, two or more.
+    """
+    lengths = _lengths(*ranges)
+    scaled = (F - ranges[0]) / lengths
+    distance = np.maximum(np.linalg.norm(scaled, axis=1), _SAME)
+    slopes = scaled / (distance[:, None] * lengths)
+    error = np.linalg.norm(slopes * errors, axis=1)
+    step = error**2 / np.hypot(error, np.linalg.norm(slopes * noise, axis=1))
+    best, second = np.argsort(distance[:n])[:2]
+    gap = distance - distance[best]
+    gap[best] = gap[second]
+    gap /= np.maximum(step, _SAME)
+    return np.asarray(step * (np.exp(-(gap**2) / 2) / np.sqrt(2 * np.pi) - gap * ndtr(-gap)))
 
 
 def drawn(
@@ -497,31 +518,18 @@ def _random_points(count: int, goal: Goal, random: Random) -> Array:
 def _failure_risk(known: Array, failed: Array, round_number: int) -> ArrayFunction:
     """Return a function from ``(k, e)`` designs to ``(k, 1)``, above 0 for designs to avoid.
 
-    These lie where failed tests outweigh the others. In some rounds nothing is avoided, as models
+    These are nearer to failed tests than to others. In some rounds nothing is avoided, as models
     get repaired, and a failure may have been random.
     """
     if len(failed) == 0 or round_number % _FORGIVING == _FORGIVING - 1:
         return lambda Z: np.zeros((len(Z), 1))
-    tests = np.vstack([known, failed])
-    spacing = 1.0
-    if len(tests) > 1:
-        distances, _ = KDTree(tests).query(tests, k=2)  # the nearest of each is the test itself
-        spacing = np.median(distances[:, 1])
-    width = max(spacing, _SAME)
 
     def risk(Z: Array) -> Array:
-        good = _weight(Z, known, width)
-        bad = _weight(Z, failed, width)
-        # 0.01: the weight of a test three widths away; nothing is avoided farther from failures
-        return (bad / (good + bad + 0.01) - 0.5)[:, None]
+        to_known = cdist(Z, known).min(axis=1, initial=np.inf)
+        excess = to_known - _SAFER * cdist(Z, failed).min(axis=1)
+        return np.asarray(np.minimum(excess, 1.0)[:, None])
 
     return risk
-
-
-def _weight(Z: Array, tests: Array, width: float) -> Array:
-    """Return ``(k,)`` sums over tests of a normal density of their distance."""
-    scaled = cdist(Z, tests) / width
-    return np.asarray(np.exp(-0.5 * scaled**2).sum(axis=1))
 
 
 def _start_near(best: Array, surrogates: _Surrogates, random: Random) -> _Population:

@@ -272,8 +272,8 @@ class Fit:
         return cls(tuple(outputs))
 
     def to(self, Y: Array) -> Array:
-        """Return ``(n, q)`` outputs on their scales."""
-        columns = [fit.scale.to(y) for fit, y in zip(self.outputs, Y.T, strict=True)]
+        """Return ``(n, k)`` values of the first k outputs on their scales."""
+        columns = [fit.scale.to(y) for fit, y in zip(self.outputs, Y.T, strict=False)]
         return np.column_stack(columns)
 
     def back(self, T: Array) -> Array:
