@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
-from scipy.special import log_ndtr, ndtr
+from scipy.special import ndtr
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Mask, Numbers, Received, Rows, invalid
@@ -65,18 +65,12 @@ _DOUBTFUL = 0.2
 # One of so many designs, in turn, is the most promising one, whatever others are near. Where
 # surrogates err, the same promise is made again and again, so the others have distances.
 _TURNS = 4
-# If limits narrow a problem, and fewer tests than this keep all of them, the search counts how
-# likely designs keep them. For the constraints of a problem alone this gains nothing.
-_FEW_ELIGIBLE = 8
 # If limits narrow a problem, and none of so many tests in a row keeps them although some test does,
 # predictions have to keep away from limits by a standard deviation.
 _MISSES = 4
 # Of the distance of the best compromise from the ideal point, what is worth a test
 _NEARER = 1e-3
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
-# The least deviation, in those of an output, of a prediction. With a larger one, a design that is
-# known to miss a narrow limit would still look likely to keep it.
-_LEAST_DEVIATION = 1e-4
 
 
 @dataclass(frozen=True)
@@ -193,8 +187,7 @@ def propose(
         return _distant_points(seen, failure_risk, batch, goal, random)
 
     fit = learned.fit
-    rows = np.searchsorted(tests.numbers, learned.numbers)
-    T = fit.to(bounded(tests.Y[rows]))
+    rows, T = _learned_outputs(tests, learned)
     surrogates = _Surrogates(learned, T, goal, failure_risk)
     if goal.narrowed and tests.eligible.any() and not tests.eligible[-_MISSES:].any():
         surrogates.caution = 1.0
@@ -211,12 +204,9 @@ def propose(
 
     n = len(points)
     F, violation = surrogates.optimistic(np.vstack([points, tests.pending]))
-    log_chance = np.zeros(n)
-    if goal.narrowed and np.count_nonzero(tests.eligible) < _FEW_ELIGIBLE:
-        log_chance = surrogates.log_chance(points)
     is_directed = goal.narrowed or goal.ranges is not None
     Z = goal.encode(points)
-    candidates = _Candidates(Z, F[:n], violation[:n], log_chance, is_directed)
+    candidates = _Candidates(Z, F[:n], violation[:n], is_directed)
     pending = F[n:][violation[n:] <= 0]
     front = np.vstack([tests.Y[tests.eligible, :n_obj], pending])
     scale = goal.ranges
@@ -245,8 +235,7 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
         goal: The objectives and limits of the search.
     """
     m = goal.n_obj
-    rows = np.searchsorted(tests.numbers, learned.numbers)
-    T = learned.fit.to(bounded(tests.Y[rows]))
+    rows, T = _learned_outputs(tests, learned)
     is_eligible = tests.eligible[rows]
     designs, means, counts = _averages(tests.points[rows][is_eligible], T[is_eligible, :m])
     n = len(designs)
@@ -327,14 +316,19 @@ def drawn(
     Returns:
         ``(k, m)`` arrays, k <= n.
     """
-    rows = np.searchsorted(tests.numbers, learned.numbers)
-    T = learned.fit.to(bounded(tests.Y[rows]))
+    _, T = _learned_outputs(tests, learned)
     surrogates = _Surrogates(learned, T, goal, lambda Z: np.zeros((len(Z), 0)))
     draws = []
     for _ in range(n_draws):
         F, excess = surrogates.predict(points, random)
         draws.append(learned.fit.back(F[_violation(excess) <= 0]))
     return draws
+
+
+def _learned_outputs(tests: KnownTests, learned: Learned) -> tuple[Rows, Array]:
+    """Return ``(n,)`` the rows of the tests that are learned, and ``(n, q)`` outputs on scales."""
+    rows = np.searchsorted(tests.numbers, learned.numbers)
+    return rows, learned.fit.to(bounded(tests.Y[rows]))
 
 
 def best_and_spread(Y: Array, fit: Fit, goal: Goal, size: int) -> Rows:
@@ -448,23 +442,6 @@ class _Surrogates:
             Y = self.goal.compute(points, self._fit.back(T))
             T = self._fit.to(Y)
         return T
-
-    def log_chance(self, points: Array) -> Array:
-        """Return ``(n,)`` logarithms of the probability that designs keep each limit, summed."""
-        Z = self.goal.encode(points)
-        T = self._predicted(points, Z)
-        total = np.zeros(len(points))
-        for j, least, greatest in self.goal.limits:
-            deviation = np.maximum(self._processes[j].deviation(Z), _LEAST_DEVIATION)
-            scale = self._fit.outputs[j].scale
-            if least == greatest:
-                total -= 0.5 * ((T[:, j] - scale.to(least)) / deviation) ** 2
-                continue
-            if greatest < np.inf:
-                total += log_ndtr((scale.to(greatest) - T[:, j]) / deviation)
-            if least > -np.inf:
-                total += log_ndtr((T[:, j] - scale.to(least)) / deviation)
-        return total
 
     def optimistic(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` objectives, better than their means, and ``(n,)`` violations."""
@@ -704,15 +681,12 @@ class _Candidates(NamedTuple):
         Z: ``(n, e)`` the designs as surrogates see them.
         F: ``(n, m)`` their objectives, predicted optimistically.
         violation: ``(n,)`` the sums of what exceeds limits.
-        log_chance: ``(n,)`` the logarithm of the probability that they keep all limits; 0 for all
-            where this does not count.
         is_directed: Whether limits or ranges of a decision direct the search.
     """
 
     Z: Array
     F: Array
     violation: Array
-    log_chance: Array
     is_directed: bool
 
 
@@ -729,7 +703,7 @@ def _choice(
     One in four promises the largest gain; the others are farthest from all known objectives. Where
     a decision directs the search, another one in four is the best compromise, the nearest to the
     ideal point; or it has the largest gain, too, if no candidate is nearer than the tests. If all
-    candidates exceed limits, those are taken that do so least, or least likely.
+    candidates exceed limits, those are taken that do so least.
 
     Args:
         candidates: The candidates.
@@ -767,16 +741,12 @@ def _choice(
         rows = new[candidates.violation[new] <= 0]
         gain = (np.maximum(best - values, 0) * units).sum(axis=1)
         if len(rows) == 0:
-            n_chosen = turn
             score = -candidates.violation
-            if candidates.log_chance.any():
-                n_chosen = min(turn, 1)  # all at the same distance, where they are likeliest
-                score = candidates.log_chance
-            rows = _apart(new, candidates.Z.shape[1], distance, n_chosen)
+            rows = _apart(new, candidates.Z.shape[1], distance, turn)
         elif candidates.is_directed and turn == 2 and norms[rows].min() < least_norm - _NEARER:
             score = -norms
         elif turn in turns_of_gain and gain[rows].max() > 0:
-            score = gain * np.exp(candidates.log_chance)
+            score = gain
         else:
             score = np.where(np.isinf(gap), distance, gap)
         row = rows[score[rows].argmax()]
