@@ -1,6 +1,8 @@
 """The settings of the documentation: ``sphinx-build -c .sphinx src/pymoo_psi/guide site``."""
 
+import os
 import re
+from pathlib import Path
 
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
@@ -27,6 +29,9 @@ nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+# Notebooks import what is beside this file.
+paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
 
 # Docstrings are in Google's style.
 default_role = "code"
