@@ -23,7 +23,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.algorithms import PointAlgorithm, Points, RunOptions, Source, run_of_sequence
 from pymoo_psi.algorithms._options import AlgorithmKeywords, InvestigateKeywords, PSIKeywords
-from pymoo_psi.study import Steering, Study
+from pymoo_psi.study import Study
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -104,7 +104,7 @@ def test_a_run_that_is_stopped_keeps_what_is_tested(tmp_path, monkeypatch, n_bef
             super()._evaluate(*args, **kwargs)
             if self.n_tested == n_before:
                 with Study(path).changes() as study:
-                    study.steer(Steering("Bo", {"action": "stop"}))
+                    study.steer({"name": "Bo", "action": "stop"})
             self.n_tested += 1
 
     tested = minimize(Stopped(0.4), PSI(400, block_size=4, study=path)).algorithm.table

@@ -102,7 +102,6 @@ def as_version_0_3(path):
         "DROP TABLE runs",
         "DROP TABLE known",
         "DROP TABLE history",
-        "DROP TABLE steering",
         "DELETE FROM study WHERE name NOT IN ('head', 'id', 'begun')",
         "ALTER TABLE study DROP COLUMN checksum",
         "PRAGMA user_version = 4",

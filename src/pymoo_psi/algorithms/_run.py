@@ -181,37 +181,40 @@ class Run:
     def _follow_requests(self) -> None:
         """Do what people ask of the run, and say so in the study."""
         for request in self.store.requests():
-            content = dict(request.content)
             try:
-                answer = self._follow(content, request.number)
+                changes = self._follow(request)
             except (PsiError, LookupError, TypeError) as error:
-                answer = f"refused: {error}"
-            if answer != request.answer:
-                self.store.answer(request._replace(content=content, answer=answer))
+                changes = {"answer": f"refused: {error}"}
+            if changes["answer"] != request["answer"]:
+                self.store.answer(request | changes)
 
-    def _follow(self, content: Values, number: int) -> str:
-        """Do what one request asks, which may come again when the run goes on; return an answer."""
-        action = content["action"]
+    def _follow(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Do what one request asks, which may come again when the run goes on; return the answer.
+
+        It comes with what else is to be known of the request from then on.
+        """
+        action = request["action"]
         if action == "search":
-            text = json.dumps(content["formulation"]).encode()
+            text = json.dumps(request["formulation"]).encode()
             asked = self.model.asked_by(Formulation.from_json(text, "the request"))
             table = under(TestTable.empty(self.model.layout), asked)  # a wrong one is refused here
-            self.source.direct(asked, number)
+            self.source.direct(asked, request["number"])
             limits = [limit_text(name, limit) for name, limit in table.limits.items()]
             objectives = ", ".join(table.layout.objectives)
-            return f"{objectives} within {', '.join(limits) or 'no limits'}, from the next proposal"
+            within = f"{objectives} within {', '.join(limits) or 'no limits'}"
+            return {"answer": f"{within}, from the next proposal"}
         if action == "more":
-            total = content.get("points")
+            total = request.get("points")
             if total is None:
-                total = self.n_points + integer("count", content.get("count"), minimum=1)
+                total = self.n_points + integer("count", request["count"], minimum=1)
             if total > self.n_points:
                 self.source.extend(total - self.n_points)
-                self.n_points = content["points"] = total
-            return f"{total} tests in all"
+                self.n_points = total
+            return {"answer": f"{total} tests in all", "points": total}
         self._is_paused = action == "pause"
         self._is_stopped = action == "stop"
         self.executor.hold(action != "continue")
-        return "done"
+        return {"answer": "done"}
 
     def _forget(self, numbers: Numbers) -> None:
         """Forget points whose tests are returned."""

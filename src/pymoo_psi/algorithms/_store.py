@@ -20,7 +20,7 @@ from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.problems import layers, requirement_texts
-from pymoo_psi.study import LAST, Columns, Proposal, Steering, Study, points_of
+from pymoo_psi.study import LAST, LASTING, Columns, Proposal, Study, points_of
 from pymoo_psi.table import (
     POINT,
     RUN,
@@ -36,7 +36,6 @@ from pymoo_psi.table import (
 
 Recall = Callable[[Points], TestTable]
 Head: TypeAlias = Values
-_LASTING = ("search", "more")  # what people ask that holds when the run is continued
 _OVER = "; over when the run began"
 _SECONDS = 0.5  # between two looks at what people ask, each of which takes about a millisecond
 
@@ -99,14 +98,14 @@ class Store:
     def plan(self, last: int) -> None:
         """Note the last test point that the run is asked for."""
 
-    def requests(self) -> list[Steering]:
+    def requests(self) -> list[Values]:
         """Return what people have asked of the run since the last call, in the order of time.
 
         The first call returns what still holds of what was asked before.
         """
         return []
 
-    def answer(self, request: Steering) -> None:
+    def answer(self, request: Values) -> None:
         """Store a request with the answer of the run."""
 
     def proposals(self) -> list[Proposal]:
@@ -351,7 +350,7 @@ class StudyStore(Store):
             with self.study.changes() as database:
                 database.plan(self._run, last)
 
-    def requests(self) -> list[Steering]:
+    def requests(self) -> list[Values]:
         """Return what people have asked of the run since the last call, twice a second."""
         now = time.monotonic()
         if now < self._next_look:
@@ -360,20 +359,21 @@ class StudyStore(Store):
         steering = self.study.facts().steering
         requests = []
         for request in steering[self._n_requests or 0 :]:
-            is_over = self._n_requests is None and request.content["action"] not in _LASTING
-            if request.run not in (0, self._run) or request.answer.endswith(_OVER):
+            is_over = self._n_requests is None and request["action"] not in LASTING
+            answer = request["answer"]
+            if request["run"] not in (0, self._run) or answer.endswith(_OVER):
                 continue
             if is_over:
-                self.answer(request._replace(answer=f"{request.answer}{_OVER}"))
+                self.answer(request | {"answer": answer + _OVER})
             else:
                 requests.append(request)
         self._n_requests = len(steering)
         return requests
 
-    def answer(self, request: Steering) -> None:
+    def answer(self, request: Values) -> None:
         """Store a request with the answer of the run."""
         with self.study.changes() as database:
-            database.steer(request._replace(run=self._run))
+            database.steer(request | {"run": self._run})
 
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""

@@ -17,6 +17,7 @@
     list("progress", lines)
     list("steered", steered)
     $("since").textContent = count - since
+    $("since").parentElement.hidden = !page.ranking.count
   }
   setInterval(() => {
     if (!waiting.length || page.dragging) return

@@ -465,10 +465,7 @@ const page = (() => {
     const control = {column, scale}
     controls.set(column, control)
     control.fields = [0, 1].map((k) => {
-      const end = written(column, k ? high : low)
-      const shown = {placeholder: end.length <= 9 ? end : readable((k ? high : low).toExponential(2)), title: `${k ? "Greatest" : "Least"} value shown: ${end}`,
-        "aria-describedby": `note-${column.field}`}
-      return numberField(`${label}, ${k ? "at most" : "at least"}`, shown, (value) => {
+      return numberField(`${label}, ${k ? "at most" : "at least"}`, {"aria-describedby": `note-${column.field}`}, (value) => {
         const next = [...(limitOf(column) ?? [null, null])]
         next[k] = value
         if (next[0] !== null && next[1] !== null && next[0] > next[1]) return "The lower limit is above the upper one."
@@ -533,6 +530,9 @@ const page = (() => {
         const share = Charts.place(control.scale)
         fields.forEach((field, k) => {
           const value = limit?.[k] ?? null
+          const end = written(column, column.range[k])
+          field.placeholder = end.length <= 9 ? end : readable(column.range[k].toExponential(2))
+          field.title = `${k ? "Greatest" : "Least"} value shown: ${end}`
           showNumber(field, value, changed)
           const at = value === null ? k * STEPS : min(STEPS, max(0, round(share(value) * STEPS)))
           if (Number(thumbs[k].value) !== at) thumbs[k].value = at

@@ -24,8 +24,8 @@ import numpy as np
 
 from pymoo_psi._validation import known_name
 from pymoo_psi.errors import PsiError
-from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
-from pymoo_psi.study import ACTIONS, LAST, Facts, Steering, Study
+from pymoo_psi.page import designs_of_page, form_of, page_of_tests, rows_of
+from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study
 from pymoo_psi.table import TestTable, alike, stored_tests, table_of
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 _PORT = 8741  # unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study
 _LOOKS = 120  # over which the rate is measured
-_GROWTH = 1.1  # the page is made again when there are so many times as many tests
+_GROWTH = 1.1  # the page, and its form, are made again when there are so many times as many tests
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
 _MOST_REQUESTS = 1000  # in a study
@@ -57,7 +57,8 @@ class GrowingStudy:
     """The tests of a study in the order of their arrival.
 
     Only new tests are read, unless earlier ones or the columns have changed: then it is another
-    ``edition``, and pages are loaded anew. One thread looks; others may ask meanwhile.
+    ``edition``, and pages are loaded anew. They are, too, when other digits tell designs apart. One
+    thread looks; others may ask meanwhile.
 
     Attributes:
         tests: The tests, without limits.
@@ -75,6 +76,8 @@ class GrowingStudy:
         self._state: object = None  # of the file, when it was read
         self._key = ""  # what an edition has in common
         self._facts = Facts({})
+        self._form: list[dict[str, Any]] = []  # of the page
+        self._n_formed = 0  # tests that it was taken from
         self._page = 0, ""  # and how many tests it has
         self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # when, and of how many tests
         self._steered: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # when
@@ -89,7 +92,7 @@ class GrowingStudy:
             lines = self._lines(time.time() - state.st_mtime)
         except (OSError, PsiError) as error:
             lines = [str(error)]
-        steered = [str(request) for request in self._facts.steering[-_SHOWN:]]
+        steered = self._facts.requests[-_SHOWN:]
         self.progress = {"tests": len(self.tests), "lines": lines, "steered": steered}
 
     def _read(self) -> None:
@@ -101,7 +104,7 @@ class GrowingStudy:
             failed = database.test_numbers("status = 'failed'")
             key = repr([facts.head, len(facts.runs), database.n_changes()])
             has_repeated = ~np.isin(tests.numbers[tests.status == "failed"], failed)
-            is_other = key != self._key or has_repeated.any()
+            is_other = key != self._key or bool(has_repeated.any())
             if is_other:
                 tests = TestTable.empty()
             new = numbers[~np.isin(numbers, tests.numbers)]
@@ -112,8 +115,13 @@ class GrowingStudy:
         self.tests = tests.extended(table.rows(np.isin(table.numbers, new)))
         self._facts = facts
         self._limits = stored.limits
+        self._key = key
+        if is_other or len(self.tests) >= _GROWTH * self._n_formed:
+            self._n_formed = len(self.tests)
+            form = form_of(designs_of_page(self.tests))
+            is_other = is_other or form != self._form
+            self._form = form
         if is_other:
-            self._key = key
             self._page = 0, ""
             self.edition = secrets.token_hex(4)
 
@@ -136,20 +144,19 @@ class GrowingStudy:
         facts = self._facts
         n_tests = len(self.tests)
         n_planned = max(n_tests, sum(run.last for run in facts.runs))
-        is_paused = False
         for request in facts.steering:
-            n_planned = max(n_planned, request.content.get("points", 0))
-            if request.answer == "done":
-                is_paused = request.content["action"] == "pause"
+            n_planned = max(n_planned, request.get("points", 0))
+        done = [request["action"] for request in facts.steering if request["answer"] == "done"]
         self._counts.append((time.monotonic(), n_tests))
         (began, n_then), (now, _) = self._counts[0], self._counts[-1]
         rate = (n_tests - n_then) / max(now - began, _PAUSE)
         n_left = n_planned - n_tests
-        if n_left == 0:
+        is_alive = _is_alive(*facts.process)
+        if n_left == 0 and not is_alive:
             state = "All tests are done."
-        elif not _is_alive(*facts.process):
+        elif not is_alive:
             state = "No run is at work: it has ended or was killed. Its command continues it."
-        elif is_paused:
+        elif done[-1:] == ["pause"]:
             state = "Paused."
         elif rate > 0:
             state = f"{rate:.2g} tests a second, {n_left / rate:.0f} s left."
@@ -165,14 +172,16 @@ class GrowingStudy:
         Raises:
             PsiError: It is no request, there are too many, or the study cannot be written.
         """
+        if not self._steer:
+            raise PsiError("the page is read-only (--steer)")
         try:
-            request = json.loads(content)
-            action, name = request["action"], str(request.pop("name"))
+            received = json.loads(content)
+            action, name = received["action"], str(received["name"])
         except (ValueError, TypeError, LookupError, RecursionError):
             raise PsiError("a request must be JSON with an action and a name") from None
         known_name("action", action, ACTIONS)
-        if action != "search":
-            request.pop("formulation", None)
+        if action not in LASTING and not _is_alive(*self._facts.process):
+            raise PsiError("no run is at work")
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")
@@ -182,8 +191,11 @@ class GrowingStudy:
             rule = f"{_MOST_A_MINUTE} requests a minute, {_MOST_REQUESTS} in a study"
             raise PsiError(f"at most {rule}")
         self._steered.append(now)
+        request = {"name": name, "action": action}
+        for key in ("formulation", "count"):
+            request[key] = received.get(key)
         with self.study.changes() as database:
-            database.steer(Steering(name, request))
+            database.steer(request)
 
 
 def _is_alive(host: str, process: int) -> bool:
@@ -198,7 +210,7 @@ def _is_alive(host: str, process: int) -> bool:
     return True
 
 
-def _application(growing: GrowingStudy, token: str, host: str, *, steer: bool) -> Starlette:
+def _application(growing: GrowingStudy, token: str, host: str) -> Starlette:
     """Return the application, whose addresses begin with the token."""
     from starlette.applications import Starlette
     from starlette.concurrency import run_in_threadpool
@@ -249,8 +261,8 @@ def _application(growing: GrowingStudy, token: str, host: str, *, steer: bool) -
 
     async def steering(request: Request) -> Response:
         length = request.headers.get("content-length", "")
-        if not steer or is_foreign(request):
-            return answer("The page is read-only (--steer), or of another origin.", 403)
+        if is_foreign(request):
+            return answer("The request is of another origin.", 403)
         if not length.isdecimal() or int(length) > _LONGEST:
             return answer("The request is too long.", 413)
         try:
@@ -295,7 +307,7 @@ def serve(
     try:
         import uvicorn
 
-        application = _application(growing, token, host, steer=steer)
+        application = _application(growing, token, host)
     except ImportError as error:
         raise PsiError(f"live needs {error.name}: pip install 'pymoo-psi[live]'") from error
     try:

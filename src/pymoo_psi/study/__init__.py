@@ -16,11 +16,11 @@ from pymoo_psi.study._study import Study
 # isort: split
 from pymoo_psi.study._database import ACTIONS as ACTIONS
 from pymoo_psi.study._database import LAST as LAST
+from pymoo_psi.study._database import LASTING as LASTING
 from pymoo_psi.study._database import Columns as Columns
 from pymoo_psi.study._database import Database as Database
 from pymoo_psi.study._database import Facts as Facts
 from pymoo_psi.study._database import Proposal as Proposal
-from pymoo_psi.study._database import Steering as Steering
 from pymoo_psi.study._runs import ALL as ALL
 from pymoo_psi.study._runs import Share as Share
 from pymoo_psi.study._runs import StudyRun as StudyRun

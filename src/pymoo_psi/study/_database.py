@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,8 @@ Proposal: TypeAlias = tuple[int, int, str, dict[str, Any]]
 the algorithm keeps, including the design."""
 
 LAST = 2**63 - 1  # the largest number of a test
-ACTIONS = ("search", "pause", "continue", "more", "stop")  # that people ask of a run
+LASTING = ("search", "more")  # what people ask of a run that holds when it is continued
+ACTIONS = (*LASTING, "pause", "continue", "stop")
 
 _APPLICATION = 0x50534931
 _VERSION = 5  # 4 is that of pymoo-psi 0.3, 1 to 3 are those of 0.1 and 0.2
@@ -52,12 +53,9 @@ CREATE TABLE proposals
     (run INTEGER, test_point INTEGER, round INTEGER, origin TEXT, content TEXT, checksum INTEGER,
     PRIMARY KEY (run, test_point)) WITHOUT ROWID;
 CREATE TABLE history (time TEXT, test INTEGER, content TEXT);
-CREATE TABLE steering
-    (name TEXT, content TEXT, run INTEGER, answer TEXT, request INTEGER PRIMARY KEY, time TEXT,
-    checksum INTEGER);
 {_TESTS}"""
 _TABLES = {
-    _VERSION: ("study", "runs", "known", "proposals", "history", "steering", "tests"),
+    _VERSION: ("study", "runs", "known", "proposals", "history", "tests"),
     _OF_0_3: ("study", "proposals", "tests"),
 }
 _NUMBERS = ("test", "run", "test_point")
@@ -73,30 +71,6 @@ _Terms: TypeAlias = dict[str, tuple[str, Any]]
 _PROVENANCE: _Terms = {"origin": ("origin", np.object_), "seconds": ("seconds", np.float64)}
 
 
-class Steering(NamedTuple):
-    """A request to a run at work.
-
-    Attributes:
-        name: The name of the person.
-        content: The ``action``, one of ``ACTIONS``, and its arguments.
-        run: The run that has answered; 0 as long as none has.
-        answer: The answer of the run.
-        number: The number of the request; 0 before it is stored.
-        time: When it was stored.
-    """
-
-    name: str
-    content: Values
-    run: int = 0
-    answer: str = "waits for the run"
-    number: int = 0
-    time: str = ""
-
-    def __str__(self) -> str:
-        """Return the request and its answer in a line."""
-        return f"{self.time}, {self.name}: {self.content['action']}: {self.answer}"
-
-
 @dataclass
 class Facts:
     """What is known of a study as a whole.
@@ -108,8 +82,10 @@ class Facts:
         id: A random name.
         begun: When the file was made.
         process: The machine and the number of the last process that added tests.
+        steering: Requests to runs, in the order of time. Each has its ``number``, ``time``, the
+            ``name`` of the person, ``action``, one of ``ACTIONS``, its arguments, ``answer`` and
+            ``run``, the run that has answered, or 0.
         runs: The runs.
-        steering: Requests to runs, in the order of time.
     """
 
     head: Head
@@ -118,8 +94,13 @@ class Facts:
     id: str = field(default_factory=lambda: secrets.token_hex(16))
     begun: str = field(default_factory=lambda: _now())
     process: Sequence[Any] = ("", 0)
+    steering: list[Values] = field(default_factory=list)
     runs: list[StudyRun] = field(default_factory=list)
-    steering: list[Steering] = field(default_factory=list)
+
+    @property
+    def requests(self) -> list[str]:
+        """The requests with their answers, each in a line."""
+        return list(map("{time}, {name}: {action}: {answer}".format_map, self.steering))
 
     def run(self, number: int) -> StudyRun:
         """Return the run of a number."""
@@ -210,9 +191,6 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
     facts = Facts(**_stored_facts(_checked_rows(db, "study")))
     for number, points, record, last in _checked_rows(db, "runs ORDER BY run"):
         facts.runs.append(StudyRun(number, json.loads(points), json.loads(record), last))
-    for request in _checked_rows(db, "steering ORDER BY request"):
-        steering = Steering(*request)
-        facts.steering.append(steering._replace(content=json.loads(request[1])))
     return Database(db, path, facts)
 
 
@@ -282,7 +260,7 @@ class Database:
     def write_facts(self) -> None:
         """Write the facts."""
         for name, value in vars(self.facts).items():
-            if name not in ("runs", "steering"):
+            if name != "runs":
                 self._write("study", name, _text(value))
 
     def _write(self, table: str, *row: Any) -> None:
@@ -326,11 +304,12 @@ class Database:
                 raise invalid("the number of test points", rule, last, remedy)
         return self.change_run(number, last=last)
 
-    def steer(self, request: Steering) -> None:
-        """Write a request to the run at work, or a request with its answer."""
-        name, content, run, answer, number, time = request
-        number = number or len(self.facts.steering) + 1
-        self._write("steering", name, _text(content), run, answer, number, time or _now())
+    def steer(self, request: Values) -> None:
+        """Write a new request to the run at work, or one with its number and answer."""
+        number = request.get("number", len(self.facts.steering) + 1)
+        new = {"number": number, "time": _now(), "run": 0, "answer": "waits for the run"}
+        self.facts.steering[number - 1 : number] = [new | request]
+        self.write_facts()
 
     # Proposals
 

@@ -13,8 +13,8 @@
   other runs had tested.
 - ``proposals`` has designs that an algorithm or people are going to test.
 - ``history`` has tests as they were before they were corrected or withdrawn, and when that was.
-- ``steering`` has what people ask of a run while it works, and what the run answered.
-- ``study`` has the facts about the whole file: names, and values as JSON; and their checksum.
+- ``study`` has the facts about the whole file: names, and values as JSON; and their checksum. One
+  of them is what people ask of a run while it works, and what the run answered.
 
 Real numbers are in columns without a type, which keep all their bits: a column of type REAL would
 turn -0.0 into 0.0.

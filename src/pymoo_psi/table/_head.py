@@ -273,7 +273,7 @@ def stored_tests(facts: Facts, columns: Columns) -> StoredTests:
             bounds = [np.array(run.points[side], dtype=np.float64) for run in runs]
             head[side] = end.reduce(bounds).tolist()
     head["problem"] = problem or None
-    steered = [f"Steered {request}." for request in facts.steering]
+    steered = [f"Steered {request}." for request in facts.requests]
     remarks = (*lacking(columns, (*head["objectives"], *limits)), *steered)
     return StoredTests(head, columns, remarks, limits, is_derived=True)
 
