@@ -254,8 +254,8 @@ class Formulation(Shown):
         """
         names = [*self.objectives, *self.maximize, *self.relaxed]
         for name, limit in limits_of(self.limits).items():
-            if not is_of_texts(limit):
-                names.append(str(name))
+            if not isinstance(limit, list):
+                names.append(name)
         for text in self.computed.values():
             names += Expression.of(text).columns
         return tuple(name for name in dict.fromkeys(names) if name not in self.computed)
@@ -665,14 +665,14 @@ def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
     on_numbers = {}
     on_texts: dict[str, Allowed] = {}
     for name, limit in limits_of(limits).items():
-        if is_of_texts(limit):
-            on_texts[name] = [*limit]
+        if isinstance(limit, list):
+            on_texts[name] = limit
             continue
         remedy = ""
         if name in layout.constraints:
             remedy = "leave the constraint out by Formulation(relaxed=...) to give it other limits"
         known_name("a limit", name, free, remedy)
-        if name in layout.maximize and not isinstance(limit, (tuple, list)):
+        if name in layout.maximize and not isinstance(limit, tuple):
             remedy = f"say ({limit}, None) for at least or (None, {limit}) for at most"
             rule = "a pair (lower, upper)"
             raise invalid(f"the limit on {name!r}, which is maximised,", rule, limit, remedy)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from pymoo_psi._validation import (
     invalid,
 )
 from pymoo_psi.table._layout import design_matrix, first_rows, joined_designs, joined_layout
+from pymoo_psi.table._tests import extra_columns
 
 if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable
@@ -84,6 +85,61 @@ def _stacked_column(tables: Sequence[TestTable], name: str, missing: float | Non
             cells = table.column(name)
         parts.append(cells)
     return np.concatenate(parts)
+
+
+def merged(table: TestTable, other: TestTable) -> TestTable:
+    """Return the tests of two runs as evaluated; see :meth:`TestTable.merge`."""
+    require_one_formulation([table, other])
+    whole = stacked([table.tested, other.tested])
+    _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
+    # first[i] is the first row with the number of row i.
+    first = rows[inverse]
+    require_one_result(whole, first)
+    later = np.flatnonzero(first != np.arange(len(whole)))
+    earlier = first[later]
+    outputs = whole.outputs.copy()
+    outputs[earlier] = np.where(np.isnan(outputs[earlier]), outputs[later], outputs[earlier])
+    extra = {name: column.copy() for name, column in whole.extra.items()}
+    for column in extra.values():
+        unknown = blank(column[earlier])
+        column[earlier[unknown]] = column[later[unknown]]
+    joined = whole._with(outputs=outputs, extra=extra).rows(rows)
+    require_one_result(joined)
+    return joined
+
+
+def combined(experiments: Mapping[str, TestTable]) -> TestTable:
+    """Return the tests of several experiments as evaluated; see :meth:`TestTable.combined`."""
+    tables = [*experiments.values()]
+    require_one_formulation(tables)
+    tested = [table.tested for table in tables]
+    bounds = {}
+    if len({table.layout.variables for table in tested}) == 1:
+        # NaN, where there is no bound, is passed on.
+        bounds["lower"] = np.min([table.layout.lower for table in tested], axis=0)
+        bounds["upper"] = np.max([table.layout.upper for table in tested], axis=0)
+    blocks = []
+    last = 0
+    for name, table in zip(experiments, tested, strict=True):
+        origin = {"experiment": [name] * len(table), "number": table.numbers.tolist()}
+        block = table._with(
+            layout=replace(table.layout, **bounds),
+            numbers=table.numbers + last,
+            extra=extra_columns({**table.extra, **origin}, table.layout, len(table)),
+            reasons={number + last: text for number, text in table.reasons.items()},
+            problem=facts_of(table.problem, "problem", "parameters", "key"),
+        )
+        blocks.append(block)
+        last = int(block.numbers.max(initial=last))
+    whole = stacked(blocks)
+    require_one_result(whole)
+    return whole
+
+
+def facts_of(problem: Any, *names: str) -> Values | None:
+    """Return some facts of a problem's identity, of the model or of the points of a run."""
+    facts = {name: fact for name, fact in (problem or {}).items() if name in names}
+    return facts or None
 
 
 def require_one_formulation(tables: Sequence[TestTable]) -> None:

@@ -55,10 +55,11 @@ from pymoo_psi.table._formulation import (
 )
 from pymoo_psi.table._head import Columns, blocks_of, columns_of
 from pymoo_psi.table._joining import (
-    blank,
+    combined,
     difference,
+    facts_of,
+    merged,
     require_one_formulation,
-    require_one_result,
     stacked,
     unequal,
 )
@@ -68,7 +69,6 @@ from pymoo_psi.table._switching import switching_sentences
 from pymoo_psi.table._tests import (
     STATUSES,
     Tests,
-    extra_columns,
     nonfinite_objective,
     require_distinct,
 )
@@ -591,23 +591,7 @@ class TestTable(Tests, Shown):
             array([1, 2, 3, 4])
         """
         instance("other", other, TestTable)
-        require_one_formulation([self, other])
-        whole = stacked([self.tested, other.tested])
-        _, rows, inverse = np.unique(whole.numbers, return_index=True, return_inverse=True)
-        # first[i] is the first row with the number of row i.
-        first = rows[inverse]
-        require_one_result(whole, first)
-        later = np.flatnonzero(first != np.arange(len(whole)))
-        earlier = first[later]
-        outputs = whole.outputs.copy()
-        outputs[earlier] = np.where(np.isnan(outputs[earlier]), outputs[later], outputs[earlier])
-        extra = {name: column.copy() for name, column in whole.extra.items()}
-        for column in extra.values():
-            unknown = blank(column[earlier])
-            column[earlier[unknown]] = column[later[unknown]]
-        table = whole._with(outputs=outputs, extra=extra).rows(rows)
-        require_one_result(table)
-        return self._asked_as_before(table)
+        return self._asked_as_before(merged(self, other))
 
     @classmethod
     def combined(cls, experiments: Mapping[str, TestTable]) -> TestTable:
@@ -642,29 +626,7 @@ class TestTable(Tests, Shown):
                 "experiments", "tables by name, such as {'coarse': a, 'refined': b}", experiments
             )
         tables = [instance(repr(name), table, TestTable) for name, table in experiments.items()]
-        require_one_formulation(tables)
-        tested = [table.tested for table in tables]
-        bounds = {}
-        if len({table.layout.variables for table in tested}) == 1:
-            # NaN, where there is no bound, is passed on.
-            bounds["lower"] = np.min([table.layout.lower for table in tested], axis=0)
-            bounds["upper"] = np.max([table.layout.upper for table in tested], axis=0)
-        blocks = []
-        last = 0
-        for name, table in zip(experiments, tested, strict=True):
-            origin = {"experiment": [name] * len(table), "number": table.numbers.tolist()}
-            block = table._with(
-                layout=replace(table.layout, **bounds),
-                numbers=table.numbers + last,
-                extra=extra_columns({**table.extra, **origin}, table.layout, len(table)),
-                reasons={number + last: text for number, text in table.reasons.items()},
-                problem=facts_of(table.problem, "problem", "parameters", "key"),
-            )
-            blocks.append(block)
-            last = int(block.numbers.max(initial=last))
-        whole = stacked(blocks)
-        require_one_result(whole)
-        return tables[0]._asked_as_before(whole)
+        return tables[0]._asked_as_before(combined(experiments))
 
     def equals(self, other: object) -> bool:
         """Whether another table is equal in every value and attribute; NaN is equal to NaN.
@@ -815,12 +777,6 @@ def _fill_failed(blocks: Mapping[str, Array], failed: Mask) -> None:
     for name, value in _OF_FAILED.items():
         values = blocks[name][failed]
         blocks[name][failed] = np.where(np.isfinite(values), values, value)
-
-
-def facts_of(problem: Any, *names: str) -> Values | None:
-    """Return some facts of a problem's identity, of the model or of the points of a run."""
-    facts = {name: fact for name, fact in (problem or {}).items() if name in names}
-    return facts or None
 
 
 # The documentation shows the members of a class itself, not of a base that is private.

@@ -19,6 +19,7 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from io import StringIO
+from itertools import dropwhile
 from pathlib import Path
 from typing import Any, TypeAlias
 from urllib.parse import quote
@@ -268,10 +269,7 @@ def cells_of_text(
     if last > len(lines):
         raise invalid("skip_rows", f"numbers of lines of the file, 1 to {len(lines)}", last)
     lines = [line for line in lines if line[0] not in skip_rows]
-    n_above = 0
-    while n_above < len(lines) and _ABOVE_HEADER.match(lines[n_above][1]):
-        n_above += 1
-    lines = lines[n_above:]
+    lines = list(dropwhile(lambda line: _ABOVE_HEADER.match(line[1]), lines))
     if not lines:
         raise UnfitError(EMPTY)
     separator = _separator(lines)
