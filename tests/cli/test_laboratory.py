@@ -30,13 +30,13 @@ c = {bounds = [0, 1]}
 mould = {choices = ["sand", "steel", 12]}
 [outputs]
 strength = {unit = "MPa"}
-pores = {}
+where = {}
 cost = {expression = "3*a + 2*b + c"}
 [objectives]
 maximize = ["strength"]
 minimize = ["cost"]
 [limits]
-pores = "<= 0.5"
+where = "<= 0.5"
 [requirements]
 mix = "a + b + c = 1"
 """
@@ -63,7 +63,7 @@ def told(frame, name="told.csv", *words, code=0):
 def filled(frame, rows=slice(None)):
     frame = frame.copy()
     frame.loc[rows, "strength [MPa]"] = 200 + 10 * frame["test"]
-    frame.loc[rows, "pores"] = 0.25
+    frame.loc[rows, "where"] = 0.25
     return frame
 
 
@@ -170,7 +170,7 @@ def test_a_row_that_cannot_be_meant_is_refused_and_nothing_is_taken(alloy, colum
 def test_failures_and_incomplete_rows(alloy, capsys):
     frame = filled(asked("next.csv"), [1])
     frame.loc[0, "failure"] = "cracked"
-    frame.loc[2, "pores"] = 0.1
+    frame.loc[2, "where"] = 0.1
     told(frame)
     assert "Test 3 stays pending, as it lacks some results" in capsys.readouterr().out
     table = read_table("lab.db")

@@ -143,3 +143,21 @@ def test_results_that_one_has_begin_a_study(log, said):
     assert read_table("beam.db").rows([0, 1])["tip"].tolist() == [0.8, 1.0]
     text = said("solve", "beam.toml", "--from", "old.csv", code=2)
     assert "--from must be used with --study" in text
+
+
+def test_an_output_is_read_only_from_the_folders_of_the_same_tests(log, said):
+    """Folders of an older version of the program, with the same designs, are beside them."""
+    said("solve", "beam.toml", "--study", "old.db", "--points", "6")
+    solver = Path("model/solver.py").read_text()
+    Path("model/solver.py").write_text(solver.replace("900 /", "700 /").replace("1000 /", "999 /"))
+    solve = ("solve", "beam.toml", "--study", "new.db", "--points", "6")
+    said(*solve)
+    edit(
+        "[objectives]", "stress = {file = 'stdout.txt', pattern = 'stress = (\\S+)'}\n[objectives]"
+    )
+    said(*solve)
+    table = read_table("new.db")
+    stress = 700 / (table["width"] * table["height"] ** 2)
+    assert table["stress"].tolist() == pytest.approx(stress.tolist())
+    edit("stress = {", "F = {")
+    assert "force" in said(*solve, code=2)

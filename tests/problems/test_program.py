@@ -193,12 +193,12 @@ def shell(tmp_path, script, outputs, template=None, **program):
         ('"tip speed" "m"\n1 10\n', 10, None),
         ("w|m\n5|10\n", 10, None),
         ("# made by hand\nw,m\n5,10\n", 10, None),
-        ("w m\n1 5 10", None, "line 2 has 3 cells, most lines 2"),  # R: names of rows in front
-        ("     w   m\n0  5  10\n1  6  11", None, "line 1 has 2 cells, most lines 3"),  # pandas
-        ("tip speed m\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
-        ("   m  tip speed\n0  5         10\n", None, "'5' under the name of another column"),
-        ("tip speed   m\n0       5  10\n", 10, None),
-        ("w m n\n5 10\n", None, "line 2 has 2 cells, most lines 3"),
+        ("w m\n1 5 10", None, "not one column 'm'"),  # R: names of rows in front
+        ("     w   m\n0  5  10\n1  6  11", None, "not one column 'm'"),  # pandas
+        ("tip speed m\n5 10\n", None, "not one column 'm'"),
+        ("   m  tip speed\n0  5         10\n", None, "is no table"),
+        ("tip speed   m\n0       5  10\n", None, "is no table"),
+        ("w m n\n5 10\n", None, "not one column 'm'"),
         ("w,m\n1,5,10\n", None, "line 2 has 3 cells, most lines 2"),
         ("w;m\n1,5;1.250\n", None, "out has decimal commas; let the program write points"),
         ("w,m\n5,\n", None, "'' in out is no plain number"),

@@ -1,5 +1,9 @@
 """Several runs in one study: a design is tested once, whichever run asks for it first."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,11 +14,13 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, Recorded, Restricted, SurrogatePSI, investigate
 from pymoo_psi.algorithms import RunOptions, import_tests
-from pymoo_psi.errors import EvaluationError, PsiError
+from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError
 from pymoo_psi.problems import NamedProblem
 from pymoo_psi.study import Study
 from pymoo_psi.table import even_part, read_table, sensitivities
 from tests.study.studies import HEAD, begun, block, edit, read
+
+ROOT = Path(__file__).parents[2]
 
 
 class Counted(ElementwiseProblem):
@@ -216,3 +222,50 @@ def test_tests_that_lack_an_output_with_a_limit_are_made_again_on_request_only(s
     table = investigate(model, 4, study=study, retry="incomplete")
     assert model.n_evaluated == 4
     np.testing.assert_array_equal(table["mass"], 2 * table["width"])
+
+
+@pytest.mark.parametrize("name", ["test", "run", "origin", "seconds"])
+def test_columns_that_a_study_adds_take_the_place_of_no_values(name, study, model):
+    """Such an objective is refused; a further output is left out, which is said."""
+    with pytest.raises(PsiError, match=f"a column of a study.*'{name}'"):
+        investigate(model, 4, study=study, names={"f1": name})
+    assert not study.exists()
+
+    def heat(x):
+        return x[0] - x[1]
+
+    class Named(Counted):
+        def _evaluate(self, x, out, *args, **kwargs):
+            super()._evaluate(x, out)
+            out[name] = out.pop("heat")
+
+    with pytest.warns(UserWarning, match=f"out\\['{name}'\\] is not kept in the study"):
+        table = investigate(Named(), 4, study=study)
+    np.testing.assert_array_equal(table[name], [heat(x) for x in table.X])
+    stored = read_table(study)
+    assert name not in stored.layout.columns
+    np.testing.assert_array_equal(stored.F, table.F)
+
+
+TURNED = """
+from pymoo_psi import investigate
+from tests.study.test_runs import Counted
+investigate(Counted(), 4, study={study!r}, maximize=["f2"], study_wait=0.1)
+"""
+
+
+def test_no_run_turns_an_objective_while_another_writes(model, study):
+    investigate(model, 4, study=study)
+    head = Study(study).facts().head
+    writer = Study(study)
+    writer.begin(head)
+    command = [sys.executable, "-c", TURNED.format(study=str(study))]
+    with writer.writing():
+        other = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert "StudyLockedError" in other.stderr
+    assert Study(study).facts().head == head
+    subprocess.run(command, cwd=ROOT, check=True)
+    with pytest.raises(StudyMismatchError, match="names or directions since this one began"):
+        writer.append(Study(study).contents()[1])
+    table = read_table(study)
+    np.testing.assert_array_equal(table["f2"], -(1 - table["x1"] + table["x2"] ** 2))

@@ -41,8 +41,10 @@ Example:
     1000
 
 A study rejects a different problem: another name, variables, number of objectives or constraints,
-or other numbers and texts in the attributes of the problem (or in what its method ``fingerprint()``
-returns). It does not know the code of the model. Change ``study_key`` when a constant or the
+or other numbers and texts that the problem was made with: arguments of its class that it keeps as
+attributes of the same name (or what its method ``fingerprint()`` returns). Texts with a slash are
+taken for paths and are not compared. It does not know attributes of the class or the code of the
+model. Change ``study_key`` when a constant or the
 program changes; otherwise one table mixes old and new results. Failed designs stay failed until
 ``PSI(..., retry="failed")`` tests them again.
 

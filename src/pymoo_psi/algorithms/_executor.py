@@ -29,6 +29,7 @@ from pymoo_psi.parallel import (
     Waiting,
 )
 from pymoo_psi.problems import (
+    NO_OUTPUTS,
     Seeded,
     columns_of_values,
     design_space,
@@ -563,13 +564,6 @@ def executor_of(
     return pieces
 
 
-# Values that pymoo computes itself, or its users return beside the outputs of a model; our reasons.
-NO_OUTPUTS = {
-    *("F", "G", "H", "dF", "dG", "dH", "ddF", "ddG", "ddH", "CV", "cv", "feas", "X", "hash"),
-    "failure",
-}
-
-
 def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> TestTable:
     """Return the tests of n designs with all numbers that the model returned.
 
@@ -599,11 +593,12 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> Tes
         if name in NO_OUTPUTS or name.startswith("__"):
             continue
         if name in other_columns:
-            _warn_of(name, "by this name")
+            warn_of_output(name, "in the table by this name")
             continue
         column, odd = _numbers(values, len(numbers))
         if odd:
-            _warn_of(name, f"where it is no single number, such as {odd[0]!r:.40}")
+            example = f"{odd[0]!r:.40}"
+            warn_of_output(name, f"in the table where it is no single number, such as {example}")
             if np.isnan(column).all():
                 continue
         outputs[name] = np.where(has_failed, np.nan, column)
@@ -612,8 +607,9 @@ def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> Tes
     )
 
 
-def _warn_of(name: object, why: str) -> None:
-    warnings.warn(f"out[{name!r}] is not kept in the table {why}", stacklevel=3)
+def warn_of_output(name: str, where: str) -> None:
+    """Warn that an output of a model is lost."""
+    warnings.warn(f"out[{name!r}] is not kept {where}", stacklevel=3)
 
 
 def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
+_PLACE = "\0place"  # of a row in its file; no column of a problem has a NUL
 _POINTS = 20  # of the sequence, which come before proposals of surrogates
 _TRIED = 200  # points for each design, of which one may be new
 _DISCRETE = (Kind.CHOICE, Kind.BINARY)
@@ -333,7 +334,7 @@ def tell_tests(
 
 
 def _rows_of(cells: Any, columns: Entries, requests: _Requests, remarks: list[str]) -> list[Values]:
-    """Return the rows with results: values by name, ``test``, ``reason`` and ``where``."""
+    """Return the rows with results: values by name, ``test``, ``reason`` and the place."""
     head = requests.head
     results = _results(head)
     kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE} | dict.fromkeys(results, Kind.REAL)
@@ -364,7 +365,7 @@ def _rows_of(cells: Any, columns: Entries, requests: _Requests, remarks: list[st
         for name, value in requests.asked[number].design.items():
             if _text(row.get(name, value)) == _text(value):
                 row[name] = value  # with all its digits
-        rows.append(dict.fromkeys(results, np.nan) | row | {"reason": reason, "where": where})
+        rows.append(dict.fromkeys(results, np.nan) | row | {"reason": reason, _PLACE: where})
     return rows
 
 
@@ -423,7 +424,7 @@ def _new_rows(requests: _Requests, rows: Sequence[Values]) -> list[Values]:
                 if _text(row[name]) != other:
                     differences.append(f"{name} = {_text(row[name])} where it has {other}")
             raise invalid(
-                row["where"],
+                row[_PLACE],
                 f"as the study has test {test}",
                 Received("; ".join(differences)),
                 f"--withdraw {test} with this file replaces it; a repeat needs the stored row "
@@ -461,7 +462,7 @@ def _keep(
     columns: Columns = {}
     for name in tests[0]:
         columns[name] = np.array([test[name] for test in tests])
-    del columns["where"]
+    del columns[_PLACE]
     if not columns[PROPOSAL_ROUND].any():
         del columns[PROPOSAL_ROUND]
     has_failed = columns["reason"] != ""

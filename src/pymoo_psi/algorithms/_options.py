@@ -124,9 +124,10 @@ class RunOptions:
             :func:`~pymoo_psi.read_table` reads as one study.
         study_key: A version or constants of the model; a study rejects a changed key. The study
             itself compares name, variables, choices and number of objectives, and the numbers and
-            texts in the attributes of the problem, or what its method ``fingerprint()`` returns. It
-            does not know the code of the model. Other bounds, samplings or requirements start
-            another run in the same study.
+            texts that the problem was made with (arguments of its class that it keeps as
+            attributes of the same name, but no paths), or what its method ``fingerprint()``
+            returns. It does not know attributes of the class or the code of the model. Other
+            bounds, samplings or requirements start another run in the same study.
         more: Whether ``n_points`` counts additional points of a study. If an interrupted run left
             points untested, the call tests only these.
         study_wait: Seconds to wait for other processes that are writing the study.

@@ -37,7 +37,6 @@ from pymoo_psi.algorithms._asked import (
     under,
     under_known,
 )
-from pymoo_psi.algorithms._executor import NO_OUTPUTS
 from pymoo_psi.algorithms._options import (
     InvestigateKeywords,
     PSIKeywords,
@@ -49,6 +48,7 @@ from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_seq
 from pymoo_psi.algorithms._store import stored_at_termination
 from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
 from pymoo_psi.problems import (
+    NO_OUTPUTS,
     evaluate_designs,
     require_known_keywords,
     require_problem,

@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Mask, Names, Numbers, Values, invalid
-from pymoo_psi.algorithms._executor import Model
+from pymoo_psi.algorithms._executor import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.problems import layers, requirement_texts
-from pymoo_psi.study import LAST, LASTING, Columns, Proposal, Study, points_of
+from pymoo_psi.study import ADDED, LAST, LASTING, Columns, Proposal, Study, points_of
 from pymoo_psi.table import (
     POINT,
     RUN,
@@ -302,6 +302,10 @@ class StudyStore(Store):
         """Store tests, and what each of them took; those that are stored already are left alone."""
         if len(tests):
             columns = columns_of(tests)
+            for name in tests.layout.outputs:
+                if name in ADDED:
+                    del columns[name]
+                    warn_of_output(name, "in the study, which adds a column of this name")
             self.study.append(columns, run=self._run, origin=self.origin, seconds=seconds)
 
     def numbered(self, tests: TestTable) -> TestTable:

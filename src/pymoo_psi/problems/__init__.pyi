@@ -31,6 +31,7 @@ from ._named import known_limits as known_limits
 from ._program import Output as Output
 from ._program import Program as Program
 from ._program import ProgramRun as ProgramRun
+from ._pymoo import NO_OUTPUTS as NO_OUTPUTS
 from ._pymoo import problem_name as problem_name
 from ._pymoo import require_known_keywords as require_known_keywords
 from ._pymoo import require_problem as require_problem

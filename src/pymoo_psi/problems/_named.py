@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -22,7 +22,7 @@ from pymoo_psi._validation import (
     mapping,
 )
 from pymoo_psi.errors import ArgumentTypeError, EvaluationError
-from pymoo_psi.problems._pymoo import OF_A_MODEL, require_known_keywords
+from pymoo_psi.problems._pymoo import NO_OUTPUTS, OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
 from pymoo_psi.problems._wrapped import changes_designs_only, layers
 from pymoo_psi.table import sides_of_text
@@ -201,10 +201,19 @@ class NamedProblem(ElementwiseProblem):
         if "seed" in kwargs:
             design["seed"] = kwargs["seed"]
         outputs = self.values(design)
+        require_output_names(outputs.keys() - {*self.objectives})
         out["F"], out["G"] = self.objectives_and_constraints(outputs)
         for name, value in outputs.items():
             if name not in self.objectives:
                 out[name] = value
+
+
+def require_output_names(names: Collection[str]) -> None:
+    """Check that no output has the name of an entry of pymoo's ``out``, which it would replace."""
+    for name in names:
+        if name in NO_OUTPUTS:
+            rule = "named unlike the entries that pymoo has for a design"
+            raise invalid("an output", rule, name, "rename it, such as 'force' instead of 'F'")
 
 
 def known_limits(problem: Any) -> Sequence[OutputLimit]:

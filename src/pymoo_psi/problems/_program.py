@@ -13,6 +13,7 @@ import signal
 import sys
 import tempfile
 import time
+from collections import defaultdict
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
@@ -38,7 +39,13 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
 from pymoo_psi.parallel import run_program
-from pymoo_psi.problems._named import NamedProblem, section, sections, units_of
+from pymoo_psi.problems._named import (
+    NamedProblem,
+    require_output_names,
+    section,
+    sections,
+    units_of,
+)
 from pymoo_psi.problems._wrapped import require_model
 from pymoo_psi.table import Expression, UnfitError, cells_of_text
 
@@ -361,6 +368,7 @@ class ProgramProblem(NamedProblem):
         self.by_people = program is None
         if program is not None:
             self.program = section("program", Program, program)
+        require_output_names(self.outputs)
         for column, output in self.outputs.items():
             if not output.expression and self.by_people == bool(output.file):
                 rule = f"{_WAYS}; without [program], as expression or without a way"
@@ -645,22 +653,38 @@ class ProgramProblem(NamedProblem):
         return outputs
 
     def _read_again(self, rows: Rows, outputs: Values, columns: Entries) -> None:
-        """Fill in outputs that some tests lack with the values in kept folders."""
+        """Fill in outputs that some tests lack with the values in kept folders.
+
+        Other studies, and repeats, may have left folders of the same design. That of a test is
+        known by the outputs that the test has.
+        """
         folders = self._kept_folders()
         for row in rows.tolist():
+            known = {name: v[row] for name, v in outputs.items() if not np.isnan(v[row])}
             design = tuple(str(columns[variable].tolist()[row]) for variable in self.variables)
-            for name, values in outputs.items():
-                if design in folders and np.isnan(values[row]):
-                    with suppress(ProgramError, OSError):
-                        values[row] = self.outputs[name].read(folders[design])
+            for folder in folders[design]:
+                kept = self._outputs_in(folder)
+                if known and known.items() <= kept.items():
+                    for name, value in kept.items():
+                        outputs[name][row] = value
 
-    def _kept_folders(self) -> dict[tuple[str, ...], Path]:
+    def _outputs_in(self, folder: Path) -> dict[str, float]:
+        """Return the outputs that can be read from the folder of a run."""
+        values = {}
+        for name, output in self.outputs.items():
+            if not output.expression:
+                with suppress(ProgramError, OSError):
+                    values[name] = output.read(folder)
+        return values
+
+    def _kept_folders(self) -> defaultdict[tuple[str, ...], list[Path]]:
         """Return the folders of runs that are kept, by the texts of their designs."""
-        folders = {}
-        for path in (self.base / self.program.folder).glob("*/design.json"):
+        folders = defaultdict(list)
+        for path in sorted((self.base / self.program.folder).glob("*/design.json")):
             with suppress(OSError, ValueError, KeyError):
                 design = json.loads(path.read_text(encoding="utf-8"))
-                folders[tuple(str(design[variable]) for variable in self.variables)] = path.parent
+                key = tuple(str(design[variable]) for variable in self.variables)
+                folders[key].append(path.parent)
         return folders
 
     def values(self, design: Entries) -> Mapping[str, float]:

@@ -28,6 +28,11 @@ OF_A_MODEL = (
     "vars",
     "elementwise",
 )
+# Entries of out that are no outputs of a model: pymoo's, and our reasons of failures.
+NO_OUTPUTS = {
+    *("F", "G", "H", "dF", "dG", "dH", "ddF", "ddG", "ddH", "CV", "cv", "feas", "X", "hash"),
+    "failure",
+}
 
 
 def require_known_keywords(

@@ -15,6 +15,7 @@ from pymoo_psi.study._study import Study
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 from pymoo_psi.study._database import ACTIONS as ACTIONS
+from pymoo_psi.study._database import ADDED as ADDED
 from pymoo_psi.study._database import LAST as LAST
 from pymoo_psi.study._database import LASTING as LASTING
 from pymoo_psi.study._database import Columns as Columns

@@ -58,6 +58,7 @@ _TABLES = {
     _VERSION: ("study", "runs", "known", "proposals", "history", "tests"),
     _OF_0_3: ("study", "proposals", "tests"),
 }
+ADDED = ("test", "run", "origin", "seconds")  # columns of a study that no table of a model has
 _NUMBERS = ("test", "run", "test_point")
 _NOT_VALUES = (*_NUMBERS, "status", "reason", "origin", "seconds")
 _FIXED = (*_NOT_VALUES, "design_checksum", "row_checksum")
@@ -352,11 +353,10 @@ class Database:
 
         Stored columns that the new head lacks become outputs.
         """
-        names, reversed_names = _changed_names(self.facts.head, head)
-        if reversed_names or any(name != new for name, new in names.items()):
+        if renames_columns(self.facts.head, head):
             columns = self._selected(_PROVENANCE, "tests ORDER BY test")
-            for name in reversed_names:
-                columns[name] = -columns[name]
+            columns = renamed_columns(columns, self.facts.head, head)
+            names, _ = _changed_names(self.facts.head, head)
             renamed = {**self.facts.head}
             for group in ("objectives", "inequalities", "equalities"):
                 renamed[group] = [names.get(name, name) for name in renamed[group]]
@@ -364,7 +364,7 @@ class Database:
             self.db.execute("DROP TABLE tests")
             self.db.execute(_TESTS)
             self._add_columns({})
-            self.insert({names.get(name, name): column for name, column in columns.items()})
+            self.insert(columns)
         if self._change_head(with_stored_columns(self.facts.head, head)):
             self.facts.is_complete = False
         self.write_facts()
@@ -385,6 +385,7 @@ class Database:
 
     def _add_columns(self, present: Collection[str]) -> None:
         """Add the columns of the head that are not present."""
+        require_other_names(self.facts.head)
         for name, (column, kind) in _columns(self.facts.head).items():
             if name not in present:
                 self.db.execute(f"ALTER TABLE tests ADD COLUMN {column} {_TYPES.get(kind, '')}")
@@ -656,6 +657,16 @@ def _read(
 # Heads
 
 
+def require_other_names(head: Head) -> None:
+    """Check that no column of a head has the name of one that a study adds."""
+    for group in _GROUPS:
+        for name in head.get(group, ()):
+            if name in ADDED:
+                rule = f"named unlike the columns that a study adds: {', '.join(ADDED)}"
+                remedy = "give the problem, or the program, another name for it"
+                raise invalid("a column of a study", rule, name, remedy)
+
+
 def with_stored_columns(stored: Head, asked: Head) -> Values:
     """Return the head that a study has from now on; a column that is stored stays, as an output.
 
@@ -689,6 +700,23 @@ def _changed_names(stored: Head, head: Head) -> tuple[dict[str, str], list[str]]
     was_maximized = {names.get(name, name) for name in stored.get("maximize", ())}
     differing_names = was_maximized ^ {*head.get("maximize", ())}
     return names, [n for n in stored["objectives"] if names.get(n, n) in differing_names]
+
+
+def renames_columns(stored: Head, head: Head) -> bool:
+    """Whether another head has other names for stored columns, or other directions."""
+    names, reversed_names = _changed_names(stored, head)
+    return bool(reversed_names) or any(name != new for name, new in names.items())
+
+
+def renamed_columns(columns: Columns, stored: Head, head: Head) -> Columns:
+    """Return stored columns under the names, and in the directions, of another head."""
+    names, reversed_names = _changed_names(stored, head)
+    renamed = {}
+    for name, cells in columns.items():
+        if name in reversed_names:
+            cells = -cells
+        renamed[names.get(name, name)] = cells
+    return renamed
 
 
 def with_outputs(head: Head, columns: Collection[str]) -> Values:

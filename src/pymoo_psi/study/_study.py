@@ -30,7 +30,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
 from os import PathLike
 from pathlib import Path
 
@@ -50,6 +50,8 @@ from pymoo_psi.study._database import (
     new_database,
     new_run,
     opened,
+    renamed_columns,
+    renames_columns,
     with_outputs,
     with_stored_columns,
 )
@@ -88,6 +90,7 @@ class Study:
             raise wrong_type("study path", "the name of a file", path)
         self.path = os.path.realpath(path)
         self.wait = wait
+        self._asked: Head | None = None  # by the run that was begun
         self._id: str | None = None  # of the study that was used; another file may take its place
 
     def begin(
@@ -118,6 +121,7 @@ class Study:
             ArgumentTypeError: JSON cannot hold the head.
         """
         asked = json.loads(identity_text(head))
+        self._asked = asked
         if points is None:
             points = points_of(asked, None)
         facts = Facts(asked, share, runs=[new_run(1, points)])
@@ -141,7 +145,11 @@ class Study:
         head = with_stored_columns(stored.head, asked)
         if run is not None and json.dumps(head) == json.dumps(stored.head):
             return stored, run
-        with self.changes() as database:
+        with ExitStack() as locks:
+            if renames_columns(stored.head, asked):  # nobody goes on to write what is there now
+                for stored_run in stored.runs:
+                    locks.enter_context(self.writing(stored_run.number))
+            database = locks.enter_context(self.changes())
             database.replace_head(asked)
             run = database.facts.run_with(points) or database.add_run(points)
             return database.facts, run
@@ -200,6 +208,12 @@ class Study:
         origins = np.full(n, origin, dtype=object)
         more = {"origin": origins, "seconds": np.full(n, seconds, dtype=np.float64)}
         with self.writing(run), self.changes() as database:
+            head = database.facts.head
+            if self._asked is not None and renames_columns(head, self._asked):
+                raise StudyMismatchError(
+                    f"another run has given the objectives of study {self.path} other names or "
+                    "directions since this one began, which stored nothing then; run it again"
+                )
             return database.append(run, columns | more)
 
     def facts(self) -> Facts:
@@ -406,6 +420,7 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
             require_fellow(file, facts, first, f"in {files[0]}")
             if facts.share is not None:
                 n_shares = facts.share[1]
+            columns = renamed_columns(columns, facts.head, first.head)
             try:
                 if len(columns["test"]):
                     joined.append(1, columns)
