@@ -2,7 +2,6 @@
 
 import contextlib
 import copy
-import gc
 import os
 import pickle
 import signal
@@ -277,16 +276,6 @@ def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
     with pytest.raises(EvaluationError, match="timed out after 1.5 s"):
         JoblibRunner(1, timeout=SHORT)(with_solver, [1, 0])  # the first design of a worker, too
     assert all(gone(int(pid)) for pid in pids.read_text().split())
-
-
-@posix
-def test_workers_end_with_the_runner():
-    runner = JoblibRunner(1, timeout=1e4)
-    workers = pids(model(elementwise_runner=runner), designs())
-    assert workers
-    del runner
-    gc.collect()
-    assert all(gone(pid) for pid in workers)
 
 
 def speaking(how):

@@ -30,12 +30,10 @@ import subprocess
 import sys
 from collections import deque
 from collections.abc import Sequence
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from contextlib import suppress
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
-from queue import SimpleQueue
-from threading import Thread
 from time import monotonic
 from typing import Any, NamedTuple
 
@@ -127,38 +125,18 @@ class Processes:
         self._setting = setting
         self._busy: set[_Worker] = set()
         self._is_closed = False
-        self._tasks: SimpleQueue[Any] = SimpleQueue()
-        self._threads: list[Thread] = []
+        self._threads = ThreadPoolExecutor(count)
 
     def submit(self, work: Work, function: bytes) -> Future[Answer]:
         """Return the future of an answer; see :meth:`evaluate`."""
-        future: Future[Answer] = Future()
-        self._tasks.put((future, work, function))
-        if len(self._threads) < self._count:
-            # The interpreter does not wait for such a thread at its end, nor does its worker.
-            thread = Thread(target=self._work, daemon=True)
-            self._threads.append(thread)
-            thread.start()
-        return future
-
-    def _work(self) -> None:
-        for future, *task in iter(self._tasks.get, None):
-            if not future.set_running_or_notify_cancel():
-                continue
-            try:
-                future.set_result(self.evaluate(*task))
-            except BaseException as error:
-                future.set_exception(error)
+        return self._threads.submit(self.evaluate, work, function)
 
     def close(self) -> None:
         """End the workers that are busy, with all that a model has started there."""
         self._is_closed = True
         for worker in list(self._busy):
             worker.hang_up()
-        for _ in self._threads:
-            self._tasks.put(None)
-        for thread in self._threads:
-            thread.join()
+        self._threads.shutdown()
         _end(_IDLE[: -_KEPT * max(self._count, os.cpu_count() or 1)])
 
     def evaluate(self, work: Work, function: bytes) -> Answer:
@@ -224,11 +202,6 @@ class Processes:
         if self._is_closed:  # it is closed in another thread
             worker.hang_up()
         return worker
-
-
-def end_workers(owner: str) -> None:
-    """End the idle workers that only a runner of this name can use."""
-    _end([worker for worker in _IDLE if worker.setting.identity[0] == owner])
 
 
 def _end(workers: list[_Worker]) -> None:

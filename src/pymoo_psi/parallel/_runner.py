@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import secrets
 import sys
-import weakref
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
@@ -21,7 +20,6 @@ from pymoo_psi.parallel._evaluation import (
     Waiting,
     evaluate_here,
 )
-from pymoo_psi.parallel._pool import end_workers
 
 # joblib is imported in the functions that need it: a worker imports this module, but not joblib.
 
@@ -63,9 +61,6 @@ class Runner:
         self.cost = Cost()
         self.has_answered = False  # any worker, so that tasks can be done at all
         self.name = secrets.token_hex(8)
-        if sys.platform != "win32":
-            # At its end, workers are of no use that have classes of the main module.
-            weakref.finalize(self, end_workers, self.name)
 
     @property
     def n_workers(self) -> int:
