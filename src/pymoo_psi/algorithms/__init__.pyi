@@ -15,7 +15,6 @@ from ._surrogate import SurrogatePSI as SurrogatePSI
 # isort: split
 
 from ._executor import Model as Model
-from ._executor import limits_of_problem as limits_of_problem
 from ._executor import table_of_values as table_of_values
 from ._external import ask_tests as ask_tests
 from ._external import import_tests as import_tests

@@ -330,12 +330,12 @@ class Model:
 
 def limits_of_problem(limits: Sequence[Any]) -> Values:
     """Return the limits of a problem by output, as ``(lower, upper)``."""
-    ends: Values = {}
+    sides: dict[str, dict[str, float]] = {}
     for limit in limits:
-        lower, upper = ends.get(limit.output, (None, None))
-        low, high = limit.ends
-        ends[limit.output] = (lower if low is None else low, upper if high is None else high)
-    return ends
+        sides.setdefault(limit.output, {})[limit.sign] = limit.value
+    return {
+        output: (of_output.get(">="), of_output.get("<=")) for output, of_output in sides.items()
+    }
 
 
 class OneByOne(_Executor):
@@ -388,7 +388,8 @@ class OneByOne(_Executor):
         designs: Any = self._model.space.designs(matrix)
         if self._model.noisy:
             repeat = self._model.repeat
-            seeds = [_seed_of(number, repeat) for number in numbers]
+            # from 0 to 2³¹ - 1
+            seeds = [zlib.crc32(f"{number} {repeat}".encode()) >> 1 for number in numbers]
             designs = list(map(Seeded, designs, seeds))
         self._waiting.extend(zip(numbers, designs, strict=True))
 
@@ -412,11 +413,6 @@ class OneByOne(_Executor):
         self._points = self._points.at(self._points.numbers >= self.first_pending)
         tests = self._model.tests(points, values)
         return Block(points.numbers, tests, len(points), seconds)
-
-
-def _seed_of(test_point: int, repeat: int) -> int:
-    """Return the seed of a test, from 0 to 2³¹ - 1."""
-    return zlib.crc32(f"{test_point} {repeat}".encode()) >> 1
 
 
 class InPieces(_Executor):

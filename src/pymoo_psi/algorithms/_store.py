@@ -6,7 +6,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from typing import Any, TypeAlias
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Mask, Names, Numbers, Values, invalid
+from pymoo_psi._validation import Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._executor import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
@@ -419,21 +419,16 @@ def _head_of_run(table: TestTable, model: Model) -> Head:
 def _points_of_run(head: Head, sampling: str, model: Model) -> Head:
     """Return what determines the points of a run."""
     points = points_of(head, sampling, requirement_texts(model.problem), model.repeat)
-    kept = _kept_values(model, head["problem"]["choices"])
-    if kept:
-        points["only"] = kept
-    return points
-
-
-def _kept_values(model: Model, choices: Mapping[str, Names]) -> dict[str, list[str]]:
-    """Return the values of choices and binary variables of which some are left out, by variable."""
-    kept = {}
+    choices = head["problem"]["choices"]
+    only = {}  # the values of choices and binary variables of which some are left out
     for variable in model.space.variables:
-        if variable.kind in (Kind.BINARY, Kind.CHOICE):
-            values = [str(option) for option in variable.options]
-            if values and values != choices.get(variable.title):
-                kept[variable.title] = values
-    return kept
+        values = [str(option) for option in variable.options]
+        is_whole = not values or values == choices.get(variable.title)
+        if variable.kind in (Kind.BINARY, Kind.CHOICE) and not is_whole:
+            only[variable.title] = values
+    if only:
+        points["only"] = only
+    return points
 
 
 # Columns of a study that a table of a single run does not have.

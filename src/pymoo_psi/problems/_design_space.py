@@ -226,25 +226,19 @@ class DesignSpace:
 
     def to_matrix(self, designs: Sequence[Any] | AnyArray) -> AnyArray:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""
-        if self.named:
-            matrix: AnyArray = np.empty((len(designs), len(self.variables)), dtype=object)
-            for j, variable in enumerate(self.variables):
-                for i, design in enumerate(designs):
-                    if variable.fixed:
-                        matrix[i, j] = variable.options[0]
-                    else:
-                        matrix[i, j] = design[variable.name]
-            return matrix
-        free = self._are_free()
-        vectors = np.asarray(designs)
-        if free.all():
-            return vectors
-        fixed = np.array([v.options[0] for v in self.variables if v.fixed])
-        dtype = np.result_type(vectors, fixed)  # floats for whole numbers beside 0.5
-        matrix = np.empty((*vectors.shape[:-1], len(free)), dtype=dtype)
-        matrix[..., free] = vectors
-        matrix[..., ~free] = fixed
-        return matrix
+        columns = iter(np.asarray(designs).T)
+        matrix: list[AnyArray] = []
+        for variable in self.variables:
+            if variable.fixed:
+                values = [variable.options[0]] * len(designs)
+            elif self.named:
+                values = [design[variable.name] for design in designs]
+            else:
+                matrix.append(next(columns))
+                continue
+            # fromiter: options may be sequences themselves
+            matrix.append(np.fromiter(values, object) if self.named else np.array(values))
+        return np.column_stack(matrix)
 
     def _are_searched(self) -> Mask:
         """Return which variables are searched: all free ones if none has two values."""

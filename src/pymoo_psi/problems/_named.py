@@ -90,11 +90,6 @@ class OutputLimit:
     value: float
 
     @property
-    def ends(self) -> tuple[float | None, float | None]:
-        """The least and the greatest value that it allows."""
-        return (None, self.value) if self.sign == "<=" else (self.value, None)
-
-    @property
     def text(self) -> str:
         """The name of its constraint, with all digits of the limit."""
         number = f"{self.value:.12g}"  # as in studies of version 0.3: 1e+12
