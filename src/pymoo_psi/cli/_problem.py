@@ -29,7 +29,7 @@ from pymoo_psi._validation import Names, Received, Values, invalid, job_count, p
 from pymoo_psi.cli._app import print_error
 from pymoo_psi.cli._console import print_frame, say
 from pymoo_psi.cli._source import pairs_in, typed_options
-from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, PsiError
+from pymoo_psi.errors import ArgumentTypeError, PsiError
 from pymoo_psi.parallel import ExecutorRunner, JoblibRunner, Runner, one_line
 from pymoo_psi.problems import (
     ProgramProblem,
@@ -38,7 +38,6 @@ from pymoo_psi.problems import (
     VectorizedSphereChute,
     design_space,
     layers,
-    problem_layout,
     problem_name,
 )
 from pymoo_psi.table import entries_of
@@ -83,12 +82,13 @@ def load_problem(
         source.program = replace(source.program, timeout=timeout)
     command = _command_words(name)  # before click has consumed the arguments of the problem
     problem = _construct(name, source)
+    if problem.n_var < 1:  # pymoo's -1 if a problem gives none
+        raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
     if log:
         problem.log = entries_of(log)
     if noisy:
         problem.noisy = True
     layers(problem)[-1].command_words = command
-    _require_columns(name, problem)
     if not box:
         return problem
     return Restricted(problem, _box_in(box, problem))
@@ -234,16 +234,6 @@ def _literal(text: str) -> Any:
         return ast.literal_eval(text.strip())
     except (ValueError, SyntaxError):
         return text
-
-
-def _require_columns(name: str, problem: Problem) -> None:
-    """Refuse a problem whose variables cannot be searched, or whose columns have no clear names."""
-    if problem.n_var < 1:  # pymoo's -1 if a problem gives none
-        raise invalid("PROBLEM", "a problem with one variable or more", Received(name))
-    try:
-        problem_layout(problem, design_space(problem))
-    except (ArgumentValueError, ArgumentTypeError) as error:
-        raise ArgumentValueError(f"PROBLEM {name}: {error}") from error
 
 
 def set_runner(
