@@ -113,6 +113,22 @@ def test_no_process_outlives_its_program(program, how):
     assert left == []
 
 
+ABANDONED = """
+from collections import deque
+from pymoo_psi import JoblibRunner
+waiting = deque(enumerate([0, 1, 2]))
+results = JoblibRunner(2, in_process=False).stream(lambda x: x and stuck(x), waiting)
+next(results)
+"""
+
+
+@posix
+def test_a_program_ends_that_reads_no_more_results_of_a_stuck_model():
+    command = [sys.executable, "-c", STUCK + ABANDONED]
+    done = subprocess.run(command, capture_output=True, timeout=LONG)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
 @posix
 def test_a_parent_whose_fork_lives_on_leaves_no_workers():
     """The fork has all the parent's pipes open."""

@@ -28,6 +28,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
@@ -36,6 +37,7 @@ from multiprocessing import Pipe, spawn, util
 from pathlib import Path
 from time import monotonic
 from typing import Any, NamedTuple
+from weakref import WeakSet
 
 import cloudpickle
 
@@ -110,6 +112,7 @@ class LostDesign(NamedTuple):
 Answer = tuple[list[Result], EvaluationError | None]
 
 _IDLE: list[_Worker] = []  # the last ones at the end
+_OPEN: WeakSet[Processes] = WeakSet()
 
 
 class Processes:
@@ -126,6 +129,7 @@ class Processes:
         self._busy: set[_Worker] = set()
         self._is_closed = False
         self._threads = ThreadPoolExecutor(count)
+        _OPEN.add(self)
 
     def submit(self, work: Work, function: bytes) -> Future[Answer]:
         """Return the future of an answer; see :meth:`evaluate`."""
@@ -360,5 +364,20 @@ def _end_idle() -> None:
     _end(_IDLE[:])
 
 
+def _close_all() -> None:
+    """End busy workers, one of which may be stuck, before the interpreter waits for its threads."""
+    for processes in list(_OPEN):
+        processes.close()
+
+
+threading._register_atexit(_close_all)  # type: ignore[attr-defined]
+
+
+def _forget() -> None:
+    """Leave the workers alone in a fork: they are its parent's."""
+    _IDLE.clear()
+    _OPEN.clear()
+
+
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_IDLE.clear)  # in a fork they are its parent's
+    os.register_at_fork(after_in_child=_forget)
