@@ -12,9 +12,10 @@ from pymoo.core.variable import Binary, Choice, Integer, Real
 from pymoo.operators.survival.rank_and_crowding import RankAndCrowding
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, FailureTolerant, PsiError, Recorded
+from pymoo_psi import PSI, FailureTolerant, PsiError, Recorded, investigate
 from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
+from pymoo_psi.study import Study
 from pymoo_psi.table import read_table
 
 
@@ -229,6 +230,20 @@ def test_failures_are_tried_again_if_asked_for(tmp_path):
 
 
 # The study
+
+
+def test_a_test_of_another_run_that_is_corrected_has_its_new_values(tmp_path):
+    path = tmp_path / "s.db"
+    first = investigate(Model(), 2, study=path)
+    problem = recorded(Model(), path)
+    assert values(problem, first.X)[0].tolist() == first.F.tolist()
+    study = Study(path)
+    columns = study.contents(1, 1)[1]
+    with study.changes() as database:
+        database.discard("tests", {"test": 1}, 1, "withdrawn")
+    study.append(columns | {"f1": np.array([7.0])})
+    problem.evaluate(batch(1))  # by which it looks into the study
+    assert values(problem, first.X)[0][:, 0].tolist() == [7.0, first.F[1, 0]]
 
 
 def recorded_values(path, X, name="F", **options):

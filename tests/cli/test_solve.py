@@ -150,10 +150,18 @@ def test_nsga3_continues_a_study(run):
     for stored in (20, 200):
         code, printed, _ = run(*words, "--study", "osy.db", "--out", "o.csv")
         assert code == 0
-        assert f"200 evaluated, {stored} of them from the study" in printed
+        assert f"200 tested, {stored} of them from the study" in printed
     same = [written(path).drop(columns="test_point") for path in ("o.csv", "alone.csv")]
     pd.testing.assert_frame_equal(*same, check_exact=True)
     assert len(read_table("osy.db")) == 200
+    # A design that recurs is one test.
+    words = ["solve", "models:Mixed", "--algorithm", "nsga3", "--points", 64, "--study", "m.db"]
+    words += ["--box", "a=0.5,n=1:2,steel=S235"]
+    assert ", 2 tested, by place" in run(*words)[1]
+    words[-1] = "a=0.5,n=2:3,steel=S235"
+    printed = run(*words)[1]
+    assert ", 2 tested, 1 of them from the study, by place" in printed
+    assert "The study has 3 tests of 2 runs; this run asked for 2 of them." in printed
 
 
 def test_a_model_that_hangs_or_dies_fails_alone(run):

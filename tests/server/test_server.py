@@ -3,6 +3,7 @@
 import http.client
 import json
 import os
+import re
 import signal
 import stat
 import subprocess
@@ -10,6 +11,7 @@ import sys
 import time
 from contextlib import closing, suppress
 from urllib.parse import urlsplit
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -205,6 +207,25 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(tmp_path):
         assert answers(view.address, f"{home}steer", "POST", request, Origin=own) == 400
         with pytest.raises(PsiError, match="cannot start"):
             live(path, port=urlsplit(view.address).port)
+
+
+def test_a_page_has_values_that_stored_tests_get_later(tmp_path):
+    path = tmp_path / "run.db"
+    investigate(get_problem("bnh"), 8, study=path)
+    study = Study(path)
+    columns = study.contents()[1]
+    study.append(columns | {"gain": np.r_[np.full(7, 1.0), np.nan]})
+    with live(path) as view:
+
+        def place():
+            with urlopen(view.address) as page:
+                return re.search(r'"from": *"(\w+)-8"', page.read().decode())[1]
+
+        before = place()
+        study.append(columns | {"gain": np.full(8, 1.0)})
+        end = time.monotonic() + LONG
+        while place() == before:
+            assert time.monotonic() < end
 
 
 def test_a_run_answers_in_the_study(tmp_path):

@@ -68,6 +68,7 @@ class Recorded(WithTable, WrappedProblem):
     Attributes:
         wrapped: The problem.
         n_evaluated: How many designs this object evaluated rather than read from the study.
+        returned: The numbers of the tests whose values it has returned.
 
     Raises:
         ArgumentTypeError: ``problem`` is no pymoo problem or has variables of another type.
@@ -120,7 +121,8 @@ class Recorded(WithTable, WrappedProblem):
         self._values: dict[_Key, Values] = {}  # of the first test of each design, by the design
         self._retried: dict[_Key, int] = {}  # the test points to be evaluated again, by the design
         self._test_points: set[int] = set()  # of all tests of the run
-        self._n_others = 0  # how many tests of other runs are known
+        self._others = self._store.empty  # the tests of other runs that are known
+        self.returned: set[int] = set()
         self._read()
         self.n_evaluated = 0
 
@@ -173,6 +175,7 @@ class Recorded(WithTable, WrappedProblem):
                 if missing:
                     self._evaluate(designs[[*missing.values()]], [*missing])
         out = columns_of_values(self._model.problem, [self._values[key] for key in keys])
+        self.returned.update(out["test_point"].tolist())
         if "test_point" not in return_values_of:
             del out["test_point"]
         for name in return_values_of:  # pymoo would fill in infinity
@@ -201,14 +204,19 @@ class Recorded(WithTable, WrappedProblem):
 
     def _read(self) -> None:
         """Take over stored tests that are not known yet, of this run or others."""
+        others = self._store.others()
+        is_other = others is not self._others
+        if is_other:  # some may have other values than before
+            self._others = others
+            self._values.clear()
+            self._test_points.clear()
+            self._retried.clear()
         tests, is_retried = self._store.stored(next(self._free()))
         self._test_points.update(tests.numbers.tolist())
         retried = tests.rows(is_retried)
         self._retried.update(zip(design_keys(retried.X), retried.numbers.tolist(), strict=True))
         self._learn(tests.rows(~is_retried))
-        others = self._store.others()
-        if len(others) > self._n_others:
-            self._n_others = len(others)
+        if is_other:
             self._learn(others, others.numbers)
 
     def _learn(self, tests: TestTable, numbers: Numbers | None = None) -> None:

@@ -141,7 +141,7 @@ class StudyStore(Store):
         self._model = model
         self._retry = options.retry
         self._others = table  # the tests of other runs, as far as they are known
-        self._n_others = 0
+        self._versions = np.zeros((2, 0), np.int64)  # of these
         self._stored = np.zeros(0, dtype=np.int64)  # test points, as far as they are known
         self._was_locked = False
         self._n_requests: int | None = None  # how many were read
@@ -268,11 +268,10 @@ class StudyStore(Store):
         if not self._has_others:
             return self.empty
         with self.study.reading() as database:
-            n_tests = database.n_tests()
-        n_tests.pop(self._run, None)
-        if sum(n_tests.values()) == self._n_others:
+            versions = database.versions(without_run=self._run)
+        if np.array_equal(versions, self._versions):
             return self._others
-        self._n_others = sum(n_tests.values())
+        self._versions = versions
         columns = self.study.contents()[1]
         is_of_other = (columns["run"] != self._run) & ~self._is_retried(columns)
         columns = {name: column[is_of_other] for name, column in columns.items()}

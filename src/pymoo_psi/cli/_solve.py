@@ -366,12 +366,11 @@ def _by_nsga3(
     run: RunOptions,
     show: Show,
 ) -> Search:
-    problem = with_requirements(problem)
     with TemporaryDirectory() as folder:
         # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
         # names no study, a temporary one keeps the tests for the table.
         recorded = Recorded(
-            FailureTolerant(problem),
+            FailureTolerant(with_requirements(problem)),
             study=run.study or Path(folder, "tests.db"),
             study_key=run.study_key,
             retry=run.retry,
@@ -382,20 +381,12 @@ def _by_nsga3(
 
         result = nsga3(recorded, n_evaluations=points, seed=run.seed, callback=callback)
         table = recorded.table
-    n_not_run = getattr(problem, "n_not_run", 0)
-    counts = [f"{points - n_not_run} evaluated"]
-    n_stored = points - recorded.n_evaluated - n_not_run
-    if n_stored and run.study is not None:
-        counts.append(f"{n_stored} of them from the study")
-    if n_not_run:
-        counts.append(f"{n_not_run} not run by requirements")
-    reasons = tuple(failure.reason for failure in recorded.failures)
-    if reasons:
-        counts.append(f"{len(reasons)} failed")
+    tests = table.rows(np.isin(table.numbers, [*recorded.returned]))
+    search = _search(problem, tests, run, recorded.n_evaluated)
     # pymoo has no F if no design is feasible.
     designs = result.pop if result.F is None else result.opt
-    returned = np.isin(table.numbers, designs.get("test_point"))
-    return Search(table.rows(returned), ", ".join(counts), reasons, returned.sum())
+    is_best = np.isin(tests.numbers, designs.get("test_point"))
+    return replace(search, table=search.table.rows(is_best))
 
 
 def _failures(reasons: Iterable[str]) -> list[str]:

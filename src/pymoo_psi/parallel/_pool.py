@@ -210,12 +210,14 @@ class Processes:
 
 def _end(workers: list[_Worker]) -> None:
     """End workers that are not busy; all of them end at the same time."""
+    idle = []
     for worker in workers:
-        with suppress(ValueError):
+        with suppress(ValueError):  # another thread has taken it meanwhile
             _IDLE.remove(worker)
-        worker.send(None)
+            idle.append(worker)
+            worker.send(None)
     patient = monotonic() + _PATIENCE
-    for worker in workers:
+    for worker in idle:
         worker.end(patient - monotonic())
 
 

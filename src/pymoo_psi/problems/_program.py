@@ -259,7 +259,8 @@ def _last_line(folder: Path) -> str:
     """Return the last line that a program has printed, for messages."""
     text = ""
     for name in ("stdout.txt", "stderr.txt"):
-        text = (folder / name).read_text("utf-8", "replace").strip() or text
+        with suppress(OSError):  # a program may remove them
+            text = (folder / name).read_text("utf-8", "replace").strip() or text
     return text.rpartition("\n")[2][:120]
 
 

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pymoo_psi._output import whole_file
 from pymoo_psi._validation import known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import designs_of_page, form_of, page_of_tests, rows_of
@@ -75,6 +76,7 @@ class GrowingStudy:
         self._limits: Any = {}
         self._state: object = None  # of the file, when it was read
         self._key = ""  # what an edition has in common
+        self._checksums = np.zeros(0, np.int64)  # of the tests
         self._facts = Facts({})
         self._form: list[dict[str, Any]] = []  # of the page
         self._n_formed = 0  # tests that it was taken from
@@ -100,11 +102,9 @@ class GrowingStudy:
         tests = self.tests
         with self.study.reading() as database:
             facts = database.facts
-            numbers = database.test_numbers()
-            failed = database.test_numbers("status = 'failed'")
-            key = repr([facts.head, len(facts.runs), database.n_changes()])
-            has_repeated = ~np.isin(tests.numbers[tests.status == "failed"], failed)
-            is_other = key != self._key or bool(has_repeated.any())
+            numbers, checksums = database.versions()
+            key = repr([facts.head, len(facts.runs)])
+            is_other = key != self._key or not bool(np.isin(self._checksums, checksums).all())
             if is_other:
                 tests = TestTable.empty()
             new = numbers[~np.isin(numbers, tests.numbers)]
@@ -113,6 +113,7 @@ class GrowingStudy:
         stored = stored_tests(facts, columns)
         table = table_of(stored.head, stored.columns, self.study.path, is_derived=True)
         self.tests = tests.extended(table.rows(np.isin(table.numbers, new)))
+        self._checksums = checksums
         self._facts = facts
         self._limits = stored.limits
         self._key = key
@@ -344,8 +345,9 @@ def _token(path: Path) -> str:
     token = secrets.token_urlsafe(24)
     with suppress(OSError):  # then it is another one every time
         if not file.exists():
-            file.touch(0o600, exist_ok=False)
-            file.write_text(token)
+            with whole_file(file) as new:  # another server never reads a part of it
+                new.touch(0o600)
+                new.write_text(token)
         if file.stat().st_mode & 0o077 == 0:
             return file.read_text() or token
     return token

@@ -582,17 +582,12 @@ class Database:
             raise ValueError(f"{counted(len(changed), 'test')} changed, the first {changed[0]}")
         return columns
 
-    def test_numbers(self, where: str = "1") -> Integers:
-        """Return the numbers of the tests for which a condition in SQL holds."""
+    def versions(self, without_run: int = 0) -> Integers:
+        """Return ``(2, n)`` the numbers of tests and their checksums, which change with values."""
         # As one text: Python's objects for twenty thousand rows would take 10 ms.
-        query = f"SELECT group_concat(test, ' ') FROM tests WHERE {where}"
-        (text,) = self.db.execute(query).fetchone()
-        return np.fromstring(text or "", np.int64, sep=" ")
-
-    def n_changes(self) -> int:
-        """Return how often a test was corrected or withdrawn."""
-        (count,) = self.db.execute("SELECT count(*) FROM history").fetchone()
-        return int(count)
+        query = "SELECT group_concat(test || ' ' || row_checksum, ' ') FROM tests WHERE run <> ?"
+        (text,) = self.db.execute(query, (without_run,)).fetchone()
+        return np.fromstring(text or "", np.int64, sep=" ").reshape(-1, 2).T
 
     def test_points(self, run: int, first: int) -> Integers:
         """Return the test points of a run from ``first`` on that have a test, increasing."""
