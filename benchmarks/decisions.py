@@ -232,7 +232,7 @@ def summary(frame: pd.DataFrame) -> list[str]:
             continue
         index = ["problem", "region", "seed"]
         shares = runs.pivot_table(index=index, columns="entry", values="share")
-        excess = runs.pivot_table(index=index, columns="entry", values="excess", dropna=False)
+        excess = runs.pivot_table(index=index, columns="entry", values="excess")
         ahead = (shares["directed"] > shares["undirected"]).mean()
         near = (excess[["directed", "undirected"]] <= NEAR).mean()
         shortfall = ((1 - shares["undirected"]) / (1 - shares["directed"]).clip(1e-4)).median()

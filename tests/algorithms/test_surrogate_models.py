@@ -8,7 +8,9 @@ import pytest
 
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
+    Fit,
     GaussianProcess,
+    Learned,
     without_penalties,
 )
 
@@ -108,3 +110,19 @@ def test_what_is_left_out_is_predicted_from_the_others(tests, process):
         assert means[i] == pytest.approx(expected)
         left = process.variance * (K[i, i] - weights @ K[others, i])
         assert variances[i] == pytest.approx(left)
+
+
+def test_violations_say_where_a_constraint_is_met():
+    """Known only as 0 where it is met, it is right near its boundary and below 0 beyond it."""
+    random = np.random.default_rng(2)
+    Z = random.random((48, 2))
+    near = random.random((400, 2))
+    truth = (1.5 * near[:, 0] + near[:, 1] ** 2) - 1
+    amounts = np.maximum(1.5 * Z[:, 0] + Z[:, 1] ** 2 - 1, 0)[:, None]
+    fit = Fit.of(Z, amounts, n_uniform=48, n_obj=0)
+    learned = Learned(fit)
+    learned.extend(np.arange(48), Z)
+    (process,) = learned.processes(fit.to(amounts))
+    excess = process(near) - fit.outputs[0].scale.to(0.0)
+    is_sure = np.abs(truth) > 0.005
+    assert ((excess > 0) == (truth > 0))[is_sure].all()
