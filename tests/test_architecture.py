@@ -23,7 +23,7 @@ LAYERS = {
     "data": ["study", "table"],
     "pymoo": ["parallel", "problems", "algorithms", "selection"],
     "experiments": ["comparison", "paper"],
-    "presentation": ["plots", "page", "report", "server", "cli", "__main__"],
+    "presentation": ["page", "plots", "report", "server", "cli", "__main__"],
 }
 LEVEL = {name: k for k, name in enumerate(name for names in LAYERS.values() for name in names)}
 LAYER = {name: layer for layer, names in LAYERS.items() for name in names}

@@ -9,7 +9,7 @@ import pytest
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, Formulation, PsiError, TestTable, rank_of_efficiency
+from pymoo_psi import PSI, Formulation, PsiError, TestTable
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Layout
@@ -38,13 +38,7 @@ def test_all_designs_are_there_in_their_order_with_every_digit():
     assert sent["sentences"] == SENTENCES
 
 
-def test_rankings_and_results_of_pymoo_are_sources():
-    frame = beams()[OBJECTIVES].set_axis(beams()["number"])
-    ranking = rank_of_efficiency(frame, maximize=["strength"])
-    sent = payload_of(decision_page(ranking))
-    assert sent["opens_with"]["maximize"] == ["strength"]
-    assert sent["names"] == [*frame.index]
-    np.testing.assert_array_equal(column_of(sent, "strength"), frame["strength"])
+def test_results_of_pymoo_are_sources():
     result = minimize(get_problem("bnh"), PSI(32))
     sent = payload_of(decision_page(result))
     assert [c["role"] for c in sent["columns"]][:4] == ["objective"] * 2 + ["variable"] * 2

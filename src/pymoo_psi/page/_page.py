@@ -19,7 +19,7 @@ import numpy as np
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
 from pymoo_psi.page._payload import payload, shades_of
-from pymoo_psi.pareto import EfficiencyRanking, Objectives, cautions, weights_sentence
+from pymoo_psi.pareto import cautions, weights_sentence
 from pymoo_psi.table import Formulation, TestTable, confidence_sentence, read_table
 
 if TYPE_CHECKING:
@@ -158,8 +158,8 @@ def decision_page(
 
     Args:
         source: Anything that :func:`~pymoo_psi.table.read_table` opens: a test table, a data frame
-            with one row for each design, an array of objectives, a study, a file. Or a ranking; or
-            a result of pymoo, whose ``F`` is minimised.
+            with one row for each design, an array of objectives, a study, a file. Or a result of
+            pymoo, whose ``F`` is minimised.
         formulation: Objectives, directions, computed columns, and the limits, choice and reason
             that the page opens with, such as ``Formulation.read_json`` of a decision file. Or names
             of the objectives, all minimised. By default that of the source.
@@ -187,8 +187,8 @@ def decision_page(
     """
     if formulation is not None and not isinstance(formulation, Formulation):
         formulation = Formulation(formulation)
-    if isinstance(source, EfficiencyRanking) or hasattr(source, "opt"):
-        source, formulation = _frame_of(source, formulation or Formulation())
+    if hasattr(source, "opt"):
+        source = _frame_of_result(source)
     table = read_table(source, formulation, variables=variables, drop_incomplete=True)
     designs = _feasible_designs(table, units or {})
     limited = designs.under(limits=table.formulation.limits)
@@ -280,27 +280,16 @@ def _left_out(table: TestTable) -> list[str]:
     return remarks
 
 
-def _frame_of(source: Any, formulation: Formulation) -> tuple[pd.DataFrame, Formulation]:
-    """Return the designs of a ranking or a result of pymoo as a frame, and its objectives.
-
-    Args:
-        source: The ranking or the result.
-        formulation: The formulation, which may name no objectives.
-    """
+def _frame_of_result(result: Any) -> pd.DataFrame:
+    """Return the designs of a result of pymoo: f1, f2, … and x1, x2, …."""
     import pandas as pd
 
-    objectives = Objectives.of(source)
-    names = list(map(str, objectives.names))
-    frame = pd.DataFrame(objectives.values, list(objectives.labels), names)
-    X = getattr(source, "X", None)
-    if isinstance(X, np.ndarray) and X.dtype.kind in "biuf":
-        X = np.atleast_2d(X)
-        frame[[f"x{j + 1}" for j in range(X.shape[1])]] = X
-    if not formulation.objectives:
-        maximized = np.array(names)[objectives.sign < 0].tolist()
-        maximize = [*formulation.maximize, *maximized]
-        formulation = replace(formulation, objectives=names, maximize=maximize)
-    return frame, formulation
+    blocks = {"f": result.F, "x": result.X}
+    columns = {}
+    for letter, block in blocks.items():
+        for j, values in enumerate(np.atleast_2d(block).T, 1):
+            columns[f"{letter}{j}"] = values
+    return pd.DataFrame(columns)
 
 
 # The document

@@ -29,7 +29,7 @@ _DIGITS = 4  # that a written number resolves within the range of its column
 _FENCE = 5.0
 _DECADES = 2.0  # a logarithmic scale spans at least these
 # The colours of shares up to some values.
-_SHADES = {
+SHADES = {
     "#C9D3E0": 0.01,
     "#9DB4D3": 0.05,
     "#6F94C4": 0.2,
@@ -97,15 +97,15 @@ def shades_of(table: TestTable) -> list[Content]:
     shares = {"share of the weights": weight_shares(ranking)}
     if has_errors(table):
         shares["probability of being optimal"] = table.confidence()["pareto"].to_numpy()
-    bounds = [f"{100 * bound:g} %" for bound in _SHADES.values()]
+    bounds = [f"{100 * bound:g} %" for bound in SHADES.values()]
     texts = [f"up to {bounds[0]}"]
     for low, high in pairwise(bounds):
         texts.append(f"{low} to {high}")
-    looks = [{"colour": colour, "shape": "dot", "size": 4} for colour in _SHADES]
+    looks = [{"colour": colour, "shape": "dot", "size": 4} for colour in SHADES]
     shades = []
     for label, values in shares.items():
         classes = np.zeros(len(table), dtype=np.intp)
-        classes[ranking.rows] = np.searchsorted(list(_SHADES.values()), values)
+        classes[ranking.rows] = np.searchsorted(list(SHADES.values()), values)
         shade = {"label": label, "texts": texts, "looks": looks, "values": classes.tolist()}
         shades.append(shade)
     return shades
@@ -376,7 +376,7 @@ def scale_of(values: Array) -> tuple[float, float, bool]:
     """
     if len(values) == 0:
         return 0.0, 0.0, False
-    low, high = _ends(_without_outliers(values))
+    low, high = _ends(without_outliers(values))
     if low <= 0 or high < 10**_DECADES * low:
         return low, high, False
     # A straight scale would press most of the values into its first tenth.
@@ -385,7 +385,7 @@ def scale_of(values: Array) -> tuple[float, float, bool]:
     return low, high, crowded
 
 
-def _without_outliers(values: Array) -> Array:
+def without_outliers(values: Array) -> Array:
     """Return the ``(n,)`` values without those that are far beyond the quartiles."""
     measured = values
     # Values over decades are measured by their logarithms: of 1, 10, …, 1e6 none is an outlier.

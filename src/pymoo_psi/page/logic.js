@@ -222,6 +222,17 @@ function frontOf(data, mask, rows) {
   return picked(rows, (i) => front[i])
 }
 
+// Find what dominates each design, one at a time, before a limit asks for all of them at once.
+function* prepare(data) {
+  const all = new Uint8Array(data.n).fill(1)
+  for (let i = 0; i < all.length; i++) {
+    if (data.optimal[i] || data.dominator[i] >= 0) continue
+    data.boxes ??= boxesOf(data.F, data.designs)
+    data.dominator[i] = dominatorOf(data.boxes, Float64Array.from(data.F, (column) => column[i]), all)
+    yield
+  }
+}
+
 // The rows in a tree of boxes, each with its least values and two halves, of the lower and the higher
 // values of an objective; those of at most 32 rows have these and their objectives, row by row.
 function boxesOf(F, rows, depth = 0) {
@@ -1129,7 +1140,7 @@ function decided(data, {limits, chosen, reason, ranges, positions, decided, page
 }
 
 return {
-  decode, grow, initial, checked, parsed, values, left, ranked, order, found, preference, verdict, explain,
+  decode, grow, prepare, initial, checked, parsed, values, left, ranked, order, found, preference, verdict, explain,
   compared, compare, limitText, switches, staying, latest, limitsOf, joined, separation, sentence, listed, nearestDesign, typed, written, short, placeText, amount, isWithin, apart, local, percent, picked, sum, endOf,
   csv, metadata, decision, opened, MOST_PINS,
 }

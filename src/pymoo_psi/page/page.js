@@ -1031,6 +1031,11 @@ const page = (() => {
   document.body.classList.toggle("many", data.objectives.length > 6) // so that a print has one page
   update(true)
   document.body.dataset.ready = "yes"
+  const preparing = Logic.prepare(data)
+  setTimeout(function prepare() {
+    for (const end = performance.now() + 10; performance.now() < end;) if (preparing.next().done) return
+    setTimeout(prepare)
+  })
 
   return {
     Logic, data, ready: performance.now(), update, grow, reload, decision, say, make, renew, $,

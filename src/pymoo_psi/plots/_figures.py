@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
@@ -65,9 +64,8 @@ if TYPE_CHECKING:  # figures of tables need neither of these, nor pymoo and SciP
 
 
 MATRIX = 6  # variables, or objectives, beside which the text on the axes is still readable
-_MANY = 60  # lines from here on those of a group are thin
-_MOST = 500  # lines of a group; more would be one grey area, and are drawn as a density
-_CELLS = (60, 220)  # of a density, between two axes and from bottom to top
+_MANY = 100  # lines; from here on those of a group are thin and overlap as a density
+_FAINTEST = 0.02  # opacity of a line
 _LETTERS = 66  # of ticks over the width of a column of a journal
 
 _PANELS = 3  # side by side
@@ -354,14 +352,9 @@ def plot_ranking(
         height = 90.0
     with panels(1, 1, height=height) as (figure, (ax,)):
         legend = []
-        density = ""
         for name, group in groups_by_place(ranking).items():
             own = shares[group.mask]
-            if len(own) > _MOST:
-                _draw_density(ax, own)
-                density = f"{counted(len(own), 'line')} are a density, the darker the more."
-            else:
-                ax.add_collection(_lines(own, group))
+            ax.add_collection(_lines(own, group))
             label = f"{name} ({len(own)})"
             legend.append(Line2D([], [], color=group.marker.colour, label=label))
         named = [int(ranking.salukvadze[0])]
@@ -380,36 +373,18 @@ def plot_ranking(
         figure.describe(
             title,
             f"{optimal} of {len(ranking.place)}.",
-            "Each is a line. The best values are at the bottom, the worst on top.",
-            density,
+            "Each is a line; where many overlap, it is darker. The best values are at the bottom, "
+            "the worst on top.",
         )
     return figure
 
 
-def _draw_density(ax: Axes, shares: Array) -> None:
-    """Draw how many lines of ``(n, m)`` shares cross each cell, in greys."""
-    per_gap, n_cells = _CELLS
-    m = shares.shape[1]
-    ends = (-0.05, 1.05)
-    counts = []
-    for place in np.linspace(0, m - 1, (m - 1) * per_gap):
-        left = min(int(place), m - 2)
-        heights = shares[:, left] + (place - left) * (shares[:, left + 1] - shares[:, left])
-        counts.append(np.histogram(heights, n_cells, ends)[0])
-    cells = np.ma.masked_equal(np.transpose(counts), 0)
-    greys = LinearSegmentedColormap.from_list("greys", ["0.92", "0.35"])
-    extent = (0, m - 1, *ends)
-    ax.imshow(cells, greys, aspect="auto", origin="lower", extent=extent, zorder=2.0)
-
-
 def _lines(shares: Array, group: Group) -> LineCollection:
-    """Return a line for each of ``(n, m)`` designs of a group."""
+    """Return a line for each of ``(n, m)`` designs of a group, the fainter the more there are."""
     n = len(shares)
     width = 1.0
-    alpha = 1.0
     if n > _MANY:
         width = 0.4
-        alpha = 0.5
     if group.marker is OPTIMUM:
         width = 2.0
     places = np.arange(shares.shape[1])
@@ -418,7 +393,7 @@ def _lines(shares: Array, group: Group) -> LineCollection:
         lines,
         colors=group.marker.colour,
         linewidths=width,
-        alpha=alpha,
+        alpha=min(1.0, max(_FAINTEST, _MANY / n)),
         zorder=group.marker.level,
         rasterized=n > _MANY,
     )

@@ -19,7 +19,6 @@ from matplotlib.ticker import MaxNLocator
 from pymoo_psi._validation import Array, Mask, Received, counted, instance, invalid
 from pymoo_psi.chute import ChuteParameters, Trajectory, trajectory
 from pymoo_psi.paper import Case, Reproduction, criterion_surfaces, salukvadze_functions
-from pymoo_psi.pareto import percent
 from pymoo_psi.plots._points import Column, Points, ranked_groups
 from pymoo_psi.plots._style import Drawing, Style, curves, legend_of, new_figure, panels, view
 
@@ -297,7 +296,7 @@ def _motion_figure(case: Case) -> Drawing:
             title,
             f"Test point {case.designs.numbers[best]}: {design}, {start}",
             end,
-            _slip_sentence(motion),
+            "It slips where the ground is grey.",
             _UNITS,
         )
     return figure
@@ -317,27 +316,11 @@ def _draw_motion(ax: Axes, motion: Trajectory, values: Array, names: tuple[str, 
                 label = "_"  # one entry in the legend
     slip_end = np.nan_to_num(motion.slip_end, nan=1.0)
     ax.axvspan(0, slip_end, color="0.92", zorder=0, linewidth=0)
-    if _rolls(motion):
-        ax.axvline(motion.slip_end, **_TRANSITION)
+    if slip_end < 1.0:
+        ax.axvline(slip_end, **_TRANSITION)
     ax.margins(y=0.12)
     ax.set(xlim=(0, 1), xlabel=r"$\eta$, share of the way")
     ax.legend(fontsize=7)
-
-
-def _rolls(motion: Trajectory) -> bool:
-    """Whether the sphere rolls after it has slipped."""
-    return 0 < motion.slip_end <= 1
-
-
-def _slip_sentence(motion: Trajectory) -> str:
-    """Return how long the sphere slips, for a caption."""
-    if not _rolls(motion):
-        return "It slips (grey) all the way."
-    share = percent(motion.slip_time / motion.time[-1])
-    return (
-        rf"It slips (grey) to $\eta_1$ = {motion.slip_end:.3f} at "
-        rf"$t_1$ = {motion.slip_time:.3f}, {share} of the time, and then rolls."
-    )
 
 
 # Figure 8
@@ -356,16 +339,10 @@ def _functions_figure(case: Case, n: int) -> Drawing:
             _draw_functions(ax, functions, labels, styles)
             ax.axvline(speed, label=f"$c$ = {speed:g}", **_TRANSITION)
         legend_of(figure, axes, ncols=3)
-        ranges = []
-        for name in ("f2", "f4", "f3"):
-            symbol = _symbol(_FUNCTIONS[1][name])
-            values = functions[name]
-            ranges.append(f"{symbol} from {values.min():.3f} to {values.max():.3f}")
         figure.describe(
             f"Salukvadze optima of {counted(n, 'test point')} against the initial speed, in steps "
             f"from one test point to another; {_subject(case)}",
-            "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$. Here:",
-            f"{', '.join(ranges)}.",
+            "The paper: high $f_3^S$ by almost constant $f_2^S$ and $f_4^S$.",
             _UNITS,
         )
     return figure

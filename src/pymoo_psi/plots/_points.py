@@ -7,16 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
 from matplotlib.patheffects import withStroke
 
 from pymoo_psi._validation import Array, Mask, Names, counted, instance
+from pymoo_psi.page import SHADES
 from pymoo_psi.pareto import EfficiencyRanking, number
 from pymoo_psi.plots._style import Style, literal, view
 from pymoo_psi.table import Kind, TestTable, value_ranks
@@ -60,7 +58,6 @@ _DOMINATED = Marker("s", BLUE, 2.6, 3.0)
 OPTIMUM = Marker("*", "#D55E00", 11.0, 6.0)
 _REST = Marker(".", GREY, 4.5, 2.0)
 _INFEASIBLE = Marker("x", "0.5", 2.4, 2.1)
-_SHADES = (-1.0, 0.01, 0.05, 0.2, 0.5, 0.9, 1.0)
 _PARETO = Marker("D", ORANGE, 3.8, 3.5)
 # By rank, rarer ranks on top; ranks 1 and 2 do not occur, 6 is the optimum's.
 _RANKS = {
@@ -312,10 +309,11 @@ def shaded_groups(table: TestTable, shares: Array) -> dict[str, Group]:
     share = np.zeros(len(table))
     share[table.feasible_ranking().rows] = shares
     optimal = groups.pop(PARETO).mask
-    for low, high in pairwise(_SHADES):
+    low = -1.0
+    for colour, high in SHADES.items():
         mask = optimal & (share > low) & (share <= high)
+        low = high
         if mask.any():
-            colour = to_hex(colormaps["Blues"](0.2 + 0.8 * high))
             marker = Marker("D", colour, _PARETO.size, _PARETO.level + high)
             groups[f"up to {100 * high:g} %"] = Group(mask, marker)
     return groups

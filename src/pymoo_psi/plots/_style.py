@@ -6,6 +6,7 @@ ranks are darker. A figure has panel letters and no title; its caption says what
 
 from __future__ import annotations
 
+import copy
 import os
 import re
 from collections.abc import Iterable, Iterator
@@ -26,7 +27,8 @@ from matplotlib.text import Text
 from numpy.typing import ArrayLike
 
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Array, finite_number, invalid, known_name
+from pymoo_psi._validation import finite_number, invalid, known_name
+from pymoo_psi.page import without_outliers
 
 Style: TypeAlias = dict[str, Any]
 
@@ -39,7 +41,6 @@ _HUGE = 1e300  # the length of an axis may overflow from here on; such values ar
 _LEAST_TEXT = 0.75  # of the size of texts; those of ticks then have 5 points, as journals demand
 _WIDTH = 180.0  # of a figure in mm, over both columns of a journal
 _SCREEN = 96  # dots per inch of browsers
-_REACH = 4.0  # outliers are farther from the middle half of the values, in units of its length
 _OUTLIERS = 0.05  # at most this share of the values may be outliers
 _FLAT = 1 / 5  # outliers are left out if the other values would take less of the axis than this
 _SETTINGS: Any = {
@@ -202,10 +203,17 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     """Return the ends of an axis that shows values.
 
     Args:
-        values: Values, whose outliers the axis does not show, see :func:`core`.
+        values: Values, whose outliers the axis does not show, as on the page.
         *further: Single values, which it shows. Values of ``1e300`` and more are ignored.
     """
-    shown = np.append(core(np.asarray(values, float).ravel()), further)
+    near = np.asarray(values, float).ravel()
+    near = near[np.abs(near) < _HUGE]
+    if len(near):
+        core = without_outliers(near)
+        is_few = len(near) - len(core) <= max(1, _OUTLIERS * len(near))
+        if is_few and np.ptp(core) < _FLAT * np.ptp(near):
+            near = core
+    shown = np.append(near, further)
     shown = shown[np.abs(shown) < _HUGE]
     if len(shown) == 0:
         return 0.0, 1.0
@@ -216,27 +224,6 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         pad = 0.05 * abs(low) or 0.5
     return low - pad, high + pad
-
-
-def core(values: Array) -> Array:
-    """Return ``(n,)`` values without the few outliers that would flatten the others on an axis.
-
-    Example:
-        >>> float(core(np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 1000.0])).max())
-        6.0
-    """
-    values = values[np.abs(values) < _HUGE]
-    if len(values) < 5:
-        return values
-    low, high = np.quantile(values, [0.25, 0.75])
-    reach = _REACH * (high - low)
-    near: Array = values[(values >= low - reach) & (values <= high + reach)]
-    if len(values) - len(near) > max(1, _OUTLIERS * len(values)):
-        return values
-    # Nothing is gained where the axis would not become much shorter.
-    if not 0 < np.ptp(near) < _FLAT * np.ptp(values):
-        return values
-    return near
 
 
 def svg_of(figure: Figure, dpi: int) -> str:
@@ -253,32 +240,22 @@ def svg_of(figure: Figure, dpi: int) -> str:
     return re.sub(r"<!--.*?-->", "", text.getvalue(), flags=re.DOTALL)
 
 
-@contextmanager
-def _resized(figure: Figure, width: float | None) -> Iterator[None]:
-    """Give a figure another width in mm for the while, if one is given.
+def _resized(figure: Figure, width: float) -> Figure:
+    """Return a copy of a figure in another width in mm.
 
     Texts become less smaller than the width, and the height with them. Names of axes that are
     longer than these continue on another line.
     """
-    if width is None:
-        yield
-        return
+    figure = copy.deepcopy(figure)
     inches = figure.get_size_inches().tolist()
     scale = width / 25.4 / inches[0]
     size = min(1.0, max(_LEAST_TEXT, scale**0.5))
-    texts = {text: text.get_fontsize() for text in figure.findobj(Text)}
     figure.set_size_inches(inches[0] * scale, inches[1] * max(scale, size))
-    for text, points in texts.items():
-        text.set_fontsize(points * size)
-    names = {text: text.get_text() for text in _long_names(figure)}
-    for text, name in names.items():
-        text.set_text(name.replace(", ", ",\n", 1))
-    yield
-    figure.set_size_inches(*inches)
-    for text, points in texts.items():
-        text.set_fontsize(points)
-    for text, name in names.items():
-        text.set_text(name)
+    for text in figure.findobj(Text):
+        text.set_fontsize(text.get_fontsize() * size)
+    for name in [*_long_names(figure)]:
+        name.set_text(name.get_text().replace(", ", ",\n", 1))
+    return figure
 
 
 def _long_names(figure: Figure) -> Iterator[Text]:
@@ -336,7 +313,9 @@ def save_figures(
     contents = {}
     for name, figure in figures:
         picture = BytesIO()
-        with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}), _resized(figure, width):
+        if width is not None:
+            figure = _resized(figure, width)
+        with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42}):
             figure.savefig(picture, format=suffix[1:], dpi=dpi)
         path = Path(directory, f"{name}{suffix}")
         paths.append(path)

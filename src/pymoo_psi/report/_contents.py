@@ -5,7 +5,6 @@ A table is a dictionary of columns of texts by their headings.
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -21,7 +20,6 @@ from pymoo_psi.pareto import (
     cautions,
     compare_designs,
     explain,
-    listed,
     number,
     percent,
     representatives,
@@ -295,19 +293,16 @@ def test_counts(table: TestTable) -> str:
 
 def failures(table: TestTable) -> Columns:
     """Return the reasons why rows have no values, the most frequent first."""
-    names = dict(zip(table.numbers.tolist(), table.names, strict=True))
     reasons = list(table.reasons.values())
     if table.layout.words.row == "design":
         reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
-    reasons = alike(reasons)
-    first: dict[str, str] = {}
-    for test, reason in zip(table.reasons, reasons, strict=True):
-        first.setdefault(reason, names[test])
+    failed = pd.DataFrame({"reason": alike(reasons)}, index=list(table.reasons))
     columns: Columns = {"designs": [], "reason": [], "first": []}
-    for reason, count in Counter(reasons).most_common(_REASONS):
+    for reason, count in failed["reason"].value_counts().head(_REASONS).items():
+        first = failed.index[failed["reason"] == reason][0]
         columns["designs"].append(str(count))
-        columns["reason"].append(reason[:400])
-        columns["first"].append(first[reason])
+        columns["reason"].append(str(reason)[:400])
+        columns["first"].append(table.names[table.numbers.tolist().index(first)])
     return columns
 
 
@@ -333,7 +328,7 @@ def written_limits(table: TestTable) -> list[str]:
 
 
 def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
-    """Return what the constraints and limits cost that cost most, and notes on all of them.
+    """Return what the constraints and limits cost that cost most, and some that cost nothing.
 
     Without a feasible design it is said how near tests come to keeping them.
     """
@@ -350,15 +345,8 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
         costs = costs[costs["alone"] > 0]
         last = "best values without it"
         describe = _gain
-    notes = []
-    if idle:
-        notes.append(f"No design is rejected by {listed(idle[:_IDLE], 'or')} alone.")
-    if table.layout.inequalities:
-        notes.append("A constraint is met where its value is 0 or less.")
-    if table.layout.equalities:
-        notes.append(f"An equality is met within {table.layout.eq_tolerance:g}.")
     if costs.empty:
-        return {}, notes
+        return {}, []
     columns: Columns = {"constraint or limit": [], "rejects": [], "rejects alone": [], last: []}
     top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
     for name, cost in top.iterrows():
@@ -369,7 +357,7 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
         columns["rejects"].append(number(cost["rejects"]))
         columns["rejects alone"].append(number(cost["alone"]))
         columns[last].append(describe(table, cost))
-    return columns, notes
+    return columns, idle[:_IDLE]
 
 
 def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:

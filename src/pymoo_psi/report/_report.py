@@ -23,7 +23,14 @@ from pymoo_psi import plots
 from pymoo_psi._output import Framed, write_document
 from pymoo_psi._validation import Entries, Names, Received, Values, counted, instance, invalid
 from pymoo_psi.page import NOTHING_KNOWN, FurtherTests
-from pymoo_psi.pareto import EfficiencyRanking, capital, decimal_mark, measured_in, number
+from pymoo_psi.pareto import (
+    EfficiencyRanking,
+    capital,
+    decimal_mark,
+    listed,
+    measured_in,
+    number,
+)
 from pymoo_psi.report import _contents
 from pymoo_psi.report._contents import Choice, Columns
 from pymoo_psi.table import (
@@ -112,6 +119,7 @@ class DecisionReport(Framed):
             contents=_contents,
             choice=self._choice,
             counted=counted,
+            listed=listed,
             measured_in=measured_in,
             number=number,
             plots=plots,
@@ -334,7 +342,6 @@ def _table_of(record: Entries) -> TestTable:
 
 def _first_difference(table: TestTable, source: TestTable) -> str:
     """Return the first value of a source that is not that of a report's data; "" if none."""
-    rows = dict(zip(source.names, range(len(source)), strict=True))
     if len(source) != len(table):
         return f"{len(table)} designs; the source has {len(source)}"
     for name in table.layout.columns:
@@ -342,14 +349,11 @@ def _first_difference(table: TestTable, source: TestTable) -> str:
             if name in table.layout.objectives:
                 return f"the objective {name}, which the source lacks"
             continue  # computed, perhaps
-        before = table.column(name).tolist()
-        now = source.column(name).tolist()
-        for design, value in zip(table.names, before, strict=True):
-            if design not in rows:
-                return f"{design}, which the source lacks"
-            other = now[rows[design]]
-            if other != value and not (value != value and other != other):  # NaN
-                return f"{name} of {design} was {value} and is {other} in the source"
+        before = pd.Series(table.column(name), table.names)
+        now = pd.Series(source.column(name), source.names).reindex(before.index)
+        is_other = (before != now) & ~(before.isna() & now.isna())
+        for design in before.index[is_other][:1]:
+            return f"{name} of {design} was {before[design]} and is {now[design]} in the source"
     return ""
 
 
