@@ -367,7 +367,7 @@ YIELDS = "name,price,yield\nA,5,80\nB,4,70\nC,3,60\n"
         ("60 <= yield<=70", 0, "2 of 3 designs are feasible"),
         ("yield>=0.65", 0, "The limit yield>=0.65 rejects no design."),
         ("price<=1e9", 0, "The limit price<=1000000000 rejects no design."),
-        ("price>=5.000", 2, "of numbers with one meaning"),
+        ("price>=5.000", 2, "of numbers that can be read in one way"),
         ("price<=80%", 2, "and no units"),
         ("price<=1", 2, "set.csv: no feasible design. Infeasible: 3 of 3"),
     ],

@@ -219,7 +219,9 @@ def test_a_design_of_a_table_goes_by_its_label_or_the_number_of_its_test(labels)
 
 def test_integers_that_label_other_tests_are_refused():
     table = table_of([14, 13, 12, 11, 10])
-    with pytest.raises(PsiError, match="design must be clear about labels and numbers, got 12"):
+    with pytest.raises(
+        PsiError, match="design must be a label or a number of a test, but not both, got 12"
+    ):
         explain(table, 12)
     assert explain(table, "name 12").row == explain(table, row=2).row == 1
     with pytest.raises(PsiError, match="the name of one design"):

@@ -49,7 +49,7 @@ def failed(reason):
 @pytest.mark.parametrize(
     ("make", "kind", "message"),
     [
-        (lambda: run(8).merge(other_result("X")), ValueError, "tests must be of one result for each test point and design, got .* and -0.25 as x1 of test point 4; do not join"),
+        (lambda: run(8).merge(other_result("X")), ValueError, "tests must be the same for each test point and design, got .* and -0.25 as x1 of test point 4; do not join"),
         (lambda: run(8).merge(other_result("G")), ValueError, "got .* and -0.25 as g1 of test point 4"),
         (lambda: run(8).merge(failed("crash")), ValueError, "got ok and failed as status of test point 2"),
         (lambda: run(8).merge(run(8, 9, replace(LAYOUT, upper=[1, 2]))), ValueError, "got bounds of x2 .0.0, 1.0. against .0.0, 2.0"),

@@ -361,10 +361,11 @@ def report() -> None:
     *_READING,
 )
 def analyze() -> None:
-    """Analyze sensitivities, feasibility and convergence of tests.
+    """Analyze sensitivities, sections and convergence of tests.
 
     Sections through the chosen design show how each objective changes with one variable, as
-    predicted by surrogates of the tests.
+    predicted by surrogates of the tests. Convergence shows whether the decision still changes with
+    more tests; surrogates state what further tests may bring.
 
     FILE is a table or study (.csv, .json, .xlsx, .db), or a folder of shares.
 

@@ -434,7 +434,7 @@ def _expectation(expected: Prospects) -> str:
     more = f"{expected.n_tests} more tests"
     if isnan(expected.gain):
         found = number(expected.found, 2)
-        return f"With probability {found}, one of {more} or several keep all limits."
+        return f"At least one of {more} keeps all limits with a probability of {found}."
     more = f"{more} to enlarge the hypervolume by {percent(expected.gain)}"
     if expected.gain < _LITTLE_GAIN:
         return f"Little is to be gained any more: surrogates expect {more}."

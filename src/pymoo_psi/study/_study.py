@@ -212,7 +212,7 @@ class Study:
             if self._asked is not None and renames_columns(head, self._asked):
                 raise StudyMismatchError(
                     f"another run has given the objectives of study {self.path} other names or "
-                    "directions since this one began, which stored nothing then; run it again"
+                    "directions since this one began; this one stored nothing more: run it again"
                 )
             return database.append(run, columns | more)
 

@@ -619,8 +619,8 @@ def _number_of_one_meaning(number: str, text: str, argument: str) -> float:
     if _AMBIGUOUS.fullmatch(number):
         raise invalid(
             argument,
-            "of numbers with one meaning",
-            Received(f"{text}, with a decimal point or one between thousands"),
+            "of numbers that can be read in one way",
+            Received(f"{text}, whose point may be decimal or separate thousands"),
             f"write {number.replace('.', '')}, or one decimal more or less",
         )
     return finite_number(argument, float(number))

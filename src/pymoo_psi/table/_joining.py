@@ -190,7 +190,7 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
                 tests = f"{earlier} and {later}, the same design"
             raise invalid(
                 "tests",
-                "of one result for each test point and design",
+                "the same for each test point and design",
                 Received(f"{one[i]} and {two[i]} as {name} of {tests}"),
                 "do not join runs of different problems, bounds or versions",
             )

@@ -458,7 +458,7 @@ class Tests:
         if design in labels and labels != self.numbers.tolist():
             raise invalid(
                 "design",
-                "clear about labels and numbers",
+                "a label or a number of a test, but not both",
                 Received(f"{design}, which is a label in {self.layout.label!r}"),
                 f"give its name, such as {self.names[labels.index(design)]!r}, or row=",
             )

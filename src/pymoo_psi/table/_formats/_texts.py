@@ -323,7 +323,7 @@ def _require_plain_names(header: str) -> None:
     header = header.strip()
     if len(re.split(r"\s\s+", header)) not in (1, len(header.split())):
         raise UnfitError(
-            "blanks are between its columns and in their names, or names are one blank apart",
+            "blanks separate its columns and occur in their names, or names are one blank apart",
             "put commas between the cells, or two blanks or more between the names",
         )
 
