@@ -418,7 +418,7 @@ def talk(folder: Path, browser: Browser) -> None:
         anna.until(f"decisionPage.data.n == {n_stopped}")
         assert n_stopped < 320
         run = begin(folder, *words)
-        anna.says("All tests are done.")
+        anna.says("All planned tests are done")
         anna.until("decisionPage.data.n == 320")
         front = anna.page.evaluate("decisionPage.ranking.front.length")
         run.wait()

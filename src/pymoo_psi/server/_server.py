@@ -152,10 +152,9 @@ class GrowingStudy:
         (began, n_then), (now, _) = self._counts[0], self._counts[-1]
         rate = (n_tests - n_then) / max(now - began, _PAUSE)
         n_left = n_planned - n_tests
-        is_alive = _is_alive(*facts.process)
-        if n_left == 0 and not is_alive:
-            state = "All tests are done."
-        elif not is_alive:
+        if n_left == 0:  # of a problem that is recorded, nothing is planned
+            state = f"All planned tests are done, the last {age:.0f} s ago."
+        elif not _is_alive(*facts.process):
             state = "No run is at work: it has ended or was killed. Its command continues it."
         elif done[-1:] == ["pause"]:
             state = "Paused."
@@ -182,7 +181,7 @@ class GrowingStudy:
             raise PsiError("a request must be JSON with an action and a name") from None
         known_name("action", action, ACTIONS)
         if action not in LASTING and not _is_alive(*self._facts.process):
-            raise PsiError("no run is at work")
+            raise PsiError("no run is at work; its command continues it")
         name = "".join(filter(str.isprintable, name)).strip()[:60]
         if not name:
             raise PsiError("give your name, for the record")
@@ -299,10 +298,12 @@ def serve(
         say: Is called with the address.
 
     Raises:
-        PsiError: The extra is not installed.
+        PsiError: The extra is not installed, or the file is no study.
         OSError: The port is taken.
     """
     path = Path(Study(study).path)
+    if path.exists():
+        Study(path).facts()  # another file is refused here
     token = _token(path)
     growing = GrowingStudy(path, steer=steer)
     try:
