@@ -208,6 +208,16 @@ def test_no_other_test_can_be_changed(study):
 # A value that can go anywhere
 
 
+def test_errors_of_the_caller_are_no_damage(study):
+    """Nobody is told to move a sound study away."""
+    with pytest.raises(ArgumentValueError, match="run must be one of the runs of the study, 1"):
+        study.contents(run=7)
+    for error in (KeyError, TypeError, ValueError, FileNotFoundError):
+        with pytest.raises(error) as caught, study.changes():
+            raise error("of the caller")
+        assert type(caught.value) is error
+
+
 def test_a_study_is_a_name(study, monkeypatch):
     study.append(block(1, 2))
     with study.writing():

@@ -7,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from typing import Any, TypeAlias
 
@@ -19,6 +19,7 @@ from pymoo_psi._validation import Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._executor import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
+from pymoo_psi.errors import StudyAccessError
 from pymoo_psi.problems import layers, requirement_texts
 from pymoo_psi.study import ADDED, LAST, LASTING, Columns, Proposal, Study, points_of
 from pymoo_psi.table import (
@@ -374,8 +375,8 @@ class StudyStore(Store):
         return requests
 
     def answer(self, request: Values) -> None:
-        """Store a request with the answer of the run."""
-        with self.study.changes() as database:
+        """Store a request with the answer of the run, unless the file is busy."""
+        with suppress(StudyAccessError), self.study.changes() as database:
             database.steer(request | {"run": self._run})
 
     def proposals(self) -> list[Proposal]:

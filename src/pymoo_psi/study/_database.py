@@ -22,7 +22,7 @@ from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import AnyArray, Integers, Mask, Received, Values, counted, invalid
 from pymoo_psi.errors import StudyVersionError
-from pymoo_psi.study._lock import reported, unreadable
+from pymoo_psi.study._lock import intact, reported, unreadable
 from pymoo_psi.study._runs import ROOM, Head, StudyRun, points_of, same_points
 
 Columns: TypeAlias = dict[str, AnyArray]
@@ -108,7 +108,8 @@ class Facts:
         for run in self.runs:
             if run.number == number:
                 return run
-        raise LookupError(f"run {number} is missing")
+        runs = ", ".join(str(run.number) for run in self.runs)
+        raise invalid("run", f"one of the runs of the study, {runs}", number)
 
     def run_with(self, points: Head) -> StudyRun | None:
         """Return the run that has these points, or ``None``."""
@@ -140,7 +141,7 @@ def new_run(number: int, points: Head, last: int = 0) -> StudyRun:
 def create(path: str, facts: Facts, columns: Columns | None = None) -> None:
     """Make a study file, with the tests of its runs, whole or not at all."""
     with (
-        reported(path),
+        reported(path, OSError),
         whole_file(path) as new,
         closing(sqlite3.connect(new, isolation_level=None)) as db,
     ):
@@ -322,10 +323,11 @@ class Database:
     def proposals(self, run: int, first: int = 1, last: int = LAST) -> list[Proposal]:
         """Return the proposals of a run from test point ``first`` to ``last``."""
         source = "proposals WHERE run = ? AND test_point BETWEEN ? AND ? ORDER BY test_point"
-        rows = _checked_rows(self.db, source, (run, first, last))
         proposals = []
-        for _, test_point, proposed_in, origin, content in rows:
-            proposals.append((test_point, proposed_in, origin, json.loads(content)))
+        with intact(self._path):
+            rows = _checked_rows(self.db, source, (run, first, last))
+            for _, test_point, proposed_in, origin, content in rows:
+                proposals.append((test_point, proposed_in, origin, json.loads(content)))
         return proposals
 
     def discard(self, table: str, key: Mapping[str, int], test: int, why: str) -> None:
@@ -551,7 +553,7 @@ class Database:
         """Return the tests with numbers from ``first`` to ``last``, in the order of their numbers.
 
         Raises:
-            ValueError: A row has another checksum.
+            StudyCorruptError: A row has another checksum.
         """
         ends = min(first, LAST), min(last, LAST)
         return self._selected({}, "tests WHERE test BETWEEN ? AND ? ORDER BY test", ends)
@@ -573,13 +575,15 @@ class Database:
         checksum = f"row_checksum * (test = test_point + (run - 1) * {ROOM})"
         terms = {"": (checksum, np.int64), "test": ("test", np.int64)}
         terms |= _terms(_columns(self.facts.head)) | more
-        columns = _read(self.db, terms, source, arguments)
-        stored = columns.pop("")
-        columns = self.numbered(columns["test"]) | columns
-        kept = {name: column for name, column in columns.items() if name not in more}
-        changed = columns["test"][stored != checksums(kept)]
+        with intact(self._path):
+            columns = _read(self.db, terms, source, arguments)
+            stored = columns.pop("")
+            columns = self.numbered(columns["test"]) | columns
+            kept = {name: column for name, column in columns.items() if name not in more}
+            changed = columns["test"][stored != checksums(kept)]
         if len(changed):
-            raise ValueError(f"{counted(len(changed), 'test')} changed, the first {changed[0]}")
+            problem = f"{counted(len(changed), 'test')} changed, the first {changed[0]}"
+            raise unreadable(self._path, problem)
         return columns
 
     def versions(self, without_run: int = 0) -> Integers:

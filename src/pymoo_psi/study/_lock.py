@@ -30,20 +30,32 @@ _HELD: set[tuple[int, str]] = set()
 
 
 @contextmanager
-def reported(path: str) -> Iterator[None]:
-    """Turn errors of SQLite, of the system and of unreadable content into errors of a study."""
+def reported(path: str, *system: type[OSError]) -> Iterator[None]:
+    """Turn errors of SQLite, and of the system if ``OSError`` is given, into errors of a study."""
+    errors: tuple[type[Exception], ...] = (sqlite3.OperationalError, *system)
     try:
         yield
     except PsiError:
         raise
-    except (sqlite3.OperationalError, OSError) as error:
+    except errors as error:
         problem = getattr(error, "strerror", None) or error
         raise StudyAccessError(
             f"study {path} cannot be used: {problem}; see that its folder exists, that you may "
             "write it, that the disk is not full, and that no other program keeps it busy; what "
             "was stored before is kept"
         ) from error
-    except (sqlite3.DatabaseError, LookupError, TypeError, ValueError) as error:
+    except sqlite3.DatabaseError as error:
+        raise unreadable(path, str(error)) from error
+
+
+@contextmanager
+def intact(path: str) -> Iterator[None]:
+    """Turn errors of a body that only reads content into those of a damaged study."""
+    try:
+        yield
+    except PsiError:
+        raise
+    except (LookupError, TypeError, ValueError) as error:
         raise unreadable(path, str(error)) from error
 
 
@@ -88,7 +100,7 @@ def _opened(lock: str, path: str, wait: float) -> IO[str]:
     deadline = time.monotonic() + wait
     pause = _FIRST_PAUSE
     while True:
-        with reported(path):
+        with reported(path, OSError):
             file = open(lock, "a")  # noqa: SIM115
         try:
             _lock(file.fileno())

@@ -55,7 +55,7 @@ from pymoo_psi.study._database import (
     with_outputs,
     with_stored_columns,
 )
-from pymoo_psi.study._lock import locked, reported
+from pymoo_psi.study._lock import intact, locked, reported
 from pymoo_psi.study._runs import (
     ROOM,
     SUFFIX,
@@ -127,7 +127,7 @@ class Study:
         facts = Facts(asked, share, runs=[new_run(1, points)])
         if share is not None:
             folder = os.path.dirname(self.path)
-            with reported(self.path):
+            with reported(self.path, OSError):
                 os.makedirs(folder, exist_ok=True)
             for path in studies_in(folder):
                 require_fellow(path, Study(path).facts(), facts)
@@ -314,7 +314,8 @@ class Study:
                     db.backup(copy)
                     used = copy
                 used.execute(begin)
-                database = opened(used, self.path)
+                with intact(self.path):
+                    database = opened(used, self.path)
                 if self._id not in (None, database.facts.id):
                     raise StudyMismatchError(
                         f"study {self.path} is not the one that this run began or continued: "
