@@ -250,6 +250,8 @@ def test_a_spreadsheet_shows_the_designs_alone_and_all_comes_back(tmp_path, suff
     chosen = read.formulation
     assert (chosen.chosen, chosen.reason) == ("test point 1", "=cheap")
     assert (chosen.limits, chosen.normalize) == (limits, False)
+    assert read.under(limits={}).formulation.chosen == "test point 1"
+    assert read.under(chosen=None).formulation.chosen is None
     assert read.layout.units == {"mass": "µg", "x1": "mm"}
     raw = pd.read_csv(path) if suffix == "csv" else pd.read_excel(path)
     names = table.to_frame().rename(columns={"mass": "mass [µg]", "x1": "x1 [mm]"}).columns

@@ -140,6 +140,9 @@ class TestTable(Tests, Shown):
         instance("formulation", formulation, Formulation)
         for name in fields:
             known_name("an argument of under", name, ATTRIBUTES)
+        former = self.tested.formulation
+        if formulation.chosen is None and "chosen" not in fields:  # that of the file
+            formulation = replace(formulation, chosen=former.chosen, reason=former.reason)
         return self.tested._under(replace(formulation, **fields))
 
     def _under(self, formulation: Formulation) -> TestTable:
@@ -149,8 +152,6 @@ class TestTable(Tests, Shown):
         if formulation.ranges is None:  # those of the tests, if they are of the same objectives
             is_same = {*layout.objectives} == {*self.layout.objectives}
             formulation = replace(formulation, ranges=former.ranges if is_same else {})
-        if formulation.chosen is None:
-            formulation = replace(formulation, chosen=former.chosen, reason=former.reason)
         changes: Values = {"layout": layout, "formulation": formulation, "_tested": self}
         # Failed for an objective, a design may count under others; failed in its evaluation, it
         # has no values.
