@@ -677,8 +677,9 @@ class TestTable(Tests, Shown):
     def _first_rows(self, n: int) -> tuple[pd.DataFrame, int]:
         # The Pareto set of a million tests is not needed for ten rows.
         frame = self.rows(np.arange(min(n, len(self)))).to_frame().drop(columns="pareto")
+        empty = [name for name in ("violated", "reason") if not frame[name].any()]
         headings = {name: self.layout.label_of(name) for name in self.layout.columns}
-        return frame.rename(columns=headings), len(self)
+        return frame.drop(columns=empty).rename(columns=headings), len(self)
 
     def _shown_columns(self) -> Columns:
         """Return the columns of frame and file: two follow from the others, for the reader."""
