@@ -605,6 +605,9 @@ def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
     if F is not None and F.size:
         values = F
     if values.dtype != object:  # a row with a value that occurs once occurs once
+        ordered = np.sort(values[:, 0])
+        if (ordered[1:] != ordered[:-1]).all():  # as a rule; the next lines take much longer
+            return first
         _, value, count = np.unique(values[:, 0], return_inverse=True, return_counts=True)
         rows = np.flatnonzero(count[value] > 1)
     keys: list[Any] = design_keys(X[rows])
