@@ -71,7 +71,8 @@ _LIMIT = re.compile(
     rf"(?:\s*(?P<right><=|>=)\s*(?P<last>{NUMBER}))?",
     re.DOTALL,
 )
-_TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|(?P<list>\s+in\s+))(?P<text>[^<>=]*)")
+_TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|\s+in\s+)(?P<text>[^<>=]*)")
+_STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # what an entry has that does not continue a list
 _TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
 # Five or five thousand, as in a file: see the rule for numbers in read_table.
@@ -575,43 +576,46 @@ def sides_of_text(argument: str, text: str) -> dict[str, float]:
 
 def _limits_of_texts(texts: Sequence[str], argument: str) -> Values:
     limits: Values = {}
-    listed: list[str] | None = None  # of the list that an entry may continue
+    listed: list[str] = []  # the texts of the entry before, if it is a list
     for entry in entries_of(texts):
-        match = _TEXTS.fullmatch(entry)
-        if listed is not None and not re.search("[<>=]", entry) and match is None:
+        if listed and not _STATEMENT.search(entry):
             listed.append(entry)
             continue
-        listed = None
-        if match is not None:
-            name = match["name"]
-            allowed = [match["text"].strip()]
-            if match["list"]:
-                listed = allowed
-            if name in limits:
+        column, limit = _limit_of_entry(entry, argument)
+        listed = []
+        if "=" not in entry:  # column in text
+            listed = limit
+        match limits.get(column), limit:
+            case None, _:
+                limits[column] = limit
+            case ((least, None), (None, greatest)) | ((None, greatest), (least, None)):
+                limits[column] = (least, greatest)
+            case _:
                 raise invalid(argument, "given once for each side of a column", Received(entry))
-            limits[name] = allowed
-            continue
-        match = _LIMIT.fullmatch(entry)
-        if match is None or _TURNED.get(match["left"]) == match["right"]:
-            raise invalid(
-                argument,
-                "of the form column<=number, number<=column<=number, column=text or "
-                "column in text, text, joined by commas",
-                Received(entry or "nothing"),
-                "use <= or >=, plain numbers with a decimal point, and no units",
-            )
-        name = match["name"]
-        pair = [*limits.get(name, (None, None))]
-        sides = [(_TURNED.get(match["left"]), match["first"]), (match["right"], match["last"])]
-        for sign, number in sides:
-            if sign is None:
-                continue
-            side = (">=", "<=").index(sign)
-            if len(pair) != 2 or pair[side] is not None:
-                raise invalid(argument, "given once for each side of a column", Received(entry))
-            pair[side] = _number_of_one_meaning(number, entry, argument)
-        limits[name] = tuple(pair)
     return limits
+
+
+def _limit_of_entry(entry: str, argument: str) -> tuple[str, Any]:
+    """Return the column of an entry, and the pair (least, greatest) or the list of one text."""
+    match = _TEXTS.fullmatch(entry)
+    if match is not None:
+        return match["name"], [match["text"].strip()]
+    match = _LIMIT.fullmatch(entry)
+    # Two signs that state the same side are no limit, nor is the absence of both.
+    if match is None or _TURNED.get(match["left"]) == match["right"]:
+        raise invalid(
+            argument,
+            "of the form column<=number, number<=column<=number, column=text or "
+            "column in text, text, joined by commas",
+            Received(entry or "nothing"),
+            "use <= or >=, plain numbers with a decimal point, and no units",
+        )
+    sides = {}
+    if match["left"]:
+        sides[_TURNED[match["left"]]] = _number_of_one_meaning(match["first"], entry, argument)
+    if match["right"]:
+        sides[match["right"]] = _number_of_one_meaning(match["last"], entry, argument)
+    return match["name"], (sides.get(">="), sides.get("<="))
 
 
 def _number_of_one_meaning(number: str, text: str, argument: str) -> float:
