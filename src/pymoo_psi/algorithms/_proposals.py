@@ -244,8 +244,7 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
 
     Z = goal.encode(points)
     processes = learned.processes(T)[:m]
-    # Logarithms of the noise, as a share of the variance.
-    shares = np.exp([output.lengths[-3] for output in learned.fit.outputs[:m]])
+    shares = np.exp([output.log_noise for output in learned.fit.outputs[:m]])
     noise = np.sqrt(shares * [process.variance for process in processes])
     predicted = np.column_stack([process(Z) for process in processes])
     deviations = np.column_stack([process.deviation(Z) for process in processes])

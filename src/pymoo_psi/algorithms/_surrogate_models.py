@@ -209,6 +209,11 @@ class OutputFit:
     log_density: float
     met: float
 
+    @property
+    def log_noise(self) -> float:
+        """The logarithm of the noise, as a share of the variance."""
+        return float(self.lengths[-3])
+
     @classmethod
     def of(cls, Z: Array, y: Array, uniform: Array, *, constraint: bool) -> OutputFit:
         """Fit ``(n,)`` values at ``(n, d)`` designs, on the scale on which they are most likely.
