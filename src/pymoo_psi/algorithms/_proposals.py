@@ -62,9 +62,6 @@ _APART = (0.01, 0.03, 0.1)
 # If the errors of the surrogates of objectives reach this many standard deviations, only the middle
 # of the front is searched. They are 0.2 on DTLZ2 with 13 variables and 0.04 on the chute.
 _DOUBTFUL = 0.2
-# One of so many designs, in turn, is the most promising one, whatever others are near. Where
-# surrogates err, the same promise is made again and again, so the others have distances.
-_TURNS = 4
 # If limits narrow a problem, and none of so many tests in a row keeps them although some test does,
 # predictions have to keep away from limits by a standard deviation.
 _MISSES = 4
@@ -717,34 +714,37 @@ def _choice(
     lengths = _lengths(*ranges)
     front = (front - low) / lengths
     F = (candidates.F - low) / lengths
-    values = _achievements(F, contraction)
-    if len(front) > 0:
-        best = _achievements(front, contraction).min(axis=0)
-        gap = cdist(F, front).min(axis=1)
-    else:
-        best = values.max(axis=0)
-        gap = np.full(len(F), np.inf)
-    distance = cdist(candidates.Z, seen).min(axis=1)
-    units = _directions(F.shape[1], contraction).max(axis=1)  # of the values in each direction
     norms = np.linalg.norm(np.maximum(F, 0), axis=1)
     least_norm = np.linalg.norm(np.maximum(front, 0), axis=1).min(initial=np.inf)
-    turns_of_gain = [0]
+    values = _achievements(F, contraction)
+    units = _directions(F.shape[1], contraction).max(axis=1)  # of the values in each direction
+    # Where surrogates err, the largest gain is promised again and again, whatever is tested near
+    # it. So most designs are chosen for their distance.
+    rules = ["gain", "distance", "distance", "distance"]
     if candidates.is_directed:
-        turns_of_gain = [0, 2]
+        rules[2] = "compromise"
+    # These change with every candidate that is chosen, which then counts like a test: the best
+    # value in each direction, and the distances from all tests and from objectives of the front.
+    best = values.max(axis=0, initial=-np.inf)
+    if len(front) > 0:
+        best = _achievements(front, contraction).min(axis=0)
+    distance = cdist(candidates.Z, seen).min(axis=1)
+    gap = cdist(F, front).min(axis=1, initial=np.inf)
     chosen = []
     for place in range(batch):
-        turn = (len(seen) + place) % _TURNS
-        new = np.flatnonzero(distance > _SAME)
-        if len(new) == 0:
+        untested = np.flatnonzero(distance > _SAME)
+        if len(untested) == 0:
             break
-        rows = new[candidates.violation[new] <= 0]
+        turn = (len(seen) + place) % len(rules)
+        rule = rules[turn]
+        rows = untested[candidates.violation[untested] <= 0]
         gain = (np.maximum(best - values, 0) * units).sum(axis=1)
         if len(rows) == 0:
             score = -candidates.violation
-            rows = _apart(new, candidates.Z.shape[1], distance, turn)
-        elif candidates.is_directed and turn == 2 and norms[rows].min() < least_norm - _NEARER:
+            rows = _apart(untested, candidates.Z.shape[1], distance, turn)
+        elif rule == "compromise" and norms[rows].min() < least_norm - _NEARER:
             score = -norms
-        elif turn in turns_of_gain and gain[rows].max() > 0:
+        elif rule != "distance" and gain[rows].max() > 0:
             score = gain
         else:
             score = np.where(np.isinf(gap), distance, gap)
@@ -774,18 +774,18 @@ def _ranges_of(front: Array, candidates: _Candidates) -> Array:
     return np.array([both.min(axis=0), high])
 
 
-def _apart(rows: Rows, n_columns: int, distance: Array, place: int) -> Rows:
+def _apart(rows: Rows, n_columns: int, distance: Array, turn: int) -> Rows:
     """Return those rows of candidates that are far enough from tests and from chosen ones.
 
     Args:
         rows: The rows to choose from.
         n_columns: Number of dimensions in which surrogates see designs.
         distance: ``(n,)`` the distance of each candidate from tests and from chosen candidates.
-        place: How many candidates are chosen already.
+        turn: The number of tests and chosen candidates, modulo the number of rules.
     """
     least = _SAME
-    if place > 0:
-        least = _APART[place % 3] * np.sqrt(n_columns)
+    if turn > 0:
+        least = _APART[turn % 3] * np.sqrt(n_columns)
     # After a search near the best tests, no candidate may be that far away.
     least = min(least, distance[rows].max() / 2)
     return np.asarray(rows[distance[rows] >= least])
