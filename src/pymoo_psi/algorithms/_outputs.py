@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._validation import AnyArray, Array, Designs
+from pymoo_psi._validation import Array, Designs
 from pymoo_psi.algorithms._executor import Model
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
 from pymoo_psi.algorithms._surrogate_models import bounded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions
-from pymoo_psi.table import Expression, Formulation, TestTable
+from pymoo_psi.table import OPEN, Expression, Formulation, TestTable
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,27 @@ class TestedModel:
         return np.zeros((len(X), 0))
 
 
+class _Output(NamedTuple):
+    """An output that surrogates learn.
+
+    Attributes:
+        name: The column.
+        role: "objective"; "constraint"; "limited", an output, or a variable whose range depends on
+            others; or "operand", a column as tested from which others are computed.
+        least: The least value allowed, as the output is minimised.
+        greatest: The greatest value allowed, as the output is minimised.
+        is_tested: Whether it is a column as tested.
+        sign: -1 if it is minimised as the negative of its column.
+    """
+
+    name: str
+    role: str
+    least: float
+    greatest: float
+    is_tested: bool = True
+    sign: int = 1
+
+
 class LearnedOutputs:
     """The outputs that surrogates learn from tests under a formulation.
 
@@ -46,31 +67,18 @@ class LearnedOutputs:
         model: The model of the tests.
         table: All tests, under the formulation.
         asked: The formulation, whose computed columns are not learned.
-
-    Attributes:
-        names: The columns of the formulation: objectives, constraints without requirements, and
-            outputs that have limits, or variables where their ranges depend on each other.
-        operands: The names of columns as tested from which others are computed, beside ``names``.
     """
 
     def __init__(self, model: Model | TestedModel, table: TestTable, asked: Formulation) -> None:
         self._model = model
         self._table = table
-        layout = table.layout
         tested = table.tested.layout
-        requirements = tested.inequalities[model.n_ieq_constr :]
-        self.inequalities = [name for name in layout.inequalities if name not in requirements]
-        outputs = [*layout.outputs]
-        if model.space.equalities:  # limits on variables are then no sides of the unit cube
-            outputs += layout.variables
-        self._ends: dict[str, tuple[float, float]] = {}
+        self._limits: dict[str, tuple[float, float]] = {}
         for name, limit in table.limits.items():
             if not isinstance(limit, list):
-                self._ends[name] = limit
-        limited = [name for name in self._ends if name in outputs]
-        self.names = [*layout.objectives, *self.inequalities, *layout.equalities, *limited]
-        self._n_constraints = len(self.inequalities) + len(layout.equalities)
-        self._computed = _needed(asked.computed, self.names)
+                self._limits[name] = limit
+        self._outputs = self._stated()
+        self._computed = _needed(asked.computed, [output.name for output in self._outputs])
         self._expressions = known_expressions(model.inner)
         problem = model.inner
         if self._expressions and (
@@ -81,23 +89,41 @@ class LearnedOutputs:
             self._expressions = {}  # they mean other names and signs than those of the run
         # Expressions are not learned, but what they are made of.
         operands = set()
-        for output in self._expressions.values():
-            operands |= {*output.operands}
-        names = operands & {*tested.outputs}
-        for expression in self._computed.values():
-            results = {*tested.columns} - {*tested.variables}
-            names |= {*expression.columns} & results
-        names -= {*self._expressions}
-        self._places = {}
-        self.operands: list[str] = []
-        for j, name in enumerate(self.names):
+        for expression in self._expressions.values():
+            operands |= {*expression.operands} & {*tested.outputs}
+        for computed in self._computed.values():
+            operands |= {*computed.columns} & {*tested.columns}
+        operands -= {*tested.variables}
+        operands -= {*self._expressions}
+        operands -= {output.name for output in self._outputs if output.is_tested}
+        for name in sorted(operands):
+            self._outputs.append(_Output(name, "operand", *OPEN))
+
+    def _stated(self) -> list[_Output]:
+        """Return the outputs of the formulation, without requirements; objectives come first."""
+        layout = self._table.layout
+        tested = self._table.tested.layout
+        outputs = []
+        for name in layout.objectives:
             # An equality that is an objective counts by its absolute value.
-            if name in tested.columns and not (j < self.n_obj and name in tested.equalities):
-                self._places[name] = j
-        for name in sorted(names):
-            if name not in self._places:
-                self._places[name] = len(self.names) + len(self.operands)
-                self.operands.append(name)
+            is_tested = name in tested.columns and name not in tested.equalities
+            least, greatest = self._limits.get(name, OPEN)
+            output = _Output(name, "objective", least, greatest, is_tested)
+            if name in layout.maximize:
+                output = _Output(name, "objective", -greatest, -least, is_tested, sign=-1)
+            outputs.append(output)
+        for name in layout.inequalities:
+            if name not in tested.inequalities[self._model.n_ieq_constr :]:
+                outputs.append(_Output(name, "constraint", -np.inf, 0.0))
+        for name in layout.equalities:
+            outputs.append(_Output(name, "constraint", 0.0, 0.0))
+        dependent = [*layout.outputs]
+        if self._model.space.equalities:  # limits on variables are then no sides of the unit cube
+            dependent += layout.variables
+        for name, limit in self._limits.items():
+            if name in dependent:
+                outputs.append(_Output(name, "limited", *limit, name in tested.columns))
+        return outputs
 
     @property
     def n_obj(self) -> int:
@@ -107,30 +133,25 @@ class LearnedOutputs:
     @property
     def goal(self) -> Goal:
         """The goal of a search for the formulation."""
-        table = self._table
-        layout = table.layout
+        variables = self._table.tested.layout.variables
         space = self._model.space
         limits = []
-        for name in self.inequalities:
-            limits.append((self.names.index(name), -np.inf, 0.0))
-        for name in layout.equalities:
-            limits.append((self.names.index(name), 0.0, 0.0))
+        for name in [*self._table.layout.constraints, *self._limits]:
+            for j, output in enumerate(self._outputs):
+                if output.name == name and output.role != "operand":
+                    limits.append((j, output.least, output.greatest))
         # The names of the table, which may be those of the problem or of the run.
         own_names = [variable.name for variable in space.variables]
-        titles = dict(zip(own_names, table.tested.layout.variables, strict=True))
-        variables = [titles[variable.name] for variable in space.searched]
-        low = np.zeros(len(variables))
-        high = np.ones(len(variables))
-        for name, (least, greatest) in self._ends.items():
-            if name in layout.maximize and name in layout.objectives:
-                limits.append((self.names.index(name), -greatest, -least))
-            elif name in self.names:
-                limits.append((self.names.index(name), least, greatest))
-            elif name in variables:
-                j = variables.index(name)
-                low[j], high[j] = space.searched[j].between(least, greatest)
+        titles = dict(zip(own_names, variables, strict=True))
+        low = np.zeros(len(space.searched))
+        high = np.ones(len(space.searched))
+        learned = {output.name for output in self._outputs}
+        for j, variable in enumerate(space.searched):
+            name = titles[variable.name]
+            if name in self._limits and name not in learned:
+                low[j], high[j] = variable.between(*self._limits[name])
         compute = None
-        if self._computed or self._expressions or {*self.names} & {*table.tested.layout.variables}:
+        if self._computed or self._expressions or learned & {*variables}:
             compute = self.computed
         return Goal(
             self.n_obj,
@@ -141,7 +162,7 @@ class LearnedOutputs:
             encode=partial(encoded, space),
             compute=compute,
             ranges=self._ranges(),
-            narrowed=bool(self._ends),
+            narrowed=bool(self._limits),
         )
 
     def violations(self, points: Array) -> Array:
@@ -184,15 +205,17 @@ class LearnedOutputs:
         unmet = (table.tested.G[:, n_ieq:] > 0).any(axis=1)
         unknown = failed | unmet
         uniform = table.F[:n_uniform][~unknown[:n_uniform]]
-        F = without_penalties(table.F, uniform)
-        columns = [F]
-        for name in self.inequalities:
-            columns.append(np.where(unknown, np.nan, table.column(name)))
-        columns.append(table.H)
-        for name in self.names[self.n_obj + self._n_constraints :]:
-            columns.append(_known_or_beyond(table.column(name), *self._ends[name]))
-        for name in self.operands:
-            columns.append(table.tested.column(name))
+        columns = [without_penalties(table.F, uniform)]
+        for output in self._outputs[self.n_obj :]:
+            if output.role == "operand":
+                values = table.tested.column(output.name)
+            else:
+                values = table.column(output.name)
+            if output.role == "constraint":
+                values = np.where(unknown, np.nan, values)
+            elif output.role == "limited":
+                values = _known_or_beyond(values, output.least, output.greatest)
+            columns.append(values)
         points = self._model.space.points(table.tested.X)
         eligible = table.eligible()
         Y = np.column_stack(columns)
@@ -207,26 +230,20 @@ class LearnedOutputs:
         """
         tested = self._table.tested.layout
         columns = dict(zip(tested.variables, self._model.space.matrix(points).T, strict=True))
-        for name, j in self._places.items():
-            columns[name] = self._turned(j, Y[:, j])
+        for output, y in zip(self._outputs, Y.T, strict=True):
+            if output.is_tested:
+                columns[output.name] = output.sign * y
         if self._expressions:
             columns |= self._model.inner.computed(columns)
         for name, expression in self._computed.items():
             columns[name] = expression.values(columns)
-        for j, name in enumerate(self.names):
-            if name not in columns:
+        for output, y in zip(self._outputs, Y.T, strict=True):
+            if output.name not in columns:
                 continue
-            values = self._turned(j, columns[name])
-            if name in self._table.layout.outputs:
-                values = _known_or_beyond(values, *self._ends[name])
-            Y[:, j] = values
+            y[:] = output.sign * columns[output.name]
+            if output.role == "limited":
+                y[:] = _known_or_beyond(y, output.least, output.greatest)
         return bounded(Y)
-
-    def _turned(self, j: int, values: AnyArray) -> Array:
-        """Return an output as it is minimised, or back in its original direction."""
-        if j < self.n_obj and self.names[j] in self._table.layout.maximize:
-            return np.asarray(-values)
-        return np.asarray(values)
 
 
 def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expression]:
