@@ -177,18 +177,19 @@ class Processes:
             end = worker.end(patience)
             if kind == "unusable":
                 raise _cannot_load(content)
-            if worker.run != work.run:  # it has not begun
-                if not was_kept:
-                    raise _cannot_load(f"the process ends before ({end})")
-                continue
             index, _ = waiting[0]
+            has_begun = worker.run == work.run  # it has loaded the function
             if kind == "overdue":
                 reason = f"timed out after {work.timeout:g} s"
-            elif tried == index:
+            elif has_begun and tried == index:
                 reason = f"its worker process died ({end}, 2 times)"
-            else:
+            elif has_begun:
                 tried = index
                 continue
+            elif was_kept:
+                continue
+            else:
+                raise _cannot_load(f"the process ends before ({end})")
             results.append((index, LostDesign(reason), 0.0))
             return results, None
         raise CancelledError
