@@ -5,12 +5,12 @@ from __future__ import annotations
 import shlex
 import webbrowser
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pymoo.core.problem import Problem
@@ -67,21 +67,40 @@ Show = Callable[..., None]
 """Shows a share of 1, and a note, on a progress bar."""
 
 
-@dataclass(frozen=True)
-class Search:
+class Task(NamedTuple):
+    """What to search.
+
+    Attributes:
+        problem: The problem.
+        points: How many designs to evaluate, in all or more.
+        run: The options of the run, with the formulation that applies.
+        runner: What evaluates a problem that takes many designs at once, if not this process.
+        limits: The limits that apply.
+        out: The file for the Pareto set, if one is named.
+    """
+
+    problem: Problem
+    points: int
+    run: RunOptions
+    runner: Runner | None
+    limits: Any
+    out: Path | None
+
+
+class Result(NamedTuple):
     """The result of a search.
 
     Attributes:
         table: The tests under the formulation; of NSGA-III the designs that it returned.
         counts: How many designs were tested, stored before and failed, in words.
-        reasons: Why designs failed.
         n_tests: How many tests were asked for.
+        reasons: Why designs failed.
     """
 
     table: TestTable
     counts: str
-    reasons: Collection[str]
     n_tests: int
+    reasons: Collection[str]
 
 
 def run_solve(options: Options) -> int:
@@ -92,14 +111,10 @@ def run_solve(options: Options) -> int:
     """
     if options.new:
         return write_example(options.problem)
-    algorithm = options.algorithm
-    given = formulation_of(options)  # before a user's model is imported
-    _require_effect(options, given)
+    asked = formulation_of(options)  # before a user's model is imported
+    _require_effect(options, asked)
     points = _points(options)
-    share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
-    keywords = {name: getattr(options, name) for name in _KEYWORDS}
-    more = str(options.points).startswith("+")
-    run = RunOptions(**keywords, share=share or None, more=more, formulation=given)
+    run = _run_options(options, asked)
     problem = load_problem(
         options.problem,
         options.timeout,
@@ -108,78 +123,42 @@ def run_solve(options: Options) -> int:
         noisy=options.noisy,
     )
     require_model(problem)
-    if getattr(options, "try"):  # a keyword of Python
+    if getattr(options, "try"):
         return try_program(options.problem, problem, points)
-    out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
-    model = Model(problem, run)
-    limits: Any = model.asked.limits
-    run = replace(run, formulation=model.asked)
-    require_free_names((*model.layout.columns, *given.computed))
-    runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
-    if runner is not None and options.cluster is not None and algorithm != "psi":
-        rule = "used with --algorithm psi if a problem takes many designs at once"
-        raise invalid("--cluster", rule, algorithm)
-    if getattr(options, "from") is not None:
-        import_into_study(problem, options, run)
-    find = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[algorithm]
-    try:
-        with stored_at_termination(), _watched(options, run), progress_bar(True) as show:
-            search = find(problem, points, runner, run, show)
-    except KeyboardInterrupt:
-        place = f"see {run.study};"
-        if run.study is None:
-            place = "nothing is kept; with --study FILE.db"
-        raise KeyboardInterrupt(f"{place} the same command continues") from None
-    if not search.table.eligible().any():
-        _say_infeasible(problem, search, options.out)
+    task = _task(options, problem, points, run)
+    _import(problem, options, task.run)
+    result = _search(options, task)
+    if not result.table.eligible().any():
+        _say_infeasible(problem, result, options.out)
         return 1
-    _say_best(problem, options, search, out)
-    if run.study is not None and run.share is None:
-        with Study(run.study).reading() as database:
-            runs = database.n_tests()
-        n_stored = sum(runs.values())
-        n_tests = search.n_tests
-        if n_stored > n_tests:
-            of_runs = f"{n_stored} tests of {counted(len(runs), 'run')}"
-            say(f"The study has {of_runs}; this run asked for {n_tests} of them.")
-    if limits:
-        say(_sources_of_limits(options.problem, given, limits))
-    if given.limits and not options.box:
-        _say_box(search.table)
+    _say_best(options, task, result)
+    _say_other_runs(task.run, result.n_tests)
+    _say_limits(options.problem, asked, task.limits)
+    if asked.limits and not options.box:
+        _say_box(result.table)
     return 0
 
 
-def _say_best(problem: Problem, options: Options, search: Search, out: Path | None) -> None:
-    """Write the Pareto set if a file is named, and print the best designs."""
-    ranking = search.table.feasible_ranking()
-    designs = search.table.rows(ranking.rows)
-    frame = designs_frame(designs, ranking)
-    frame = frame[frame["pareto"]]
-    if out is not None:  # before anything is printed, which may fail
-        write_frame(frame.drop(columns="pareto"), out, designs)
-    size = counted(len(frame), "Pareto-optimal design")
-    name = problem_name(problem)
-    title = f"{name} by {options.algorithm}: {size}, {search.counts}, by place"
-    say_best(frame, title, search.table, options.out)
-    sure = confidence_sentence(search.table, int(ranking.salukvadze[0]))
-    if sure:
-        say(sure)
-    say(*search.table.remarks, *_failures(search.reasons))
+# The task
 
 
-@contextmanager
-def _watched(options: Options, run: RunOptions) -> Iterator[None]:
-    """Show the run in the browser while the body does it, if that is asked for."""
-    if not options.live:
-        yield
-        return
-    from pymoo_psi.server import live  # imports the page
-
-    study: Any = run.study
-    with live(study, steer=True) as view:
-        say(view.address)
-        webbrowser.open(view.address)
-        yield
+def _require_effect(options: Options, asked: Formulation) -> None:
+    """Refuse options that would have no effect."""
+    algorithm = options.algorithm
+    if algorithm == "nsga3":
+        if asked != Formulation():
+            rule = "psi or surrogate for other objectives, limits or columns than the problem's"
+            remedy = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
+            raise invalid("--algorithm", rule, algorithm, remedy)
+        if options.sampling is not None or str(options.points).startswith("+"):
+            rule = "psi or surrogate for --sampling and --points +N"
+            raise invalid("--algorithm", rule, algorithm)
+    if algorithm != "psi" and (options.share is not None or options.repeat > 1):
+        raise invalid("--algorithm", "psi for --share and --repeat", algorithm)
+    for name in _OF_STUDY:
+        if getattr(options, name) not in (None, False) and options.study is None:
+            option = f"--{name.replace('_', '-')}"
+            raise invalid(option, "used with --study", Received("no --study"))
 
 
 def _points(options: Options) -> int:
@@ -197,62 +176,70 @@ def _points(options: Options) -> int:
     return points
 
 
-def _sources_of_limits(problem: str, given: Formulation, limits: Entries) -> str:
-    """Return a line on which limits apply, and where each is from."""
-    limits_given = limits_of(given.limits)
-    texts = []
-    for name, limit in limits.items():
-        source = problem
-        if name in limits_given or is_of_texts(limit):
-            source = "option or decision"
-        texts.append(f"{limit_text(name, limit)} ({source})")
-    return f"Limits: {', '.join(texts)}."
+def _run_options(options: Options, asked: Formulation) -> RunOptions:
+    """Return the options of the run under a formulation."""
+    keywords = {name: getattr(options, name) for name in _KEYWORDS}
+    share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
+    return RunOptions(
+        **keywords,
+        share=share or None,
+        more=str(options.points).startswith("+"),
+        formulation=asked,
+    )
 
 
-def import_into_study(problem: Problem, options: Options, run: RunOptions) -> None:
-    """Take the tests of ``--from`` into the study."""
-    source = getattr(options, "from")
+def _task(options: Options, problem: Problem, points: int, run: RunOptions) -> Task:
+    """Return the task, after what can be refused before the search."""
+    out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
+    model = Model(problem, run)
+    require_free_names((*model.layout.columns, *model.asked.computed))
+    runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
+    if runner is not None and options.cluster is not None and options.algorithm != "psi":
+        rule = "used with --algorithm psi if a problem takes many designs at once"
+        raise invalid("--cluster", rule, options.algorithm)
+    run = replace(run, formulation=model.asked)
+    return Task(problem, points, run, runner, model.asked.limits, out)
+
+
+def _import(problem: Problem, options: Options, run: RunOptions) -> None:
+    """Take the tests of ``--from`` into the study, if it is given."""
+    source = getattr(options, "from")  # a keyword of Python
+    if source is None:
+        return
     columns = pairs_in("--from-names", options.from_names, "name=column")
     tests = import_tests(problem, source, run, columns)
     say(f"{source}: {counted(len(tests), 'test')} taken into the study.", *tests.remarks)
 
 
-def _say_infeasible(problem: Problem, search: Search, out: Path | None) -> None:
-    """Print that no design is feasible, and why."""
-    say(f"{problem_name(problem)}: no feasible design, {search.counts}")
-    reasons = _failures(search.reasons)
-    say(f"{most_violated(search.table)}.", *search.table.remarks, *reasons)
-    if out is not None:
-        say(f"{out} is not written.")
+# The search
 
 
-def _say_box(table: TestTable) -> None:
-    """Print the bounds of the feasible designs as an option for the next search."""
-    entries = []
-    for name, lower, upper in zip(table.layout.variables, *table.refined_bounds(), strict=True):
-        if lower < upper:  # not a choice, where both are NaN, nor a fixed variable
-            entries.append(f"{name}={lower}:{upper}")
-    if entries:
-        say(f"Where the feasible designs lie: --box {shlex.quote(','.join(entries))}")
+def _search(options: Options, task: Task) -> Result:
+    """Search; an interrupt says how the search continues."""
+    search = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[options.algorithm]
+    study = task.run.study
+    try:
+        with stored_at_termination(), _watched(options, study), progress_bar(True) as show:
+            return search(task, show)
+    except KeyboardInterrupt:
+        place = f"see {study};"
+        if study is None:
+            place = "nothing is kept; with --study FILE.db"
+        raise KeyboardInterrupt(f"{place} the same command continues") from None
 
 
-def _require_effect(options: Options, formulation: Formulation) -> None:
-    """Refuse options that would have no effect."""
-    algorithm = options.algorithm
-    if algorithm == "nsga3":
-        if formulation != Formulation():
-            rule = "psi or surrogate for other objectives, limits or columns than the problem's"
-            remedy = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
-            raise invalid("--algorithm", rule, algorithm, remedy)
-        if options.sampling is not None or str(options.points).startswith("+"):
-            rule = "psi or surrogate for --sampling and --points +N"
-            raise invalid("--algorithm", rule, algorithm)
-    if algorithm != "psi" and (options.share is not None or options.repeat > 1):
-        raise invalid("--algorithm", "psi for --share and --repeat", algorithm)
-    for name in _OF_STUDY:
-        if getattr(options, name) not in (None, False) and options.study is None:
-            option = f"--{name.replace('_', '-')}"
-            raise invalid(option, "used with --study", Received("no --study"))
+@contextmanager
+def _watched(options: Options, study: Any) -> Iterator[None]:
+    """Show the run in the browser while the body does it, if that is asked for."""
+    if not options.live:
+        yield
+        return
+    from pymoo_psi.server import live  # imports the page
+
+    with live(study, steer=True) as view:
+        say(view.address)
+        webbrowser.open(view.address)
+        yield
 
 
 def _counting(show: Show, points: int, run: RunOptions) -> Callable[[TestTable], None]:
@@ -278,22 +265,16 @@ def _under(tests: TestTable, run: RunOptions) -> TestTable:
     return tests.under(run.formulation)
 
 
-def _by_psi(
-    problem: Problem,
-    points: int,
-    runner: Runner | None,
-    run: RunOptions,
-    show: Show,
-) -> Search:
+def _by_psi(task: Task, show: Show) -> Result:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
     # enough for the bar to move.
-    block_size = min(65_536, max(64, -(-points // 32)))
-    options = replace(run, block_size=block_size)
+    block_size = min(65_536, max(64, -(-task.points // 32)))
+    options = replace(task.run, block_size=block_size)
     n_evaluated = 0
 
     def tested(investigation: Run) -> TestTable:
         nonlocal n_evaluated
-        count = _counting(show, investigation.n_left, run)
+        count = _counting(show, investigation.n_left, options)
         tables = [investigation.store.empty]
         with closing(investigation.tests()) as blocks:
             for block in blocks:
@@ -302,21 +283,16 @@ def _by_psi(
                 n_evaluated += block.n_called
         return by_number(tables)
 
-    _, tests = repeated_tests(tested, problem, points, options, runner=runner)
-    return _search(problem, tests, run, n_evaluated)
+    _, tests = repeated_tests(tested, task.problem, task.points, options, runner=task.runner)
+    return _result(task, tests, n_evaluated)
 
 
-def _by_surrogate(
-    problem: Problem,
-    points: int,
-    _: Runner | None,
-    run: RunOptions,
-    show: Show,
-) -> Search:
+def _by_surrogate(task: Task, show: Show) -> Result:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
+    run = task.run
     algorithm = SurrogatePSI(
-        points,
+        task.points,
         formulation=run.formulation,
         sampling=run.sampling,
         study=run.study,
@@ -326,27 +302,27 @@ def _by_surrogate(
     )
 
     def callback(algorithm: SurrogatePSI) -> None:
-        _counting(show, points, run)(algorithm.table.tested)
+        _counting(show, task.points, run)(algorithm.table.tested)
 
-    result = minimize(problem, algorithm, seed=run.seed, callback=callback).algorithm
-    return _search(problem, result.table.tested, run, result.evaluator.n_eval)
+    ended = minimize(task.problem, algorithm, seed=run.seed, callback=callback).algorithm
+    return _result(task, ended.table.tested, ended.evaluator.n_eval)
 
 
-def _search(problem: Problem, tests: TestTable, run: RunOptions, n_evaluated: int) -> Search:
+def _result(task: Task, tests: TestTable, n_evaluated: int) -> Result:
     """Return the result of tests, of which ``n_evaluated`` are new."""
     has_run = np.full(len(tests), True)
     violations = []
-    for rule in getattr(with_requirements(problem), "required", ()):
+    for rule in getattr(with_requirements(task.problem), "required", ()):
         violated = tests.column(rule.text) > 0
         has_run &= ~violated
         if violated.any():
             violations.append(f"{rule.text} ({violated.sum()})")
-    table = _under(tests, run)
+    table = _under(tests, task.run)
     n_run = has_run.sum()
     n_failed = (table.status == "failed").sum()
     n_stored = n_run - n_evaluated
-    if getattr(problem, "noisy", False):
-        table = _under(averaged_repeats(tests), run)
+    if getattr(task.problem, "noisy", False):
+        table = _under(averaged_repeats(tests), task.run)
     else:
         n_stored -= table.repeats[has_run].sum()
     counts = [f"{n_run} tested"]
@@ -356,48 +332,110 @@ def _search(problem: Problem, tests: TestTable, run: RunOptions, n_evaluated: in
         counts.append(f"{n_failed} failed")
     if violations:
         counts.append(f"{len(tests) - n_run} not run by requirements: {', '.join(violations)}")
-    return Search(table, ", ".join(counts), table.reasons.values(), len(tests))
+    return Result(table, ", ".join(counts), len(tests), table.reasons.values())
 
 
-def _by_nsga3(
-    problem: Problem,
-    points: int,
-    _: Runner | None,
-    run: RunOptions,
-    show: Show,
-) -> Search:
+def _by_nsga3(task: Task, show: Show) -> Result:
+    run = task.run
     with TemporaryDirectory() as folder:
         # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
         # names no study, a temporary one keeps the tests for the table.
         recorded = Recorded(
-            FailureTolerant(with_requirements(problem)),
+            FailureTolerant(with_requirements(task.problem)),
             study=run.study or Path(folder, "tests.db"),
             study_key=run.study_key,
             retry=run.retry,
         )
 
         def callback(algorithm: Any) -> None:
-            show(algorithm.evaluator.n_eval / points)
+            show(algorithm.evaluator.n_eval / task.points)
 
-        result = nsga3(recorded, n_evaluations=points, seed=run.seed, callback=callback)
+        ended = nsga3(recorded, n_evaluations=task.points, seed=run.seed, callback=callback)
         table = recorded.table
     tests = table.rows(np.isin(table.numbers, [*recorded.returned]))
-    search = _search(problem, tests, run, recorded.n_evaluated)
+    result = _result(task, tests, recorded.n_evaluated)
     # pymoo has no F if no design is feasible.
-    designs = result.pop if result.F is None else result.opt
+    designs = ended.pop if ended.F is None else ended.opt
     is_best = np.isin(tests.numbers, designs.get("test_point"))
-    return replace(search, table=search.table.rows(is_best))
+    return result._replace(table=result.table.rows(is_best))
 
 
-def _failures(reasons: Iterable[str]) -> list[str]:
-    """Say in a line why designs failed, the most frequent reason first; nothing if none did."""
-    counts = Counter(alike(reasons))
+# The result
+
+
+def _say_best(options: Options, task: Task, result: Result) -> None:
+    """Write the Pareto set if a file is named, and print the best designs."""
+    table = result.table
+    ranking = table.feasible_ranking()
+    designs = table.rows(ranking.rows)
+    frame = designs_frame(designs, ranking)
+    frame = frame[frame["pareto"]]
+    if task.out is not None:  # before anything is printed, which may fail
+        write_frame(frame.drop(columns="pareto"), task.out, designs)
+    size = counted(len(frame), "Pareto-optimal design")
+    name = problem_name(task.problem)
+    title = f"{name} by {options.algorithm}: {size}, {result.counts}, by place"
+    say_best(frame, title, table, options.out)
+    sentence = confidence_sentence(table, int(ranking.salukvadze[0]))
+    if sentence:
+        say(sentence)
+    _say_remarks(result)
+
+
+def _say_infeasible(problem: Problem, result: Result, out: Path | None) -> None:
+    """Print that no design is feasible, and why."""
+    say(f"{problem_name(problem)}: no feasible design, {result.counts}")
+    say(f"{most_violated(result.table)}.")
+    _say_remarks(result)
+    if out is not None:
+        say(f"{out} is not written.")
+
+
+def _say_remarks(result: Result) -> None:
+    """Print remarks, and why designs failed, if any did, the most frequent reason first."""
+    say(*result.table.remarks)
+    counts = Counter(alike(result.reasons))
     if not counts:
-        return []
+        return
     texts = [f"{n} × {reason:.{_LONGEST}}" for reason, n in counts.most_common(_N_REASONS)]
     if len(counts) > _N_REASONS:
         texts.append(counted(len(counts) - _N_REASONS, "other reason"))
-    return [f"Failed: {'; '.join(texts)}"]
+    say(f"Failed: {'; '.join(texts)}")
+
+
+def _say_other_runs(run: RunOptions, n_tests: int) -> None:
+    """Print how many tests the study has, if this run asked for fewer of them."""
+    if run.study is None or run.share is not None:
+        return
+    with Study(run.study).reading() as database:
+        runs = database.n_tests()
+    n_stored = sum(runs.values())
+    if n_stored > n_tests:
+        of_runs = f"{n_stored} tests of {counted(len(runs), 'run')}"
+        say(f"The study has {of_runs}; this run asked for {n_tests} of them.")
+
+
+def _say_limits(problem: str, asked: Formulation, limits: Entries) -> None:
+    """Print which limits apply, if any, and where each is from."""
+    limits_asked = limits_of(asked.limits)
+    texts = []
+    for name, limit in limits.items():
+        source = problem
+        if name in limits_asked or is_of_texts(limit):
+            source = "option or decision"
+        texts.append(f"{limit_text(name, limit)} ({source})")
+    if texts:
+        say(f"Limits: {', '.join(texts)}.")
+
+
+def _say_box(table: TestTable) -> None:
+    """Print the bounds of the feasible designs as an option for the next search."""
+    entries = []
+    for name, lower, upper in zip(table.layout.variables, *table.refined_bounds(), strict=True):
+        if lower < upper:  # not a choice, where both are NaN, nor a fixed variable
+            entries.append(f"{name}={lower}:{upper}")
+    if entries:
+        say(f"Where the feasible designs lie: --box {shlex.quote(','.join(entries))}")
 
 
 # Tests that people make
@@ -427,12 +465,12 @@ def run_ask(options: Options) -> int:
         seed=options.seed,
         formulation=asked,
     )
-    if getattr(options, "from") is not None:
-        import_into_study(problem, options, run)
+    _import(problem, options, run)
     frame = ask_tests(problem, options.points, run, with_surrogates=with_surrogates)
     units = Study(options.study).facts().head.get("units", {})
     write_frame(frame.rename(columns=lambda name: with_unit(name, units.get(name, ""))), out)
-    study, file = shlex.quote(str(options.study)), shlex.quote(str(options.out))
+    study = shlex.quote(str(options.study))
+    file = shlex.quote(str(options.out))
     say(f"{counted(len(frame), 'design')} to test in {options.out}.")
     say(f"With results, or why a test failed: pymoo-psi tell {file} --study {study}")
     return 0
