@@ -7,8 +7,8 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import replace
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -127,6 +127,13 @@ class StudyStore(Store):
         options: The options of the run.
         model: The model of the run.
 
+    Attributes:
+        study: The study.
+        run: The number of the run in it.
+        has_other_runs: Whether it has others, which may have tested the same designs.
+        looks_first: Whether a session looks for tests before it locks the study: until one of the
+            run is missing.
+
     Raises:
         ArgumentValueError: The study is a folder without a share, or a file with one.
         StudyError: The study belongs to another model, or cannot be used.
@@ -143,8 +150,8 @@ class StudyStore(Store):
         self._retry = options.retry
         self._others = table  # the tests of other runs, as far as they are known
         self._versions = np.zeros((2, 0), np.int64)  # of these
-        self._stored = np.zeros(0, dtype=np.int64)  # test points, as far as they are known
-        self._was_locked = False
+        self._tested = np.zeros(0, dtype=np.int64)  # test points, as of the last look
+        self.looks_first = True
         self._n_requests: int | None = None  # how many were read
         self._next_look = 0.0  # when they are read again
         self.study = _study_of(options)
@@ -156,10 +163,10 @@ class StudyStore(Store):
         share = options.part if options.part.of > 1 else None
         points = _points_of_run(head, sampling, model)
         facts, run = self.study.begin(head, points, share)
-        self._run = run.number
+        self.run = run.number
         self._part = options.part
         self._asked = options.first, run.last
-        self._has_others = len(facts.runs) > 1
+        self.has_other_runs = len(facts.runs) > 1
         command = getattr(layers(model.inner)[-1], "command_words", None)
         if command is not None:
             self.remembered("command", command)
@@ -171,76 +178,51 @@ class StudyStore(Store):
     def session(self) -> Iterator[Recall]:
         """Yield a function that recalls tests; it locks the study when a test is missing."""
         with ExitStack() as lock:
-            is_locked = False
+            yield _Session(self, lock).recall
 
-            def recall_or_lock(points: Points) -> TestTable:
-                nonlocal is_locked
-                if not self._was_locked and not self._has(points):
-                    self._look(points)
-                if not is_locked and not self._has(points):
-                    lock.enter_context(self.writing())
-                    is_locked = True
-                    self._was_locked = True
-                    self._look(points)  # another process may have stored some meanwhile
-                if not self._has_others and not np.isin(points.numbers, self._stored).any():
-                    return self.empty
-                return self.recall(points)
-
-            yield recall_or_lock
-
-    def _look(self, points: Points) -> None:
+    def look(self, points: Points) -> None:
         """Learn which test points have tests, from the first of increasing numbers on."""
-        self._stored = self.study.numbers(int(points.numbers[0]), run=self._run)
+        self._tested = self.study.numbers(int(points.numbers[0]), run=self.run)
 
-    def _has(self, points: Points) -> bool:
-        return bool(np.isin(points.numbers, self._stored).all())
+    def are_tested(self, points: Points) -> Mask:
+        """``(n,)`` which of n points had tests of the run at the last look."""
+        return np.isin(points.numbers, self._tested)
 
-    @property
-    def run(self) -> int:
-        """The number of the run in the study."""
-        return self._run
-
-    @contextmanager
-    def writing(self) -> Iterator[None]:
-        """Keep other processes from adding to the run while the body does."""
-        with self.study.writing(self._run):
-            yield
+    def writing(self) -> AbstractContextManager[None]:
+        """Keep other processes from adding to the run during the body of a ``with`` statement."""
+        return self.study.writing(self.run)
 
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
         numbers = points.numbers
         if len(numbers) == 0:
             return self.empty
-        first, last = int(numbers[0]), int(numbers[-1])
-        if self._has_others:
-            layout = self.empty.layout
-            X = points.matrix(self._model.space)
-            designs = columns_of_designs(layout.variables, layout.kinds, X)
-            with self.study.changes() as database:
-                database.adopt(self._run, {POINT: numbers} | designs)
-                columns = database.tests_of_run(self._run, first, last)
-        else:
-            columns = self.study.contents(first, last - first + 1, run=self._run)[1]
-        tests = self._kept(columns)
-        is_wanted = np.isin(tests.numbers, numbers)
-        if is_wanted.all():  # without a copy
-            return tests
-        return tests.rows(is_wanted)  # the file of a share may hold points of other shares
+        if self.has_other_runs:
+            self._adopt(points)
+        first = int(numbers[0])
+        count = int(numbers[-1]) - first + 1
+        tests = self._kept(self.study.contents(first, count, run=self.run)[1])
+        # The file of a share may hold points of other shares.
+        return tests.rows(np.isin(tests.numbers, numbers))
+
+    def _adopt(self, points: Points) -> None:
+        """Let tests that other runs made of the same designs be those of points, too."""
+        layout = self.empty.layout
+        X = points.matrix(self._model.space)
+        designs = columns_of_designs(layout.variables, layout.kinds, X)
+        with self.study.changes() as database:
+            database.adopt(self.run, {POINT: points.numbers} | designs)
 
     def known(self) -> TestTable:
         """Return the stored tests of the run, without those to be retried."""
-        return self._kept(self.study.contents(run=self._run)[1])
+        return self._kept(self.study.contents(run=self.run)[1])
 
     def _kept(self, columns: Columns) -> TestTable:
-        tests = self.table(columns, POINT)
-        is_retried = self._is_retried(columns)
-        if not is_retried.any():
-            return tests
-        return tests.rows(~is_retried)
+        return self.table(columns, POINT).rows(~self._is_retried(columns))
 
     def _is_retried(self, columns: Columns) -> Mask:
         """``(n,)`` which of stored tests are to be evaluated once more."""
-        failed = np.asarray(columns["status"] == "failed")
+        failed: Mask = columns["status"] == "failed"
         if self._retry == "failed":
             return failed
         is_retried: Mask = np.zeros(len(failed), dtype=bool)
@@ -248,11 +230,11 @@ class StudyStore(Store):
             for name in (*self.empty.layout.objectives, *self._model.default_limits):
                 unknown = columns.get(name, np.full(len(failed), np.nan))
                 is_retried |= unknown != unknown  # NaN
-        return np.asarray(is_retried & ~failed)
+        return is_retried & ~failed
 
     def stored(self, first: int) -> tuple[TestTable, Mask]:
         """Return the tests of the run from test point ``first`` on, and which are retried."""
-        columns = self.study.contents(first, run=self._run)[1]
+        columns = self.study.contents(first, run=self.run)[1]
         return self.table(columns, POINT), self._is_retried(columns)
 
     def whole(self) -> TestTable:
@@ -266,15 +248,15 @@ class StudyStore(Store):
 
     def others(self) -> TestTable:
         """Return the tests of other runs of the same model, without those to be retried."""
-        if not self._has_others:
+        if not self.has_other_runs:
             return self.empty
         with self.study.reading() as database:
-            versions = database.versions(without_run=self._run)
+            versions = database.versions(without_run=self.run)
         if np.array_equal(versions, self._versions):
             return self._others
         self._versions = versions
         columns = self.study.contents()[1]
-        is_of_other = (columns["run"] != self._run) & ~self._is_retried(columns)
+        is_of_other = (columns["run"] != self.run) & ~self._is_retried(columns)
         columns = {name: column[is_of_other] for name, column in columns.items()}
         self._others = self.table(columns, "test")
         return self._others
@@ -306,32 +288,30 @@ class StudyStore(Store):
                 if name in ADDED:
                     del columns[name]
                     warn_of_output(name, "in the study, which adds a column of this name")
-            self.study.append(columns, run=self._run, origin=self.origin, seconds=seconds)
+            self.study.append(columns, run=self.run, origin=self.origin, seconds=seconds)
 
     def numbered(self, tests: TestTable) -> TestTable:
         """Return tests of the run with the numbers that they have in the study.
 
         If these differ, columns say the run and the test points.
         """
-        if not self._has_others:
+        if not self.has_other_runs:
             return tests
         test_points = tests.numbers
         numbers = self.numbers(test_points)
-        runs = np.full(len(tests), self._run)
+        runs = np.full(len(tests), self.run)
         tests = _with_origin(renumbered(tests, numbers), runs, test_points)
-        if (np.diff(numbers) > 0).all():
-            return tests
         return tests.rows(np.argsort(numbers))
 
     def numbers(self, test_points: Numbers) -> Numbers:
         """Return the numbers that the tests of test points have in the study."""
         with self.study.reading() as database:
-            return database.numbers_of(self._run, test_points)
+            return database.numbers_of(self.run, test_points)
 
     def remembered(self, name: str, value: Any) -> Any:
         """Return what the run had as a value when it was begun."""
         with self.study.changes() as database:
-            return database.remember(self._run, name, value)
+            return database.remember(self.run, name, value)
 
     def total(self, n_more: int) -> int:
         """Return how many points the run has with so many more.
@@ -343,7 +323,7 @@ class StudyStore(Store):
             return n_more
         n_asked = last - first + 1
         numbers = self._part.numbers(first, last)
-        stored = self.study.numbers(first, run=self._run)
+        stored = self.study.numbers(first, run=self.run)
         if np.isin(numbers, stored).all():
             return n_asked + n_more
         return n_asked
@@ -352,7 +332,7 @@ class StudyStore(Store):
         """Note the last test point that the run is asked for."""
         if last > self._asked[1]:
             with self.study.changes() as database:
-                database.plan(self._run, last)
+                database.plan(self.run, last)
 
     def requests(self) -> list[Values]:
         """Return what people have asked of the run since the last call, twice a second."""
@@ -365,7 +345,7 @@ class StudyStore(Store):
         for request in steering[self._n_requests or 0 :]:
             is_over = self._n_requests is None and request["action"] not in LASTING
             answer = request["answer"]
-            if request["run"] not in (0, self._run) or answer.endswith(_OVER):
+            if request["run"] not in (0, self.run) or answer.endswith(_OVER):
                 continue
             if is_over:
                 self.answer(request | {"answer": answer + _OVER})
@@ -377,15 +357,44 @@ class StudyStore(Store):
     def answer(self, request: Values) -> None:
         """Store a request with the answer of the run, unless the file is busy."""
         with suppress(StudyAccessError), self.study.changes() as database:
-            database.steer(request | {"run": self._run})
+            database.steer(request | {"run": self.run})
 
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
-        return self.study.proposals(1, LAST, self._run)
+        return self.study.proposals(1, LAST, self.run)
 
     def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
         """Store proposals; return those that are stored under their numbers now."""
-        return self.study.propose(proposals, self._run)
+        return self.study.propose(proposals, self.run)
+
+
+@dataclass
+class _Session:
+    """Recalls tests while a run is at work; it locks the study when a test is missing.
+
+    Attributes:
+        store: The store of the run.
+        lock: Releases the lock when it is closed.
+        is_locked: Whether the study is locked.
+    """
+
+    store: StudyStore
+    lock: ExitStack
+    is_locked: bool = False
+
+    def recall(self, points: Points) -> TestTable:
+        """Return the stored tests of points, as :meth:`Store.recall`."""
+        store = self.store
+        if store.looks_first and not store.are_tested(points).all():
+            store.look(points)
+        if not self.is_locked and not store.are_tested(points).all():
+            self.lock.enter_context(store.writing())
+            self.is_locked = True
+            store.looks_first = False
+            store.look(points)  # another process may have stored some meanwhile
+        if store.has_other_runs or store.are_tested(points).any():
+            return store.recall(points)
+        return store.empty
 
 
 def _study_of(options: RunOptions) -> Study:
