@@ -51,7 +51,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
-_PLACE = "\0place"  # of a row in its file; no column of a problem has a NUL
 _POINTS = 20  # of the sequence, which come before proposals of surrogates
 _TRIED = 200  # points for each design, of which one may be new
 _DISCRETE = (Kind.CHOICE, Kind.BINARY)
@@ -71,6 +70,27 @@ class _Request(NamedTuple):
     proposal: Proposal
     design: Values
     of: int
+
+
+class _Row(NamedTuple):
+    """A row of a file, with the results of a test or the reason why it failed.
+
+    Attributes:
+        test: The number of the test.
+        values: The variables and results by name; NaN for the results of a failed test.
+        reason: Why the test failed, or "".
+        place: Where the row is, for messages.
+    """
+
+    test: int
+    values: Values
+    reason: str
+    place: str
+
+    def texts(self, names: Sequence[str]) -> list[str]:
+        """Return some of the values, and of ``reason``, as texts."""
+        cells = self.values | {"reason": self.reason}
+        return [_text(cells[name]) for name in names]
 
 
 class _Requests:
@@ -333,39 +353,39 @@ def tell_tests(
     return [*sentences, f"Pending tests: {left}."]
 
 
-def _rows_of(cells: Any, columns: Entries, requests: _Requests, remarks: list[str]) -> list[Values]:
-    """Return the rows with results: values by name, ``test``, ``reason`` and the place."""
+def _rows_of(cells: Any, columns: Entries, requests: _Requests, remarks: list[str]) -> list[_Row]:
+    """Return the rows with results or the reason of a failure."""
     head = requests.head
     results = _results(head)
     kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE} | dict.fromkeys(results, Kind.REAL)
     kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
-    values = []
+    by_column = []
     for name, kind in kinds.items():
         if name not in columns:
             rule = "those of the file that was written for these tests"
             raise invalid("the columns", rule, Received(f"none named {name!r}"))
-        values.append(_read(cells, columns[name], kind, requests.options.get(name)))
+        by_column.append(_read(cells, columns[name], kind, requests.options.get(name)))
     rows = []
-    for i, row_values in enumerate(zip(*values, strict=True)):
-        row = {name: v for name, v in zip(kinds, row_values, strict=True) if v is not None}
-        where = cells.where(i)
-        reason = row.pop(FAILURE, "")
-        n_results = len(row.keys() & {*results})
+    for i, row_values in enumerate(zip(*by_column, strict=True)):
+        values = {name: v for name, v in zip(kinds, row_values, strict=True) if v is not None}
+        test = values.pop(TEST, None)
+        reason = values.pop(FAILURE, "")
+        place = cells.where(i)
+        n_results = len(values.keys() & {*results})
         if n_results == 0 and not reason:
             continue
-        number = row.get(TEST)
         if n_results and reason:
-            raise invalid(where, "either results or the reason of a failure", Received(reason))
-        if number not in requests.asked or requests.asked[number].of != number:
+            raise invalid(place, "either results or the reason of a failure", Received(reason))
+        if test not in requests.asked or requests.asked[test].of != test:
             rule = "that of a test that was asked for and is not cancelled"
-            raise invalid(f"{where}, {TEST}", rule, number)
+            raise invalid(f"{place}, {TEST}", rule, test)
         if n_results < len(results) and not reason:
-            remarks.append(f"Test {number} stays pending, as it lacks some results.")
+            remarks.append(f"Test {test} stays pending, as it lacks some results.")
             continue
-        for name, value in requests.asked[number].design.items():
-            if _text(row.get(name, value)) == _text(value):
-                row[name] = value  # with all its digits
-        rows.append(dict.fromkeys(results, np.nan) | row | {"reason": reason, _PLACE: where})
+        for name, value in requests.asked[test].design.items():
+            if _text(values.get(name, value)) == _text(value):
+                values[name] = value  # with all its digits
+        rows.append(_Row(test, dict.fromkeys(results, np.nan) | values, reason, place))
     return rows
 
 
@@ -398,7 +418,7 @@ def _text(value: Any) -> str:
     return f"{value:.15g}"
 
 
-def _new_rows(requests: _Requests, rows: Sequence[Values]) -> list[Values]:
+def _new_rows(requests: _Requests, rows: Sequence[_Row]) -> list[_Row]:
     """Return the rows that the study does not have.
 
     Raises:
@@ -411,20 +431,20 @@ def _new_rows(requests: _Requests, rows: Sequence[Values]) -> list[Values]:
             stored[request.of].append([*map(_text, requests.tests.loc[number, names])])
     new = []
     for row in rows:
-        texts = [_text(row[name]) for name in names]
-        if texts in stored[row[TEST]]:
-            stored[row[TEST]].remove(texts)
+        texts = row.texts(names)
+        if texts in stored[row.test]:
+            stored[row.test].remove(texts)
         else:
             new.append(row)
     for row in new:
-        test = row[TEST]
-        for others in stored[test]:
+        test = row.test
+        for stored_texts in stored[test]:
             differences = []
-            for name, other in zip(names, others, strict=True):
-                if _text(row[name]) != other:
-                    differences.append(f"{name} = {_text(row[name])} where it has {other}")
+            for name, text, other in zip(names, row.texts(names), stored_texts, strict=True):
+                if text != other:
+                    differences.append(f"{name} = {text} where it has {other}")
             raise invalid(
-                row[_PLACE],
+                row.place,
                 f"as the study has test {test}",
                 Received("; ".join(differences)),
                 f"--withdraw {test} with this file replaces it; a repeat needs the stored row "
@@ -436,7 +456,7 @@ def _new_rows(requests: _Requests, rows: Sequence[Values]) -> list[Values]:
 def _keep(
     database: Database,
     requests: _Requests,
-    rows: Sequence[Entries],
+    rows: Sequence[_Row],
     remarks: list[str],
 ) -> None:
     """Write the tests of rows, with what follows from variables and results."""
@@ -444,7 +464,7 @@ def _keep(
     pending = {*requests.pending}
     tests = []
     for row in rows:
-        number = row[TEST]
+        number = row.test
         run, (_, proposed_in, origin, _), design, _ = requests.asked[number]
         title = f"Test {number}"
         if number in pending:
@@ -452,17 +472,24 @@ def _keep(
         else:  # a repeat
             content = {"design": design, "of": number}
             (number,) = _add(database, run, [(proposed_in, origin, content)])
-            title = f"Test {number}, a repeat of {row[TEST]}"
+            title = f"Test {number}, a repeat of {row.test}"
         for name, value in design.items():
-            if row[name] != value:
-                change = f"{name} = {_text(row[name])} instead of {_text(value)}"
+            if row.values[name] != value:
+                change = f"{name} = {_text(row.values[name])} instead of {_text(value)}"
                 remarks.append(f"{title}: {change}; what was tested counts.")
-        more = {TEST: number, "origin": origin, PROPOSAL_ROUND: float(proposed_in)}
-        tests.append({**row, **more, "seconds": np.nan})
+        tests.append(
+            row.values
+            | {
+                TEST: number,
+                "reason": row.reason,
+                "origin": origin,
+                "seconds": np.nan,
+                PROPOSAL_ROUND: float(proposed_in),
+            }
+        )
     columns: Columns = {}
     for name in tests[0]:
         columns[name] = np.array([test[name] for test in tests])
-    del columns[_PLACE]
     if not columns[PROPOSAL_ROUND].any():
         del columns[PROPOSAL_ROUND]
     has_failed = columns["reason"] != ""
