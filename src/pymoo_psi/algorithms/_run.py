@@ -21,6 +21,7 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Designs,
+    Mask,
     Numbers,
     Received,
     Values,
@@ -41,7 +42,6 @@ from pymoo_psi.algorithms._store import Recall, Store, StudyStore, renumbered, s
 from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import Runner
 from pymoo_psi.problems import problem_identity
-from pymoo_psi.study import LAST
 from pymoo_psi.table import Formulation, TestTable, design_keys, limit_text
 
 # Seconds between two commits of a study: a commit of some milliseconds does not count beside them,
@@ -82,13 +82,12 @@ class Run:
         self.store = store
         self._repeats = repeats
         # The queue has the points of the source, by number, whose tests no block has returned yet.
-        # The first n_started are submitted, or their tests are stored. The next block waits for
-        # the first n_awaited, whose largest number is last_awaited. Tests that are there are ready.
+        # Those up to number last_started are submitted, or their tests are stored; tests that are
+        # there are ready. Whoever asks for tests waits for the first n_awaited points.
         self._queue = Points.none()
-        self._n_started = 0
-        self._n_awaited = 0
-        self._last_awaited = 0
+        self._last_started = 0
         self._ready: list[Block] = []
+        self._n_awaited = 0
         self._work: Generator[list[Block]] | None = None
         self._is_paused = False
         self._is_stopped = False
@@ -113,7 +112,6 @@ class Run:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
         self._n_awaited = sys.maxsize
-        self._last_awaited = LAST
         with closing(self._test_points()) as work:
             for blocks in work:
                 for block in blocks:
@@ -150,14 +148,11 @@ class Run:
             All their tests, by number.
         """
         points = self.next_points(count)
-        if len(points) == 0:  # stopped
-            return self._take(0)
-        last = int(points.numbers[-1])
+        last = points.numbers.max(initial=0)
         self._n_awaited = len(points)
-        self._last_awaited = last
         with stored_at_termination(self.store):
             try:
-                while self._n_ready(last) < np.count_nonzero(self._queue.numbers <= last):
+                while not self._are_ready(self._queue.numbers[: self._n_awaited]).all():
                     self._advance()
                 if self.executor.n_pending == 0:
                     self._end_work()  # which releases the lock; workers are kept
@@ -218,17 +213,16 @@ class Run:
 
     def _forget(self, numbers: Numbers) -> None:
         """Forget points whose tests are returned."""
-        is_left = ~np.isin(self._queue.numbers, numbers)  # a stop may have dropped some of them
-        self._queue = self._queue.at(is_left)
-        self._n_started -= len(numbers)
+        # A stop may have dropped some of them.
+        self._queue = self._queue.at(~np.isin(self._queue.numbers, numbers))
 
-    def _n_ready(self, last: int) -> int:
-        return sum(int(np.count_nonzero(block.numbers <= last)) for block in self._ready)
+    def _are_ready(self, numbers: Numbers) -> Mask:
+        """``(n,)`` for which of n points the tests are ready."""
+        ready = [block.numbers for block in self._ready]
+        return np.isin(numbers, np.concatenate([[], *ready]))
 
     def _take(self, last: int) -> Block:
         """Take the tests of the points up to a number."""
-        if not self._ready:  # stopped
-            return Block(Points.none().numbers, self.store.empty)
         blocks = []
         later = []
         for block in self._ready:
@@ -263,7 +257,7 @@ class Run:
     def _test_points(self) -> Generator[list[Block]]:
         """Test the awaited points, and some ahead; yield blocks as they are ready."""
         executor = self.executor
-        self._n_started = 0
+        self._last_started = 0
         if self._repeats is not None:
             self._repeats.waiting.clear()
         with self.store.session() as recall:
@@ -286,9 +280,7 @@ class Run:
                         computed = 0.0
                     yield from self._start(recall, self._n_awaited + executor.ahead)
                 if self._is_stopped:  # points without a test are left
-                    ready = [block.numbers for block in self._ready]
-                    is_ready = np.isin(self._queue.numbers, np.concatenate([[], *ready]))
-                    self._queue = self._queue.at(is_ready)
+                    self._queue = self._queue.at(self._are_ready(self._queue.numbers))
             finally:
                 if executor.n_evaluated:
                     self._keep(executor.take())  # nobody waits for the blocks
@@ -300,7 +292,8 @@ class Run:
         # of a thousand workers, results of a second are stored together, not two of them
         much = max(COMPUTED, SECONDS * executor.n_workers)
         is_late = computed >= much or time.monotonic() - began >= SECONDS
-        is_complete = executor.n_pending == 0 or executor.first_pending > self._last_awaited
+        last_awaited = self._queue.numbers[: self._n_awaited].max(initial=0)
+        is_complete = executor.n_pending == 0 or executor.first_pending > last_awaited
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 
@@ -310,8 +303,8 @@ class Run:
             points = self._next_to_start(count)
             if len(points) == 0:
                 return
-            for block in self._ready:  # when the run was at work before
-                points = points.at(~np.isin(points.numbers, block.numbers))
+            is_ready = self._are_ready(points.numbers)  # when the run was at work before
+            points = points.at(~is_ready)
             stored = recall(points)
             if len(stored):
                 points = points.at(~np.isin(points.numbers, stored.numbers))
@@ -321,16 +314,17 @@ class Run:
 
     def _next_to_start(self, count: int) -> Points:
         """Return points to start, ``count`` being started; ask the source for more if needed."""
-        n_new = min(count - self._n_started, self.executor.room)
+        n_started = int(np.count_nonzero(self._queue.numbers <= self._last_started))
+        n_new = min(count - n_started, self.executor.room)
         if n_new <= 0 or self._is_paused or self._is_stopped:
             return Points.none()
         # a source that is eager to learn from tests knows all that are there before it is asked
         is_informed = not (self.source.eager and self.executor.n_evaluated)
-        if self._n_started == len(self._queue) and self.source.n_left > 0 and is_informed:
+        if n_started == len(self._queue) and self.source.n_left > 0 and is_informed:
             points = self.source.ask(n_new, self._n_free)
             self._queue = self._queue.joined(points)
-        points = self._queue.at(slice(self._n_started, self._n_started + n_new))
-        self._n_started += len(points)
+        points = self._queue.at(slice(n_started, n_started + n_new))
+        self._last_started = points.numbers.max(initial=self._last_started)
         return points
 
     def _submit(self, points: Points) -> list[Block]:
