@@ -149,7 +149,7 @@ class StudyStore(Store):
         self._model = model
         self._retry = options.retry
         self._others = table  # the tests of other runs, as far as they are known
-        self._versions = np.zeros((2, 0), np.int64)  # of these
+        self._state_of_others = (0, 0)  # how many they are, and how many changes there were
         self._tested = np.zeros(0, dtype=np.int64)  # test points, as of the last look
         self.looks_first = True
         self._n_requests: int | None = None  # how many were read
@@ -251,10 +251,12 @@ class StudyStore(Store):
         if not self.has_other_runs:
             return self.empty
         with self.study.reading() as database:
-            versions = database.versions(without_run=self.run)
-        if np.array_equal(versions, self._versions):
+            n_tests = database.n_tests()
+            n_tests.pop(self.run, None)
+            state = sum(n_tests.values()), database.facts.n_changes
+        if state == self._state_of_others:
             return self._others
-        self._versions = versions
+        self._state_of_others = state
         columns = self.study.contents()[1]
         is_of_other = (columns["run"] != self.run) & ~self._is_retried(columns)
         columns = {name: column[is_of_other] for name, column in columns.items()}

@@ -76,7 +76,6 @@ class GrowingStudy:
         self._limits: Any = {}
         self._state: object = None  # of the file, when it was read
         self._key = ""  # what an edition has in common
-        self._checksums = np.zeros(0, np.int64)  # of the tests
         self._facts = Facts({})
         self._form: list[dict[str, Any]] = []  # of the page
         self._n_formed = 0  # tests that it was taken from
@@ -102,9 +101,9 @@ class GrowingStudy:
         tests = self.tests
         with self.study.reading() as database:
             facts = database.facts
-            numbers, checksums = database.versions()
-            key = repr([facts.head, len(facts.runs)])
-            is_other = key != self._key or not bool(np.isin(self._checksums, checksums).all())
+            numbers = database.test_numbers()
+            key = repr([facts.head, len(facts.runs), facts.n_changes])
+            is_other = key != self._key
             if is_other:
                 tests = TestTable.empty()
             new = numbers[~np.isin(numbers, tests.numbers)]
@@ -113,7 +112,6 @@ class GrowingStudy:
         stored = stored_tests(facts, columns)
         table = table_of(stored.head, stored.columns, self.study.path, is_derived=True)
         self.tests = tests.extended(table.rows(np.isin(table.numbers, new)))
-        self._checksums = checksums
         self._facts = facts
         self._limits = stored.limits
         self._key = key

@@ -80,6 +80,7 @@ class Facts:
         head: The columns and the formulation of the last run; see :meth:`Study.begin`.
         share: For a share of an investigation: its part and the number of parts.
         is_complete: Whether stored tests have all values that can be computed from others.
+        n_changes: How often stored tests got other values, or were withdrawn.
         id: A random name.
         begun: When the file was made.
         process: The machine and the number of the last process that added tests.
@@ -92,6 +93,7 @@ class Facts:
     head: Head
     share: Sequence[int] | None = None
     is_complete: bool = True
+    n_changes: int = 0
     id: str = field(default_factory=lambda: secrets.token_hex(16))
     begun: str = field(default_factory=lambda: _now())
     process: Sequence[Any] = ("", 0)
@@ -347,6 +349,8 @@ class Database:
         self.db.execute("INSERT INTO history VALUES (?, ?, ?)", (_now(), test, content))
         self.db.execute(f"DELETE FROM {table} WHERE {where}", key)
         self.db.execute("DELETE FROM known WHERE test = ?", (test,))
+        self.facts.n_changes += 1
+        self.write_facts()
 
     # The head
 
@@ -461,6 +465,7 @@ class Database:
         if new:
             self.widen(new)
             self.insert(columns | new)
+            self.facts.n_changes += 1
         self.facts.is_complete = True
         self.write_facts()
 
@@ -523,6 +528,9 @@ class Database:
         for name in ("run", "test_point"):
             whole[name] = whole[name].copy()
             whole[name][rows] = stored[name]
+        if is_written[rows].any():
+            self.facts.n_changes += 1
+            self.write_facts()
         return rows_of(whole, is_written)
 
     def insert(self, columns: Columns) -> None:
@@ -586,12 +594,11 @@ class Database:
             raise unreadable(self._path, problem)
         return columns
 
-    def versions(self, without_run: int = 0) -> Integers:
-        """Return ``(2, n)`` the numbers of tests and their checksums, which change with values."""
+    def test_numbers(self) -> Integers:
+        """Return the numbers of the tests."""
         # As one text: Python's objects for twenty thousand rows would take 10 ms.
-        query = "SELECT group_concat(test || ' ' || row_checksum, ' ') FROM tests WHERE run <> ?"
-        (text,) = self.db.execute(query, (without_run,)).fetchone()
-        return np.fromstring(text or "", np.int64, sep=" ").reshape(-1, 2).T
+        (text,) = self.db.execute("SELECT group_concat(test, ' ') FROM tests").fetchone()
+        return np.fromstring(text or "", np.int64, sep=" ")
 
     def test_points(self, run: int, first: int) -> Integers:
         """Return the test points of a run from ``first`` on that have a test, increasing."""
