@@ -23,9 +23,11 @@ from pymoo_psi import (
     TestTable,
     investigate,
 )
+from pymoo_psi.algorithms import _outputs
+from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
-from pymoo_psi.table import Expression, read_table
+from pymoo_psi.table import Expression, Layout, read_table
 from tests.processes import posix
 
 
@@ -387,6 +389,18 @@ def test_what_is_an_expression_is_computed_and_not_learned(tmp_path):
     # an output may have a limit and be used by expressions
     table = run(problem, 32, limits={"force": (0.5, None)}).table
     assert table.column("force")[20:].min() > 0.4
+
+
+def test_what_is_known_of_a_design_replaces_its_prediction():
+    """A variable as an objective; an equality as one is learned as its absolute value."""
+    layout = Layout.of(1, 1, 0, 1, lower=[0], upper=[2])
+    table = TestTable.of([1, 2], [[0.0], [2.0]], [[1.0], [2.0]], H=[[-0.5], [0.5]], layout=layout)
+    table = table.under(computed={"sum": "f1 + h1"}, objectives=["f1", "h1", "x1", "sum"])
+    model = _outputs.TestedModel(space_of_table(table.tested), 0)
+    outputs = _outputs.LearnedOutputs(model, table, table.formulation)
+    predicted = np.array([[1.5, 0.25, 9.0, 9.0, -0.25]])  # the last one is h1 as tested
+    known = outputs.computed(np.array([[0.5]]), predicted)
+    np.testing.assert_array_equal(known, [[1.5, 0.25, 1.0, 1.25, -0.25]])
 
 
 @pytest.mark.parametrize("limit", [(0.6, None), (None, 0.4), (0.3, 0.6)])

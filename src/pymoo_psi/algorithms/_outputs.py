@@ -230,15 +230,17 @@ class LearnedOutputs:
         """
         tested = self._table.tested.layout
         columns = dict(zip(tested.variables, self._model.space.matrix(points).T, strict=True))
+        # Others are predicted, such as the absolute value of an equality that is an objective.
+        exact = {*tested.variables, *self._expressions, *self._computed}
         for output, y in zip(self._outputs, Y.T, strict=True):
-            if output.is_tested:
+            if output.is_tested and output.name not in tested.variables:
                 columns[output.name] = output.sign * y
         if self._expressions:
             columns |= self._model.inner.computed(columns)
         for name, expression in self._computed.items():
             columns[name] = expression.values(columns)
         for output, y in zip(self._outputs, Y.T, strict=True):
-            if output.name not in columns:
+            if output.name not in exact:
                 continue
             y[:] = output.sign * columns[output.name]
             if output.role == "limited":
