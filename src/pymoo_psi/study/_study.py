@@ -309,6 +309,8 @@ class Study:
             if not os.path.isfile(self.path):
                 raise StudyAccessError(f"study {self.path} does not exist; check the name")
             with closing(self._connected()) as db, closing(_in_memory()) as copy:
+                db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
+                db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
                 used = db
                 if begin == _READ and is_of_0_3(db):  # it is converted, and the file stays
                     db.backup(copy)
@@ -332,10 +334,7 @@ class Study:
         # that must not be written as read-only. isolation_level=None: Python's module would
         # begin transactions by itself.
         uri = f"{Path(self.path).as_uri()}?mode=rw"
-        db = sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
-        db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
-        db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read as content
-        return db
+        return sqlite3.connect(uri, uri=True, timeout=_PATIENCE, isolation_level=None)
 
 
 def _in_memory() -> sqlite3.Connection:
