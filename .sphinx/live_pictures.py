@@ -1,6 +1,6 @@
 """Pictures of a run that is steered in the browser, for the documentation.
 
-They need Chromium on the PATH and playwright (extra ``test``); without, there are none.
+They need Chromium on the PATH and playwright (extra ``test``); without these, there are none.
 """
 
 import json
@@ -8,12 +8,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 
 from IPython.display import Image
 
 from pymoo_psi import live
 
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 WINDOW = {"width": 1280, "height": 720}
 MODEL = '''
 import time
@@ -39,10 +41,12 @@ class Bracket(ElementwiseProblem):
 
 def take():
     """Steer a run, and return the pictures by name; none where no browser is."""
+    if CHROMIUM is None or find_spec("playwright") is None:
+        return {}
     with tempfile.TemporaryDirectory() as folder:
         # In a process of its own, as the loop of events of a notebook admits no other.
         command = [sys.executable, __file__, folder]
-        subprocess.run(command, check=False, capture_output=True, timeout=200)
+        subprocess.run(command, check=True, timeout=200)
         return {path.stem: Image(path.read_bytes()) for path in Path(folder).glob("*.png")}
 
 
@@ -69,15 +73,12 @@ def main(folder):
     """Write the pictures into a folder."""
     from playwright.sync_api import sync_playwright
 
-    program = shutil.which("chromium") or shutil.which("google-chrome")
-    if program is None:
-        return
     (folder / "bracket.py").write_text(MODEL)
     study = folder / "bracket.db"
     command = [sys.executable, "-m", "pymoo_psi", "solve", "bracket:Bracket", "--jobs", "2"]
     command += ["--algorithm", "surrogate", "--points", "120", "--study", study.name]
     with subprocess.Popen(command, cwd=folder) as run, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
         try:
             steer(browser, study, folder)
         finally:

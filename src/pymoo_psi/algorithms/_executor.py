@@ -66,9 +66,8 @@ _NEAR = 8
 _SECONDS = 1.0
 # The same for a runner that is not ours: its workers wait for the slowest design of each piece.
 _SECONDS_OF_OTHERS = 10.0
-# Designs in the first piece: enough to measure the cost of one, and few enough that a model
-# of seconds a design loses minutes only. As many keep workers busy of a
-# runner that is not ours.
+# Designs in the first piece: enough to measure the cost of one and to keep the workers busy of a
+# runner that is not ours, and few enough that a model of seconds a design loses minutes only.
 _SMALLEST = 64
 # 65 536 designs fill NumPy's loops and take some megabytes; 512 let a progress bar move.
 _LARGEST, _LARGEST_ELEMENTWISE = 65_536, 512

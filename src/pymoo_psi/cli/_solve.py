@@ -123,7 +123,7 @@ def run_solve(options: Options) -> int:
         noisy=options.noisy,
     )
     require_model(problem)
-    if getattr(options, "try"):
+    if getattr(options, "try"):  # a keyword of Python, as "from" is
         return try_program(options.problem, problem, points)
     task = _task(options, problem, points, run)
     _import(problem, options, task.run)
@@ -203,7 +203,7 @@ def _task(options: Options, problem: Problem, points: int, run: RunOptions) -> T
 
 def _import(problem: Problem, options: Options, run: RunOptions) -> None:
     """Take the tests of ``--from`` into the study, if it is given."""
-    source = getattr(options, "from")  # a keyword of Python
+    source = getattr(options, "from")
     if source is None:
         return
     columns = pairs_in("--from-names", options.from_names, "name=column")

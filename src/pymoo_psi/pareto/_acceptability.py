@@ -17,7 +17,7 @@ import numpy as np
 
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Integers, integer, invalid
-from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
+from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 from pymoo_psi.pareto._sentences import capital, percent, sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
@@ -68,7 +68,7 @@ class Acceptability(Shown):
         if factor is not None and not factor > 1:
             raise invalid("factor", "a number above 1, or None for all weights", factor)
         places = integer("places", places, minimum=1)
-        ranking = ranking_from(F, normalize=True, maximize=())
+        ranking = rank_of_efficiency(F)
         front, values = front_of(ranking)
         terms = np.maximum(ranking.frame.scaled(values), 0.0)
         terms /= terms.max() or 1.0  # no sum overflows
@@ -140,7 +140,7 @@ def acceptability(
         >>> acceptability(F)[:, 0].round(2), acceptability(F, factor=1.5)[:, 0].round(2)
         (array([0.25, 0.46, 0.3 ]), array([0., 1., 0.]))
     """
-    ranking = ranking_from(F, normalize, maximize)
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     return Acceptability.of(ranking, factor=factor, p=p, places=places).shares
 
 

@@ -20,7 +20,6 @@ from pymoo_psi.pareto._ranking import (
     EfficiencyRanking,
     front_of,
     rank_of_efficiency,
-    ranking_from,
 )
 from pymoo_psi.pareto._sentences import capital, listed, number, percent, sentence
 
@@ -106,8 +105,8 @@ def cautions(
     you give ``ideal`` or ``nadir``.
 
     Args:
-        F: A ranking, which has its own ``normalize`` and ``maximize``; or ``(n, m)`` objective
-            values as for :func:`pymoo_psi.rank_of_efficiency`.
+        F: A ranking, which has directions of its own; or ``(n, m)`` objective values as for
+            :func:`pymoo_psi.rank_of_efficiency`.
         normalize: As for :func:`pymoo_psi.rank_of_efficiency`.
         maximize: As for :func:`pymoo_psi.rank_of_efficiency`.
 
@@ -127,7 +126,7 @@ def cautions(
         Without design 4, which alone stretches the range of f2 9 times, the optimum would be
         design 1, which differs by 60 % of the range in f2.
     """
-    checks = _Checks(ranking_from(F, normalize, maximize))
+    checks = _Checks(rank_of_efficiency(F, normalize=normalize, maximize=maximize))
     return (*checks.of_values(), *checks.of_optimum(), *checks.of_weights())
 
 

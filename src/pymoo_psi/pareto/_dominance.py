@@ -24,7 +24,7 @@ Levels = Rows
 _WORTH_SLABS = 100_000
 _SLABS = 20
 _LARGE = 5_000  # rows of an array that is worth a thread, and a sort in two steps
-_BUCKETS = 65_535
+_BUCKETS = 65_535  # the largest number of two bytes, for which NumPy has a radix sort
 
 _WORST = np.iinfo(np.intp).max
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from pymoo_psi._validation import Array, Rows, collection, counted, integer, invalid
 from pymoo_psi.pareto._dominance import without_rounding
-from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, ranking_from, with_units
+from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import (
     capital,
     decimal_mark,
@@ -292,9 +292,8 @@ def explain(
 
     Args:
         F: A test table, of which the feasible designs count; ``(n, m)`` objective values, an array
-            or a data frame, whose names and labels are used; a ranking, which has its own
-            ``normalize`` and ``maximize``; or anything else that
-            :func:`pymoo_psi.rank_of_efficiency` takes.
+            or a data frame, whose names and labels are used; a ranking, which has
+            directions of its own; or anything else that :func:`pymoo_psi.rank_of_efficiency` takes.
         design: The number of the design's test or its label; for an array its row from 0. By
             default the Salukvadze optimum. A data frame with the labels 0, 1, … is like an array;
             write other integer labels as texts, because ``3`` may be a label or a row.
@@ -324,7 +323,8 @@ def explain(
         Towards cost A gives up least: better in cost by 1 € (25 % of its range); worse
         in yield by 20 (67 %).
     """
-    ranking = with_units(ranking_from(F, normalize, maximize), units)
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    ranking = with_units(ranking, units)
     if row is not None:
         if design is not None:
             raise invalid("design", "left out where row is given", design)
@@ -400,7 +400,8 @@ def compare_designs(
         Design 2 against design 1: better in f2 by 3 (38 % of its range); worse in f1 by
         3 (75 %).
     """
-    ranking = with_units(ranking_from(F, normalize, maximize), units)
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
+    ranking = with_units(ranking, units)
     if rows is None:
         entries = collection("designs", designs, "a list of designs")
         places = [_place_of_design(design, F, ranking) for design in entries]

@@ -18,7 +18,7 @@ from moocore import pareto_rank as pareto_rank
 
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Rows, integer
-from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, ranking_from
+from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_efficiency
 from pymoo_psi.sequences import lp_tau
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def representatives(
         (array([ 41,   0, 100]), array([0.48, 0.19, 0.34]), 0.379)
     """
     k = integer("k", k, minimum=1)
-    ranking = ranking_from(F, normalize, maximize)
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     front, values = front_of(ranking)
     points = ranking.frame.scaled(values)
     unit = points.max() or 1.0  # so that no square over- or underflows

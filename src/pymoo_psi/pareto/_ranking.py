@@ -563,13 +563,6 @@ def ranking_frame(
     return frame.iloc[ranking.by_place]
 
 
-def ranking_from(F: Any, normalize: bool | None, maximize: Collection[Any]) -> EfficiencyRanking:
-    """Return F if it is a ranking, or else the ranking of F."""
-    if isinstance(F, EfficiencyRanking):
-        return F
-    return rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-
-
 def with_units(ranking: EfficiencyRanking, units: Mapping[Any, str] | None) -> EfficiencyRanking:
     """Return a ranking with units of its objectives by name; None leaves those that it has."""
     if units is None:

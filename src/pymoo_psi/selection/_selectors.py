@@ -35,7 +35,6 @@ from pymoo_psi.pareto import (
     least_weighted,
     levels,
     rank_of_efficiency,
-    ranking_from,
     terms_from,
     unit_lengths,
 )
@@ -262,8 +261,8 @@ def compare_selectors(
         selectors: Selectors by name: objects with pymoo's ``.do(F)`` that returns an index, several
             indices, or None. They may be those of this package, pymoo's ``PseudoWeights`` and
             ``HighTradeoffPoints``, or others.
-        normalize: As for :func:`pymoo_psi.rank_of_efficiency`; ignored if ``F`` is a ranking. The
-            selectors have options of their own.
+        normalize: As for :func:`pymoo_psi.rank_of_efficiency`. Selectors of this package have
+            options of their own.
         maximize: The objectives to be maximised, as for :func:`pymoo_psi.rank_of_efficiency`.
 
     Returns:
@@ -284,7 +283,7 @@ def compare_selectors(
         ... })
         {'Salukvadze': array([2]), 'L1': array([1]), 'L2': array([2])}
     """
-    ranking = ranking_from(F, normalize, maximize)
+    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     front = np.flatnonzero(ranking.pareto)
     F = ranking.objectives.minimized[front]
     chosen = {}
