@@ -9,7 +9,7 @@ import pytest
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, Formulation, PsiError, TestTable
+from pymoo_psi import PSI, Formulation, PsiError, TestTable, investigate
 from pymoo_psi.page import decision_page
 from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Layout
@@ -44,6 +44,15 @@ def test_results_of_pymoo_are_sources():
     assert [c["role"] for c in sent["columns"]][:4] == ["objective"] * 2 + ["variable"] * 2
     np.testing.assert_array_equal(column_of(sent, "f2"), result.F[:, 1])
     np.testing.assert_array_equal(column_of(sent, "x1"), result.X[:, 0])
+
+
+def test_numbers_of_runs_are_no_columns_of_a_page(tmp_path):
+    problem = get_problem("bnh")
+    investigate(problem, 8, study=tmp_path / "s.db")
+    investigate(problem, 8, study=tmp_path / "s.db", sampling="sobol", seed=1)
+    sent = payload_of(decision_page(tmp_path / "s.db"))
+    names = [column["name"] for column in sent["columns"] if column["role"] != "geometric"]
+    assert names == ["f1", "f2", "x1", "x2"]
 
 
 def test_what_a_table_of_tests_knows_is_on_its_page():

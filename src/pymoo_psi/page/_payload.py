@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from pymoo_psi._validation import Array, Entries, Mask, Names
 from pymoo_psi.pareto import SENTENCES, localized, nondominated, weight_shares
-from pymoo_psi.table import PROPOSAL_ROUND, Kind, TestTable, has_errors, number_column
+from pymoo_psi.table import POINT, PROPOSAL_ROUND, RUN, Kind, TestTable, has_errors, number_column
 
 Content: TypeAlias = dict[str, Any]
 Notation: TypeAlias = tuple[Literal["fixed", "exponent"], int]
@@ -184,10 +184,14 @@ def _roles(table: TestTable) -> list[tuple[str, str]]:
         "variable": layout.variables,
         "output": (*layout.outputs, *table.extra),
     }
+    # Names, and numbers of runs, are no properties of designs.
+    left_out = {layout.label, PROPOSAL_ROUND}
+    if POINT in table.extra:  # beside the numbers of tests of several runs
+        left_out |= {RUN, POINT}
     roles = []
     for role, names in names_by_role.items():
         for name in names:
-            if name not in (layout.label, PROPOSAL_ROUND):  # a number of a run, no property
+            if name not in left_out:
                 roles.append((role, name))
     return roles
 
