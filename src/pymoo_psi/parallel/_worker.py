@@ -94,7 +94,8 @@ def _kill_at_hang_up(worker: int) -> None:
     poller.register(0, 0)  # a hang-up of the standard input is always reported, messages are not
     while not poller.poll(1000) and os.getppid() == parent:
         pass
-    os.killpg(worker, signal.SIGKILL)
+    with contextlib.suppress(ProcessLookupError, PermissionError):  # it has ended by itself
+        os.killpg(worker, signal.SIGKILL)
 
 
 def _kill_descendants(group: int) -> None:
