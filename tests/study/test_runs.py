@@ -116,6 +116,12 @@ def test_surrogates_learn_from_all_tests_those_beyond_the_bounds_too(study):
     assert (alone["proposal_round"] == 0).all()
 
 
+def test_more_proposals_after_few_points_are_all_new(model, study):
+    investigate(model, 12, study=study)
+    minimize(model, SurrogatePSI(16, more=True, study=study), seed=1)
+    assert len(model.evaluated) == 12 + 16
+
+
 def test_results_from_elsewhere_are_tests_of_a_study(model, study):
     results = pd.DataFrame(
         {"x1": [0.25, 0.75, 2.0], "b": [0.5, 0.25, 1.5], "time": [1.0, 2.0, 9.0]}

@@ -32,11 +32,11 @@ from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.algorithms._sources import Points, Source
-from pymoo_psi.algorithms._store import Store, renumbered
+from pymoo_psi.algorithms._store import renumbered
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
 from pymoo_psi.pareto import hypervolume
 from pymoo_psi.study import Proposal
-from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable
+from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable, design_keys
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -178,24 +178,29 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous = executor.elastic or executor.n_workers > (self._batch or _BATCH)
         if executor.n_workers == 0 and not executor.elastic:
             is_asynchronous = False
-        n_left_out = self._n_left_out(run.store)
-        n_first = run.n_left
+        sequence = run.source.ask(run.n_left, 0)
+        n_left_out = self._n_left_out(run, sequence)
         if n_left_out:
-            n_first = min(n_first, self._n_sequence - n_left_out)
+            sequence = sequence.at(slice(0, self._n_sequence - n_left_out))
         n_proposed = max(0, self.n_points - self._n_sequence + n_left_out)
         run.source = SurrogateSource(
-            run, n_first, n_proposed, self.seed, self._batch, is_asynchronous
+            run, sequence, n_proposed, self.seed, self._batch, is_asynchronous
         )
         return run
 
-    def _n_left_out(self, store: Store) -> int:
+    def _n_left_out(self, run: Run, sequence: Points) -> int:
         """Return how many points of the sequence are proposed instead, as other runs have tests."""
         if self._is_start_fixed:
             return 0
         n_left_out = 0
-        if len(store.known()) == 0:  # a run that was begun goes on as it was
-            n_left_out = min(self._n_sequence, len(store.others()))
-        return int(store.remembered("points left out of the sequence", n_left_out))
+        if len(run.store.known()) == 0:  # a run that was begun goes on as it was
+            others = run.store.others()
+            n_left_out = min(self._n_sequence, len(others))
+            first = sequence.at(slice(0, self._n_sequence - n_left_out))
+            tested = design_keys(others.X)
+            if set(design_keys(first.matrix(run.model.space))).issubset(tested):
+                n_left_out = self._n_sequence  # nothing new would be learned
+        return int(run.store.remembered("points left out of the sequence", n_left_out))
 
 
 class _Making(NamedTuple):
@@ -216,8 +221,8 @@ class SurrogateSource(Source):
     """Points of a sequence, then rounds of proposals from surrogates of all tests.
 
     Args:
-        run: A run of the points that come first; its store keeps proposals before they are tested.
-        n_first: How many points, the first, are of the sequence.
+        run: The run; its store keeps proposals before they are tested.
+        sequence: The points that come first, those of the sequence.
         n_proposed: How many points are proposed.
         seed: The seed of the random numbers.
         batch: How many designs a round has; ``None`` follows the number of tests or of free
@@ -228,7 +233,7 @@ class SurrogateSource(Source):
     def __init__(
         self,
         run: Run,
-        n_first: int,
+        sequence: Points,
         n_proposed: int,
         seed: int,
         batch: int | None,
@@ -237,7 +242,6 @@ class SurrogateSource(Source):
         self._model = run.model
         self._store = run.store
         self._asked = run.model.asked
-        sequence = run.source.ask(n_first, 0)
         self._sequence = replace(
             sequence, coordinates=sequence.units, rounds=np.zeros(len(sequence))
         )
