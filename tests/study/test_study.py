@@ -133,7 +133,7 @@ def test_other_programs_read_a_study_without_us(study):
         }
     assert list(frame) == [
         *("test", "run", "test_point"),
-        *("status", "reason", "origin", "seconds", "design_checksum", "row_checksum"),
+        *("status", "reason", "origin", "seconds", "row_checksum"),
         *("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"),
     ]
     for name in ("x", "n", "hollow", "metal", "f1", "f2", "g1", "h1"):

@@ -116,9 +116,9 @@ class _Requests:
         for run in database.facts.runs:
             self.options |= run.record.get("options", {})
             for proposal in database.proposals(run.number):
-                content = proposal[3]
+                content = proposal.content
                 if "design" in content:
-                    number = run.start + proposal[0]
+                    number = run.start + proposal.test_point
                     of = content.get("of", number)
                     self.asked[number] = _Request(run.number, proposal, content["design"], of)
 
@@ -150,7 +150,7 @@ def _add(database: Database, run: int, requests: Sequence[tuple[int, str, Any]])
     numbers: list[int] = []
     for proposed_in, origin, content in requests:
         test_point = stored.last + len(numbers) + 1
-        database.add_proposals(run, [(test_point, proposed_in, origin, content)])
+        database.add_proposals(run, [Proposal(test_point, proposed_in, origin, content)])
         numbers.append(stored.start + test_point)
     database.plan(run, stored.last + len(numbers))
     return numbers
@@ -242,7 +242,7 @@ class _NewDesigns:
         self.requests: list[tuple[int, str, Any]] = []
         self._model = model
         self._pending = [known.asked[number].design for number in known.pending]
-        self._round = max((request.proposal[1] for request in known.asked.values()), default=0)
+        self._round = max((request.proposal.round for request in known.asked.values()), default=0)
         designs = known.tests[[*model.layout.variables]]
         self._seen = {*designs.itertuples(index=False, name=None)}
         for request in known.asked.values():
@@ -337,7 +337,7 @@ def tell_tests(
         for test in cancel:
             known_name("a test to cancel", str(test), pending)
             run, proposal, *_ = requests.asked[test]
-            key = {"run": run, "test_point": proposal[0]}
+            key = {"run": run, "test_point": proposal.test_point}
             database.discard("proposals", key, test, "cancelled")
         requests = _Requests(database)
         if source is not None:

@@ -358,7 +358,7 @@ class SurrogateSource(Source):
         round_number = len(self._ends)
         if self._proposals is None:
             self._proposals = self._store.proposals()
-        stored = [proposal for proposal in self._proposals if proposal[0] >= first]
+        stored = [proposal for proposal in self._proposals if proposal.test_point >= first]
         if not stored:
             if self._making is None:
                 self._making = self._begin(n_free, pending)
@@ -374,7 +374,8 @@ class SurrogateSource(Source):
                 content["request"] = self._request
             proposals = []
             for number, point in enumerate(making.units.result().tolist(), first):
-                proposals.append((number, round_number, "surrogates", {"point": point} | content))
+                entries = {"point": point} | content
+                proposals.append(Proposal(number, round_number, "surrogates", entries))
             # Another process may have proposed the same meanwhile: one file, one truth.
             stored = self._store.propose(proposals)
         points = []

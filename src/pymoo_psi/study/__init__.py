@@ -14,18 +14,18 @@ from pymoo_psi.study._study import Study
 
 # Names that other subpackages share; they are no promise to users.
 # isort: split
-from pymoo_psi.study._database import ACTIONS as ACTIONS
-from pymoo_psi.study._database import ADDED as ADDED
 from pymoo_psi.study._database import LAST as LAST
-from pymoo_psi.study._database import LASTING as LASTING
-from pymoo_psi.study._database import Columns as Columns
 from pymoo_psi.study._database import Database as Database
-from pymoo_psi.study._database import Facts as Facts
 from pymoo_psi.study._database import Proposal as Proposal
-from pymoo_psi.study._runs import ALL as ALL
-from pymoo_psi.study._runs import Share as Share
-from pymoo_psi.study._runs import StudyRun as StudyRun
-from pymoo_psi.study._runs import points_of as points_of
+from pymoo_psi.study._facts import ACTIONS as ACTIONS
+from pymoo_psi.study._facts import ADDED as ADDED
+from pymoo_psi.study._facts import ALL as ALL
+from pymoo_psi.study._facts import LASTING as LASTING
+from pymoo_psi.study._facts import Columns as Columns
+from pymoo_psi.study._facts import Facts as Facts
+from pymoo_psi.study._facts import Share as Share
+from pymoo_psi.study._facts import StudyRun as StudyRun
+from pymoo_psi.study._facts import points_of as points_of
 from pymoo_psi.study._study import read_folder as read_folder
 from pymoo_psi.study._study import write_study as write_study
 

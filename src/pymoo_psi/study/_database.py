@@ -2,37 +2,40 @@
 
 from __future__ import annotations
 
-import getpass
 import json
 import os
 import platform
-import secrets
 import sqlite3
-import zlib
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field, replace
-from datetime import datetime, timezone
-from typing import Any, TypeAlias
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import AnyArray, Integers, Mask, Received, Values, counted, invalid
+from pymoo_psi._validation import Integers, Mask, Received, Values, counted, invalid
 from pymoo_psi.errors import StudyVersionError
-from pymoo_psi.study._lock import intact, reported, unreadable
-from pymoo_psi.study._runs import ROOM, Head, StudyRun, points_of, same_points
-
-Columns: TypeAlias = dict[str, AnyArray]
-Proposal: TypeAlias = tuple[int, int, str, dict[str, Any]]
-"""The test point, the round in which it was proposed, the algorithm that proposed it, and what else
-the algorithm keeps, including the design."""
+from pymoo_psi.study._facts import (
+    NOT_VALUES,
+    NUMBERS,
+    ROOM,
+    Columns,
+    Facts,
+    Head,
+    Renaming,
+    StudyRun,
+    columns_of_head,
+    new_run,
+    now,
+    points_of,
+    require_other_names,
+    with_outputs,
+)
+from pymoo_psi.study._integrity import intact, reported, row_checksums, text_checksum, unreadable
 
 LAST = 2**63 - 1  # the largest number of a test
-LASTING = ("search", "more")  # what people ask of a run that holds when it is continued
-ACTIONS = (*LASTING, "pause", "continue", "stop")
 
 _APPLICATION = 0x50534931
 _VERSION = 5  # 4 is that of pymoo-psi 0.3, 1 to 3 are those of 0.1 and 0.2
@@ -40,14 +43,14 @@ _OF_0_3 = 4  # without runs and checksums
 _TESTS = """
 CREATE TABLE tests
     (test INTEGER PRIMARY KEY, run INTEGER, test_point INTEGER, status TEXT, reason TEXT,
-    origin TEXT, seconds REAL, design_checksum INTEGER, row_checksum INTEGER)"""
+    origin TEXT, seconds REAL, row_checksum INTEGER)"""
 _SCHEMA = f"""
 PRAGMA application_id = {_APPLICATION};
 PRAGMA user_version = {_VERSION};
 CREATE TABLE study (name TEXT PRIMARY KEY, value TEXT, checksum INTEGER);
 CREATE TABLE runs
     (run INTEGER PRIMARY KEY, points TEXT, record TEXT, last INTEGER, checksum INTEGER);
-CREATE TABLE known
+CREATE TABLE adopted
     (run INTEGER, test_point INTEGER, test INTEGER, PRIMARY KEY (run, test_point)) WITHOUT ROWID;
 CREATE TABLE proposals
     (run INTEGER, test_point INTEGER, round INTEGER, origin TEXT, content TEXT, checksum INTEGER,
@@ -55,15 +58,11 @@ CREATE TABLE proposals
 CREATE TABLE history (time TEXT, test INTEGER, content TEXT);
 {_TESTS}"""
 _TABLES = {
-    _VERSION: ("study", "runs", "known", "proposals", "history", "tests"),
+    _VERSION: ("study", "runs", "adopted", "proposals", "history", "tests"),
     _OF_0_3: ("study", "proposals", "tests"),
 }
-ADDED = ("test", "run", "origin", "seconds")  # columns of a study that no table of a model has
-_NUMBERS = ("test", "run", "test_point")
-_NOT_VALUES = (*_NUMBERS, "status", "reason", "origin", "seconds")
-_FIXED = (*_NOT_VALUES, "design_checksum", "row_checksum")
+_FIXED = (*NOT_VALUES, "row_checksum")
 _FIXED_IN_0_3 = ("test_point", "status", "reason", "origin", "seconds")
-_GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
 
@@ -72,72 +71,20 @@ _Terms: TypeAlias = dict[str, tuple[str, Any]]
 _PROVENANCE: _Terms = {"origin": ("origin", np.object_), "seconds": ("seconds", np.float64)}
 
 
-@dataclass
-class Facts:
-    """What is known of a study as a whole.
+class Proposal(NamedTuple):
+    """A design that is going to be tested.
 
     Attributes:
-        head: The columns and the formulation of the last run; see :meth:`Study.begin`.
-        share: For a share of an investigation: its part and the number of parts.
-        is_complete: Whether stored tests have all values that can be computed from others.
-        n_changes: How often stored tests got other values, or were withdrawn.
-        id: A random name.
-        begun: When the file was made.
-        process: The machine and the number of the last process that added tests.
-        steering: Requests to runs, in the order of time. Each has its ``number``, ``time``, the
-            ``name`` of the person, ``action``, one of ``ACTIONS``, its arguments, ``answer`` and
-            ``run``, the run that has answered, or 0.
-        runs: The runs.
+        test_point: Its test point in the run.
+        round: The round in which it was proposed.
+        origin: The algorithm that proposed it.
+        content: The design, and what else the algorithm keeps.
     """
 
-    head: Head
-    share: Sequence[int] | None = None
-    is_complete: bool = True
-    n_changes: int = 0
-    id: str = field(default_factory=lambda: secrets.token_hex(16))
-    begun: str = field(default_factory=lambda: _now())
-    process: Sequence[Any] = ("", 0)
-    steering: list[Values] = field(default_factory=list)
-    runs: list[StudyRun] = field(default_factory=list)
-
-    @property
-    def requests(self) -> list[str]:
-        """The requests with their answers, each in a line."""
-        return list(map("{time}, {name}: {action}: {answer}".format_map, self.steering))
-
-    def run(self, number: int) -> StudyRun:
-        """Return the run of a number."""
-        for run in self.runs:
-            if run.number == number:
-                return run
-        runs = ", ".join(str(run.number) for run in self.runs)
-        raise invalid("run", f"one of the runs of the study, {runs}", number)
-
-    def run_with(self, points: Head) -> StudyRun | None:
-        """Return the run that has these points, or ``None``."""
-        for run in self.runs:
-            if same_points(run.points, points):
-                return run
-        return None
-
-
-def _now() -> str:
-    return datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
-
-
-def new_run(number: int, points: Head, last: int = 0) -> StudyRun:
-    """Return a run that begins now, on this machine."""
-    from pymoo_psi import __version__
-
-    record = {
-        "begun": _now(),
-        "host": platform.node(),
-        "user": getpass.getuser(),
-        "pymoo-psi": __version__,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-    }
-    return StudyRun(number, points, record, last)
+    test_point: int
+    round: int
+    origin: str
+    content: Values
 
 
 def create(path: str, facts: Facts, columns: Columns | None = None) -> None:
@@ -233,8 +180,9 @@ def _converted(db: sqlite3.Connection, path: str) -> Database:
     database = Database(db, path, facts)
     database.fill()
     database.insert(columns | database.numbered(columns["test"]))
-    for *proposal, content in proposals:
-        database.add_proposals(1, [(*proposal, json.loads(content))])
+    for test_point, proposed_in, origin, content in proposals:
+        proposal = Proposal(test_point, proposed_in, origin, json.loads(content))
+        database.add_proposals(1, [proposal])
     return database
 
 
@@ -311,7 +259,7 @@ class Database:
     def steer(self, request: Values) -> None:
         """Write a new request to the run at work, or one with its number and answer."""
         number = request.get("number", len(self.facts.steering) + 1)
-        new = {"number": number, "time": _now(), "run": 0, "answer": "waits for the run"}
+        new = {"number": number, "time": now(), "run": 0, "answer": "waits for the run"}
         self.facts.steering[number - 1 : number] = [new | request]
         self.write_facts()
 
@@ -329,7 +277,7 @@ class Database:
         with intact(self._path):
             rows = _checked_rows(self.db, source, (run, first, last))
             for _, test_point, proposed_in, origin, content in rows:
-                proposals.append((test_point, proposed_in, origin, json.loads(content)))
+                proposals.append(Proposal(test_point, proposed_in, origin, json.loads(content)))
         return proposals
 
     def discard(self, table: str, key: Mapping[str, int], test: int, why: str) -> None:
@@ -346,9 +294,9 @@ class Database:
         names = [name for name, *_ in cursor.description]
         cells = dict(zip(names, cursor.fetchone(), strict=True))
         content = _text({"why": why, "cells": cells})
-        self.db.execute("INSERT INTO history VALUES (?, ?, ?)", (_now(), test, content))
+        self.db.execute("INSERT INTO history VALUES (?, ?, ?)", (now(), test, content))
         self.db.execute(f"DELETE FROM {table} WHERE {where}", key)
-        self.db.execute("DELETE FROM known WHERE test = ?", (test,))
+        self.db.execute("DELETE FROM adopted WHERE test = ?", (test,))
         self.facts.n_changes += 1
         self.write_facts()
 
@@ -359,19 +307,15 @@ class Database:
 
         Stored columns that the new head lacks become outputs.
         """
-        if renames_columns(self.facts.head, head):
+        renaming = Renaming.between(self.facts.head, head)
+        if renaming:
             columns = self._selected(_PROVENANCE, "tests ORDER BY test")
-            columns = renamed_columns(columns, self.facts.head, head)
-            names, _ = _changed_names(self.facts.head, head)
-            renamed = {**self.facts.head}
-            for group in ("objectives", "inequalities", "equalities"):
-                renamed[group] = [names.get(name, name) for name in renamed[group]]
-            self.facts.head = renamed
+            self.facts.head = renaming.of_head(self.facts.head)
             self.db.execute("DROP TABLE tests")
             self.db.execute(_TESTS)
             self._add_columns({})
-            self.insert(columns)
-        if self._change_head(with_stored_columns(self.facts.head, head)):
+            self.insert(renaming.of_columns(columns))
+        if self._change_head(with_outputs(head, columns_of_head(self.facts.head))):
             self.facts.is_complete = False
         self.write_facts()
 
@@ -408,10 +352,11 @@ class Database:
     def numbers_of(self, run: int, test_points: Integers) -> Integers:
         """Return the numbers of the tests of test points of a run."""
         numbers = np.asarray(test_points, dtype=np.int64) + self.facts.run(run).start
-        known = dict(self.db.execute("SELECT test_point, test FROM known WHERE run = ?", (run,)))
-        if known:
-            pairs = zip(test_points.tolist(), numbers.tolist(), strict=True)
-            numbers = np.array([known.get(point, own) for point, own in pairs], dtype=np.int64)
+        rows = self.db.execute("SELECT test_point, test FROM adopted WHERE run = ?", (run,))
+        adopted = dict(rows)
+        if adopted:
+            for i, point in enumerate(test_points.tolist()):
+                numbers[i] = adopted.get(point, numbers[i])
         return numbers
 
     def adopt(self, run: int, columns: Columns) -> None:
@@ -421,26 +366,20 @@ class Database:
         """
         if len(self.facts.runs) == 1 or "repeat" in self.facts.run(run).points:
             return
-        self.db.execute("CREATE INDEX IF NOT EXISTS designs ON tests (design_checksum)")
-        designs = self._design_checksums(columns, len(columns["test_point"]))
-        start = self.facts.run(run).start
-        rows = []
-        for point, design in zip(columns["test_point"].tolist(), designs.tolist(), strict=True):
-            rows.append((run, point, design, start + point))
+        variables = self.facts.head["variables"]
+        named = _columns(self.facts.head)
+        names = ", ".join(named[name][0] for name in variables)
+        marks = ", ".join("?" * len(variables))
+        self.db.execute(f"CREATE INDEX IF NOT EXISTS designs ON tests ({names})")
+        test_points = columns["test_point"]
+        numbers = test_points + self.facts.run(run).start
+        designs = [columns[name].astype(DTYPES[named[name][1]]).tolist() for name in variables]
         self.db.executemany(
-            "INSERT OR IGNORE INTO known SELECT ?1, ?2, min(test) FROM tests "
-            "WHERE design_checksum = ?3 AND run <> ?1 "
-            "AND NOT EXISTS (SELECT 1 FROM tests WHERE test = ?4) GROUP BY design_checksum",
-            rows,
+            f"INSERT OR IGNORE INTO adopted SELECT {run}, ?, min(test) FROM tests "
+            f"WHERE ({names}) = ({marks}) AND run <> {run} "
+            f"AND NOT EXISTS (SELECT 1 FROM tests WHERE test = ?) GROUP BY {names}",
+            zip(test_points.tolist(), *designs, numbers.tolist(), strict=True),
         )
-
-    def _design_checksums(self, columns: Columns, n: int) -> Integers:
-        """Return ``(n,)`` checksums of designs, which are equal where these are, bit for bit."""
-        head = self.facts.head
-        designs: Columns = {"": np.full(n, np.nan)}
-        for name, kind in zip(head["variables"], map(Kind, head["kinds"]), strict=True):
-            designs[name] = np.asarray(columns[name]).astype(DTYPES[kind])
-        return checksums(designs)
 
     def remember(self, run: int, name: str, value: Any) -> Any:
         """Return an entry of the record of a run, which is this value if there is none yet."""
@@ -470,68 +409,49 @@ class Database:
         self.write_facts()
 
     def append(self, run: int, columns: Columns) -> int:
-        """Write tests of a run; return how many are new or changed; see :meth:`Study.append`."""
+        """Write tests of a run; return how many are new or changed; see :meth:`Study.append`.
+
+        Stored tests keep the run and the test point for which they were first made.
+        """
         self.adopt(run, columns)
         self.plan(run, int(columns["test_point"].max()))
         numbers = self.numbers_of(run, columns["test_point"])
-        n = len(numbers)
-        columns = columns | {"test": numbers, "run": np.full(n, run, dtype=np.int64)}
-        columns = self._to_write(columns)
-        n_written = len(columns["test"])
-        if n_written:
-            process = [platform.node(), os.getpid()]
-            if self.facts.process != process:
-                self.facts.process = process
-                self.write_facts()
-            self.widen(columns)
-            self.insert(columns)
-        return n_written
-
-    def _to_write(self, columns: Columns) -> Columns:
-        """Return the tests that are to be written, with all that the study knows of them.
-
-        These are new ones, repetitions of failed ones, and stored ones that have more values now.
-        Those that are stored keep the run and the test point for which they were first made.
-
-        Raises:
-            ArgumentValueError: A test of this run that did not fail would change.
-        """
-        numbers = columns["test"]
+        runs = np.full(len(numbers), run, dtype=np.int64)
+        columns = columns | {"test": numbers, "run": runs}
         stored = self.tests(int(numbers.min()), int(numbers.max()))
         _, rows, stored_rows = np.intersect1d(numbers, stored["test"], return_indices=True)
-        if len(rows) == 0:
-            return columns
         stored = rows_of(stored, stored_rows)
-        given = rows_of(columns, rows)
-        differs = differing(stored, given)
-        is_replaced = differs & (stored["status"] == "failed")
-        # What another run has tested meanwhile stays.
-        is_wrong = differs & ~is_replaced & (stored["run"] == given["run"])
+        again = rows_of(columns, rows)
+        self._require_equal(stored, again)
+        changed = _changed(stored, again)
+        new = rows_of(columns, np.setdiff1d(np.arange(len(numbers)), rows))
+        n_changed = len(changed["test"])
+        n_written = len(new["test"]) + n_changed
+        if n_written:
+            if n_changed:
+                self.facts.n_changes += 1
+            self.facts.process = [platform.node(), os.getpid()]
+            self.write_facts()
+            self.widen(columns)
+            self.insert(new)
+            self.insert(changed)
+        return n_written
+
+    def _require_equal(self, stored: Columns, again: Columns) -> None:
+        """Refuse other values of stored tests that did not fail; those of other runs stay.
+
+        Raises:
+            ArgumentValueError: There are some.
+        """
+        is_wrong = differing(stored, again) & (stored["run"] == again["run"])
+        is_wrong &= stored["status"] != "failed"
         if is_wrong.any():
             raise invalid(
                 "block",
                 "of new test points, repetitions of failed ones, or what is stored",
-                Received(f"other values for test point {numbers[rows[is_wrong]][0]}"),
+                Received(f"other values for test point {stored['test'][is_wrong][0]}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
-        is_written = np.full(len(numbers), True)
-        is_written[rows] = is_replaced
-        whole = dict(columns)
-        for name in (columns.keys() | stored.keys()).difference(("origin", "seconds")):
-            old = stored.get(name, np.full(len(rows), np.nan))
-            new = columns.get(name, np.full(len(numbers), np.nan)).copy()
-            # NaN, which differs from itself, is a value that is not known.
-            is_taken = is_replaced | (~differs & (old != old) & (new[rows] == new[rows]))
-            is_written[rows] |= is_taken
-            new[rows] = np.where(is_taken, new[rows], old)
-            whole[name] = new
-        for name in ("run", "test_point"):
-            whole[name] = whole[name].copy()
-            whole[name][rows] = stored[name]
-        if is_written[rows].any():
-            self.facts.n_changes += 1
-            self.write_facts()
-        return rows_of(whole, is_written)
 
     def insert(self, columns: Columns) -> None:
         """Write tests; the origin and seconds of stored ones stay unless ``columns`` has others."""
@@ -540,11 +460,10 @@ class Database:
         for name, (_, kind) in _columns(self.facts.head).items():
             # NaN where these tests lack an output.
             values[name] = columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind])
-        cells = {name: columns[name] for name in _NOT_VALUES if name in columns}
+        cells = {name: columns[name] for name in NOT_VALUES if name in columns}
         cells["reason"] = np.where(columns["reason"] == "", np.array(None), columns["reason"])
-        cells["design_checksum"] = self._design_checksums(values, n)
-        kept = {name: columns[name] for name in (*_NUMBERS, "status", "reason")}
-        cells["row_checksum"] = checksums(kept | values)
+        kept = {name: columns[name] for name in (*NUMBERS, "status", "reason")}
+        cells["row_checksum"] = row_checksums(kept | values)
         for name, (column, _) in _columns(self.facts.head).items():
             cells[column] = values[name]
         marks = ", ".join("?" * len(cells))
@@ -588,7 +507,7 @@ class Database:
             stored = columns.pop("")
             columns = self.numbered(columns["test"]) | columns
             kept = {name: column for name, column in columns.items() if name not in more}
-            changed = columns["test"][stored != checksums(kept)]
+            changed = columns["test"][stored != row_checksums(kept)]
         if len(changed):
             problem = f"{counted(len(changed), 'test')} changed, the first {changed[0]}"
             raise unreadable(self._path, problem)
@@ -613,7 +532,7 @@ class Database:
         return (
             f"SELECT test, test - {start} AS point FROM tests "
             f"WHERE run = {run} AND test BETWEEN {ends} "
-            "UNION ALL SELECT test, test_point FROM known "
+            "UNION ALL SELECT test, test_point FROM adopted "
             f"WHERE run = {run} AND test_point BETWEEN {first} AND {last}"
         )
 
@@ -630,11 +549,32 @@ def differing(columns: Columns, others: Columns) -> Mask:
     other_failed = others["status"] == "failed"
     differ = has_failed != other_failed
     differ |= has_failed & other_failed & (columns["reason"] != others["reason"])
-    for name in (columns.keys() & others.keys()).difference(_NOT_VALUES):
+    for name in (columns.keys() & others.keys()).difference(NOT_VALUES):
         one = columns[name]
         other = others[name]
         differ |= (one != other) & (one == one) & (other == other)  # NaN differs from itself
     return np.asarray(differ)
+
+
+def _changed(stored: Columns, again: Columns) -> Columns:
+    """Return the stored tests that change as they are tested again.
+
+    A failed test takes all values of a repetition that differs. Any other takes values where it has
+    none, which are NaN.
+    """
+    differ = differing(stored, again)
+    is_replaced = differ & (stored["status"] == "failed")
+    unknown = np.full(len(differ), np.nan)
+    is_changed = is_replaced.copy()
+    changed = again | {name: stored[name] for name in NUMBERS}
+    for name in (again.keys() | stored.keys()).difference(NUMBERS, ("origin", "seconds")):
+        old = stored.get(name, unknown)
+        new = again.get(name, unknown)
+        # NaN differs from itself.
+        is_taken = is_replaced | (~differ & (old != old) & (new == new))
+        changed[name] = np.where(is_taken, new, old)
+        is_changed |= is_taken
+    return rows_of(changed, is_changed)
 
 
 def _terms(columns: Mapping[str, tuple[str, Kind]]) -> _Terms:
@@ -660,154 +600,20 @@ def _read(
     return {name: np.concatenate(parts) for name, parts in columns.items()}
 
 
-# Heads
-
-
-def require_other_names(head: Head) -> None:
-    """Check that no column of a head has the name of one that a study adds."""
-    for group in _GROUPS:
-        for name in head.get(group, ()):
-            if name in ADDED:
-                rule = f"named unlike the columns that a study adds: {', '.join(ADDED)}"
-                remedy = "give the problem, or the program, another name for it"
-                raise invalid("a column of a study", rule, name, remedy)
-
-
-def with_stored_columns(stored: Head, asked: Head) -> Values:
-    """Return the head that a study has from now on; a column that is stored stays, as an output.
-
-    Args:
-        stored: The one that it has.
-        asked: The one that a run asks for.
-    """
-    names = [name for group in _GROUPS[1:] for name in asked.get(group, ())]
-    outputs = [*asked.get("outputs", ())]
-    for group in _GROUPS[1:]:
-        outputs += [name for name in stored.get(group, ()) if name not in names]
-    if not outputs:
-        return {**asked}
-    return {**asked, "outputs": outputs}
-
-
-def _changed_names(stored: Head, head: Head) -> tuple[dict[str, str], list[str]]:
-    """Return new names of stored columns, and the stored objectives whose direction changes.
-
-    A problem that knows its columns by their places, as pymoo's do, may rename them. An objective
-    that is maximised now, or no longer, has values of the opposite sign.
-    """
-    names: dict[str, str] = {}
-    if "objectives" not in (head.get("problem") or {}):  # its outputs have names of their own
-        return names, []
-    for group in ("objectives", "inequalities", "equalities"):
-        new_names = head[group]
-        if group == "inequalities":  # requirements follow those of the model
-            new_names = new_names[: head.get("model_inequalities")]
-        names |= zip(stored[group], new_names, strict=False)
-    was_maximized = {names.get(name, name) for name in stored.get("maximize", ())}
-    differing_names = was_maximized ^ {*head.get("maximize", ())}
-    return names, [n for n in stored["objectives"] if names.get(n, n) in differing_names]
-
-
-def renames_columns(stored: Head, head: Head) -> bool:
-    """Whether another head has other names for stored columns, or other directions."""
-    names, reversed_names = _changed_names(stored, head)
-    return bool(reversed_names) or any(name != new for name, new in names.items())
-
-
-def renamed_columns(columns: Columns, stored: Head, head: Head) -> Columns:
-    """Return stored columns under the names, and in the directions, of another head."""
-    names, reversed_names = _changed_names(stored, head)
-    renamed = {}
-    for name, cells in columns.items():
-        if name in reversed_names:
-            cells = -cells
-        renamed[names.get(name, name)] = cells
-    return renamed
-
-
-def with_outputs(head: Head, columns: Collection[str]) -> Values:
-    """Return a head with the outputs that tests have."""
-    columns_of_head = {*_FIXED, *_columns(head)}
-    outputs = [*head.get("outputs", ())]
-    for name in columns:
-        if name not in columns_of_head:
-            outputs.append(name)
-    if not outputs:
-        return dict(head)
-    return {**head, "outputs": outputs}
-
-
 def _columns(head: Head, fixed: Collection[str] = _FIXED) -> dict[str, tuple[str, Kind]]:
     """Return for each name its column, quoted for SQL, and the kind of its cells."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
     columns = {}
     taken = {*fixed}
-    for group in _GROUPS:
-        for name in head.get(group, ()):
-            column = name
-            while column.lower() in taken:  # SQL takes "a" and "A" for one name
-                column += "_"
-            taken.add(column.lower())
-            quoted = column.replace('"', '""')
-            columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
+    for name in columns_of_head(head):
+        column = name
+        while column.lower() in taken:  # SQL takes "a" and "A" for one name
+            column += "_"
+        taken.add(column.lower())
+        quoted = column.replace('"', '""')
+        columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
     return columns
-
-
-# Checksums of rows, by which a changed cell is noticed
-
-Words: TypeAlias = NDArray[np.uint64]
-
-# The finalizer of splitmix64 (Steele, Lea and Flood, OOPSLA 2014): a bijection, so that a cell
-# with another value has another word.
-_STEPS = ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB), (31, 1))
-
-
-def checksums(columns: Mapping[str, NDArray[Any]]) -> NDArray[np.int64]:
-    """Return ``(n,)`` checksums of n rows; a change of one cell changes the checksum of its row.
-
-    They are sums over the columns, to which NaN and empty texts add nothing. So rows keep their
-    checksums when a column is added in which they have no values.
-
-    Args:
-        columns: Arrays of n numbers or texts by name.
-    """
-    total = np.zeros(len(next(iter(columns.values()))), dtype=np.uint64)
-    for name, cells in columns.items():
-        salt = np.uint64(zlib.crc32(name.encode()) << 32)
-        words = _mixed(_words(cells) ^ salt)
-        words[_empty(cells)] = 0
-        total += words
-    return total.view(np.int64)
 
 
 def _text(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
-
-
-def text_checksum(texts: Any) -> int:
-    """Return the checksum of some texts or numbers."""
-    return zlib.crc32(repr(texts).encode())
-
-
-def _words(cells: NDArray[Any]) -> Words:
-    """Return the bits of numbers; checksums of texts."""
-    if cells.dtype.kind == "f":
-        return np.ascontiguousarray(cells).view(np.uint64)
-    if cells.dtype.kind in "biu":
-        return cells.astype(np.int64).view(np.uint64)
-    texts = cells.tolist()
-    checksum_by_text = {text: zlib.crc32(text.encode(errors="surrogatepass")) for text in {*texts}}
-    return np.array([checksum_by_text[text] for text in texts], dtype=np.uint64)
-
-
-def _empty(cells: NDArray[Any]) -> NDArray[np.bool_]:
-    """``(n,)`` which cells are NaN or empty texts."""
-    if cells.dtype.kind == "f":
-        return np.asarray(np.isnan(cells))
-    return np.asarray(cells == "")
-
-
-def _mixed(words: Words) -> Words:
-    for shift, factor in _STEPS:
-        words = (words ^ (words >> np.uint64(shift))) * np.uint64(factor)
-    return words

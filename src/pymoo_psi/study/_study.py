@@ -6,11 +6,10 @@
   of designs that were evaluated together); then variables, objectives, constraints and outputs
   under their names. A name that is taken gets ``_`` appended. NaN is NULL, binary variables are 0
   and 1, choices are texts. ``row_checksum`` is that of what a row holds but origin and seconds: a
-  cell that was changed, by whatever, is noticed when it is read. Equal designs have the same
-  ``design_checksum``.
+  cell that was changed, by whatever, is noticed when it is read.
 - ``runs`` says for each run what determines its points, when, where and by which versions it was
-  begun, and the last point that it was asked for; ``known`` has the points of a run whose designs
-  other runs had tested.
+  begun, and the last point that it was asked for; ``adopted`` has the points of a run whose
+  designs other runs had tested.
 - ``proposals`` has designs that an algorithm or people are going to test.
 - ``history`` has tests as they were before they were corrected or withdrawn, and when that was.
 - ``study`` has the facts about the whole file: names, and values as JSON; and their checksum. One
@@ -41,30 +40,29 @@ from pymoo_psi._validation import FilePath, Integers, Received, identity_text, i
 from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import (
     LAST,
-    Columns,
     Database,
-    Facts,
     Proposal,
     create,
     is_of_0_3,
     new_database,
-    new_run,
     opened,
-    renamed_columns,
-    renames_columns,
-    with_outputs,
-    with_stored_columns,
 )
-from pymoo_psi.study._lock import intact, locked, reported
-from pymoo_psi.study._runs import (
+from pymoo_psi.study._facts import (
     ROOM,
     SUFFIX,
+    Columns,
+    Facts,
     Head,
+    Renaming,
     Share,
     StudyRun,
+    columns_of_head,
+    new_run,
     points_of,
     require_same_model,
+    with_outputs,
 )
+from pymoo_psi.study._integrity import intact, locked, reported
 
 _PATIENCE = 60.0  # seconds that a commit waits for readers, and readers for a commit
 # A plain BEGIN would take the write lock at the first change only, after reading.
@@ -142,11 +140,11 @@ class Study:
         if stored.share is not None:
             require_fellow(self.path, stored, facts)
         run = stored.run_with(points)
-        head = with_stored_columns(stored.head, asked)
+        head = with_outputs(asked, columns_of_head(stored.head))
         if run is not None and json.dumps(head) == json.dumps(stored.head):
             return stored, run
         with ExitStack() as locks:
-            if renames_columns(stored.head, asked):  # nobody goes on to write what is there now
+            if Renaming.between(stored.head, asked):  # nobody goes on to write what is there now
                 for stored_run in stored.runs:
                     locks.enter_context(self.writing(stored_run.number))
             database = locks.enter_context(self.changes())
@@ -209,7 +207,7 @@ class Study:
         more = {"origin": origins, "seconds": np.full(n, seconds, dtype=np.float64)}
         with self.writing(run), self.changes() as database:
             head = database.facts.head
-            if self._asked is not None and renames_columns(head, self._asked):
+            if self._asked is not None and Renaming.between(head, self._asked):
                 raise StudyMismatchError(
                     f"another run has given the objectives of study {self.path} other names or "
                     "directions since this one began; this one stored nothing more: run it again"
@@ -420,7 +418,7 @@ def read_folder(path: FilePath) -> tuple[Facts, Columns, str]:
             require_fellow(file, facts, first, f"in {files[0]}")
             if facts.share is not None:
                 n_shares = facts.share[1]
-            columns = renamed_columns(columns, facts.head, first.head)
+            columns = Renaming.between(facts.head, first.head).of_columns(columns)
             try:
                 if len(columns["test"]):
                     joined.append(1, columns)

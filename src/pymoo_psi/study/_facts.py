@@ -1,15 +1,20 @@
-"""Runs of a study: their points, shares of these, and what must agree of their model."""
+"""What a study knows beside its tests: its head, its runs and their points, and what must agree."""
 
 from __future__ import annotations
 
+import getpass
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass
+import platform
+import secrets
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime, timezone
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from pymoo_psi._validation import (
+    AnyArray,
     Integers,
     Names,
     Received,
@@ -22,6 +27,18 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import StudyMismatchError
 
 Head: TypeAlias = Mapping[str, Any]
+"""What the columns of tests mean, as values that JSON can hold; see :meth:`Study.begin`."""
+
+Columns: TypeAlias = dict[str, AnyArray]
+"""Tests: arrays of n cells by the name of their column."""
+
+ADDED = ("test", "run", "origin", "seconds")  # columns of a study that no table of a model has
+NUMBERS = ("test", "run", "test_point")
+NOT_VALUES = (*NUMBERS, "status", "reason", "origin", "seconds")  # columns that no head has
+_GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
+
+LASTING = ("search", "more")  # what people ask of a run that holds when it is continued
+ACTIONS = (*LASTING, "pause", "continue", "stop")
 
 # Entries of a problem's identity that belonged to the model in version 0.3.
 _OF_RUNS = ("sampling", "functions", "inequality constraints", "equality constraints")
@@ -36,10 +53,65 @@ _IN_BOTH = (
 # Version 0.3 had one hash of the template and all outputs, which may be more now.
 _TEMPLATE = "problem.parameters.template"
 _IN_ONE = "problem.parameters.template and outputs"
-
+SUFFIX = ".db"  # of the studies in a folder
+_GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 
 ROOM = 1_000_000
 """How many numbers of tests there are for a run, unless it is the last one."""
+
+
+def now() -> str:
+    """Return the date and the time, as a study keeps them."""
+    return datetime.now(timezone.utc).strftime("%Y-%m-%d %H:%M:%S UTC")
+
+
+@dataclass
+class Facts:
+    """What is known of a study as a whole.
+
+    Attributes:
+        head: The columns and the formulation of the last run; see :meth:`Study.begin`.
+        share: For a share of an investigation: its part and the number of parts.
+        is_complete: Whether stored tests have all values that can be computed from others.
+        n_changes: How often stored tests got other values, or were withdrawn.
+        id: A random name.
+        begun: When the file was made.
+        process: The machine and the number of the last process that added tests.
+        steering: Requests to runs, in the order of time. Each has its ``number``, ``time``, the
+            ``name`` of the person, ``action``, one of ``ACTIONS``, its arguments, ``answer`` and
+            ``run``, the run that has answered, or 0.
+        runs: The runs.
+    """
+
+    head: Head
+    share: Sequence[int] | None = None
+    is_complete: bool = True
+    n_changes: int = 0
+    id: str = field(default_factory=lambda: secrets.token_hex(16))
+    begun: str = field(default_factory=now)
+    process: Sequence[Any] = ("", 0)
+    steering: list[Values] = field(default_factory=list)
+    runs: list[StudyRun] = field(default_factory=list)
+
+    @property
+    def requests(self) -> list[str]:
+        """The requests with their answers, each in a line."""
+        return list(map("{time}, {name}: {action}: {answer}".format_map, self.steering))
+
+    def run(self, number: int) -> StudyRun:
+        """Return the run of a number."""
+        for run in self.runs:
+            if run.number == number:
+                return run
+        runs = ", ".join(str(run.number) for run in self.runs)
+        raise invalid("run", f"one of the runs of the study, {runs}", number)
+
+    def run_with(self, points: Head) -> StudyRun | None:
+        """Return the run that has these points, or ``None``."""
+        for run in self.runs:
+            if same_points(run.points, points):
+                return run
+        return None
 
 
 @dataclass(frozen=True)
@@ -69,6 +141,24 @@ class StudyRun:
         return (self.number - 1) * ROOM
 
 
+def new_run(number: int, points: Head, last: int = 0) -> StudyRun:
+    """Return a run that begins now, on this machine."""
+    from pymoo_psi import __version__
+
+    record = {
+        "begun": now(),
+        "host": platform.node(),
+        "user": getpass.getuser(),
+        "pymoo-psi": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
+    return StudyRun(number, points, record, last)
+
+
+# The model, which must be the same
+
+
 def require_same_model(path: str, stored: Head, asked: Head, where: str = "asked") -> None:
     """Refuse a study of another model.
 
@@ -90,17 +180,6 @@ def require_same_model(path: str, stored: Head, asked: Head, where: str = "asked
             f"study {path} belongs to another model: {'; '.join(differences[:4])}. "
             "Give the name of another file, or the problem (and study_key) with which it was begun"
         )
-
-
-def same_points(points: Head, others: Head) -> bool:
-    """Whether the test points of two runs are the same.
-
-    Which requirements the run of version 0.3 had is not known.
-    """
-    if None in (points.get("requirements"), others.get("requirements")):
-        points = {**points, "requirements": None}
-        others = {**others, "requirements": None}
-    return flat(points) == flat(others)
 
 
 def _differences(stored: Mapping[str, str], asked: Mapping[str, str], where: str) -> list[str]:
@@ -128,6 +207,9 @@ def _model(head: Head) -> dict[str, str]:
         problem.pop(name, None)
     kinds = [kind.replace("log", "real") for kind in head["kinds"]]  # the scale is of a run
     return flat({"problem": problem, "variables": head["variables"], "kinds": kinds})
+
+
+# Points of a run
 
 
 def points_of(
@@ -158,8 +240,15 @@ def points_of(
     return plain
 
 
-SUFFIX = ".db"  # of the studies in a folder
-_GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
+def same_points(points: Head, others: Head) -> bool:
+    """Whether the test points of two runs are the same.
+
+    Which requirements the run of version 0.3 had is not known.
+    """
+    if None in (points.get("requirements"), others.get("requirements")):
+        points = {**points, "requirements": None}
+        others = {**others, "requirements": None}
+    return flat(points) == flat(others)
 
 
 class Share(NamedTuple):
@@ -222,3 +311,80 @@ class Share(NamedTuple):
 
 
 ALL = Share(1, 1)  # all points
+
+
+# Columns in a head
+
+
+def columns_of_head(head: Head) -> list[str]:
+    """Return the names of all columns in a head."""
+    return [name for group in _GROUPS for name in head.get(group, ())]
+
+
+def require_other_names(head: Head) -> None:
+    """Check that no column of a head has the name of one that a study adds."""
+    for name in columns_of_head(head):
+        if name in ADDED:
+            rule = f"named unlike the columns that a study adds: {', '.join(ADDED)}"
+            remedy = "give the problem, or the program, another name for it"
+            raise invalid("a column of a study", rule, name, remedy)
+
+
+def with_outputs(head: Head, names: Collection[str]) -> Values:
+    """Return a head in which columns of values that it lacks are outputs."""
+    present = {*columns_of_head(head), *NOT_VALUES}
+    outputs = [*head.get("outputs", ()), *(name for name in names if name not in present)]
+    if not outputs:
+        return dict(head)
+    return {**head, "outputs": outputs}
+
+
+@dataclass(frozen=True)
+class Renaming:
+    """Other names and directions of columns that a problem knows by their places, as pymoo's do.
+
+    The outputs of a program have names of their own, which stay.
+
+    Attributes:
+        new_names: The new names of stored columns by those that they have.
+        turned: Stored objectives that are maximised now, or no longer: their values change sign.
+    """
+
+    new_names: Mapping[str, str]
+    turned: Collection[str]
+
+    @classmethod
+    def between(cls, stored: Head, head: Head) -> Renaming:
+        """Return what makes the columns of a stored head those of another one."""
+        if "objectives" not in (head.get("problem") or {}):
+            return cls({}, ())
+        pairs = [*zip(stored["objectives"], head["objectives"], strict=False)]
+        # Requirements, which may change, follow the constraints of the model.
+        n_constraints = head.get("model_inequalities")
+        pairs += zip(stored["inequalities"], head["inequalities"][:n_constraints], strict=False)
+        pairs += zip(stored["equalities"], head["equalities"], strict=False)
+        new_names = dict(pairs)
+        maximized = {new_names.get(name, name) for name in stored.get("maximize", ())}
+        changed = maximized ^ {*head.get("maximize", ())}
+        turned = [name for name in stored["objectives"] if new_names.get(name, name) in changed]
+        return cls({old: new for old, new in pairs if old != new}, turned)
+
+    def __bool__(self) -> bool:
+        """Whether anything changes."""
+        return bool(self.new_names or self.turned)
+
+    def of_columns(self, columns: Columns) -> Columns:
+        """Return stored columns under the new names, and in the new directions."""
+        renamed = {}
+        for name, cells in columns.items():
+            if name in self.turned:
+                cells = -cells
+            renamed[self.new_names.get(name, name)] = cells
+        return renamed
+
+    def of_head(self, head: Head) -> Values:
+        """Return the stored head with the new names."""
+        renamed = dict(head)
+        for group in ("objectives", "inequalities", "equalities"):
+            renamed[group] = [self.new_names.get(name, name) for name in head[group]]
+        return renamed
