@@ -14,11 +14,11 @@ from ._surrogate import SurrogatePSI as SurrogatePSI
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
-from ._executor import Model as Model
-from ._executor import table_of_values as table_of_values
 from ._external import ask_tests as ask_tests
 from ._external import import_tests as import_tests
 from ._external import tell_tests as tell_tests
+from ._model import Model as Model
+from ._model import table_of_values as table_of_values
 from ._nsga3 import operators as operators
 from ._nsga3 import population_size as population_size
 from ._nsga3 import reference_directions as reference_directions

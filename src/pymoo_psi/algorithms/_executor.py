@@ -8,10 +8,9 @@ second, in this process or in others, where each piece is generated, evaluated a
 from __future__ import annotations
 
 import time
-import warnings
 import zlib
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -20,41 +19,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pymoo.core.problem import LoopedElementwiseEvaluation
 
-from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Designs, Entries, Mask, Numbers, Values, invalid, mapping
+from pymoo_psi._validation import Mask, Numbers, Values, invalid
+from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
-from pymoo_psi.parallel import (
-    Runner,
-    Waiting,
-)
-from pymoo_psi.problems import (
-    NO_OUTPUTS,
-    Seeded,
-    columns_of_values,
-    design_space,
-    evaluate_designs,
-    known_limits,
-    layers,
-    problem_layout,
-    stream_designs,
-    streams,
-    untolerant,
-    with_requirements,
-    without_requirements,
-)
+from pymoo_psi.parallel import Runner, Waiting
+from pymoo_psi.problems import Seeded, stream_designs, streams
 from pymoo_psi.study import LAST
-from pymoo_psi.table import (
-    PROPOSAL_ROUND,
-    RESERVED,
-    Formulation,
-    Layout,
-    TestTable,
-    choice_values,
-    limits_of,
-)
-
-Filter = Callable[[TestTable], TestTable]
+from pymoo_psi.table import TestTable
 
 # Points that may wait for workers: as many as can be held easily.
 _WAITING = 4096
@@ -75,6 +47,7 @@ _LARGEST, _LARGEST_ELEMENTWISE = 65_536, 512
 _PIECES = 8
 # Pieces for each worker that are under way, wait for it, or are done and wait to be read.
 _PIECES_AHEAD = 4
+_TELLING = 4096  # tests, the share of whose front says what that of others will be
 
 
 class Block(NamedTuple):
@@ -98,6 +71,34 @@ class Block(NamedTuple):
         if self.n_called:  # for all of them
             n_called = int(np.count_nonzero(rows))
         return Block(self.numbers[rows], self.tests.rows(rows), n_called)
+
+
+class BlockFilter:
+    """Returns the tests of a block that are needed; of a Pareto set, perhaps more than these.
+
+    Where a large block keeps more than half, nothing is gained by filtering the others, each for
+    itself: all of them are filtered together in the end.
+
+    Args:
+        keep: Which tests: ``"all"``, the ``"feasible"`` ones, or their ``"pareto"`` set.
+        model: The model, under whose formulation they are.
+    """
+
+    def __init__(self, keep: str, model: Model) -> None:
+        self._keep = keep
+        self._model = model
+
+    def __call__(self, tests: TestTable) -> TestTable:
+        """Return the needed ones of a block."""
+        if self._keep == "all":
+            return tests
+        table = self._model.under_so_far(tests)
+        if self._keep == "feasible":
+            return tests.rows(table.feasible())
+        kept = tests.rows(table.pareto())
+        if 2 * len(kept) > len(tests) > _TELLING:
+            self._keep = "all"
+        return kept
 
 
 class _Executor:
@@ -172,169 +173,6 @@ class _Executor:
                 next(self._results, None)  # the end, where workers become idle
             self._results.close()
         self._clear()
-
-
-class Model:
-    """The model of a run: a problem, its variables, and tests made of its values.
-
-    Args:
-        problem: A pymoo problem.
-        options: The options of the run.
-        repeat: Which of the tests of each design these are, from 1.
-
-    Attributes:
-        problem: The problem with its requirements, not tolerant of failures.
-        inner: The same problem without its requirements.
-        space: Its variables.
-        layout: The columns that the problem promises.
-        default_limits: The limits of the problem, by column.
-        asked: The formulation of the run, with these limits where it says no others.
-        repeat: Which of the tests of each design these are.
-        noisy: Whether tests of the same design differ.
-    """
-
-    def __init__(self, problem: Any, options: RunOptions, repeat: int = 1) -> None:
-        self.repeat = repeat
-        self.noisy: bool = getattr(problem, "noisy", False)
-        self.problem = with_requirements(untolerant(problem), options.requirements)
-        self.inner = without_requirements(self.problem)
-        self._limits = known_limits(self.problem)  # the first constraints, but not of a table
-        names = mapping("names", options.names or {}, "names such as f1 to your own")
-        log = options.log
-        if log is not None:
-            default_names = {own: name for name, own in names.items()}
-            log = [default_names.get(name, name) for name in log]
-        self.space = design_space(self.problem, log=log)
-        columns = options.names, options.maximize, options.units
-        layout = problem_layout(self.problem, self.space, *columns)
-        self.layout = replace(layout, inequalities=layout.inequalities[len(self._limits) :])
-        self.default_limits = limits_of_problem(self._limits)
-        self.asked = self.asked_by(options.formulation or Formulation(limits=options.limits))
-
-    def asked_by(self, formulation: Formulation) -> Formulation:
-        """Return a formulation with the limits of the problem where it says no others."""
-        limits = self.default_limits | limits_of(formulation.limits)
-        return replace(formulation, limits=limits)
-
-    @property
-    def has_requirements(self) -> bool:
-        """Whether designs must meet requirements before the problem is evaluated."""
-        return self.problem is not self.inner
-
-    def violations(self, X: Designs) -> Array:
-        """``(n, k)`` by how much n designs violate the k requirements; <= 0 where they are met."""
-        if not self.has_requirements:
-            return np.zeros((len(X), 0))
-        violations: Array = self.problem.amounts(X)
-        return violations
-
-    def designs(self, columns: Entries) -> Designs:
-        """Return ``(n, n_var)`` designs of ``(n,)`` variables by name, choices as texts."""
-        designs = []
-        for name, kind in zip(self.layout.variables, self.layout.kinds, strict=True):
-            cells = columns[name]
-            if kind is Kind.CHOICE:
-                cells = choice_values(cells)
-            designs.append(cells.astype(object))
-        return np.column_stack(designs)
-
-    def requirement_columns(self, columns: Entries) -> dict[str, Array]:
-        """Return the columns of the requirements of stored tests, by name."""
-        if not self.has_requirements:
-            return {}
-        names = self.layout.inequalities[self.n_ieq_constr :]
-        violations = self.violations(self.designs(columns))
-        return dict(zip(names, violations.T, strict=True))
-
-    def completed(self, columns: Entries) -> dict[str, Array]:
-        """Return columns of stored tests that follow from others, or from files that are kept.
-
-        Args:
-            columns: The columns of the tests by name.
-        """
-        completed = self.requirement_columns(columns)
-        *wrappers, model = layers(self.inner)
-        if hasattr(model, "completed") and all(wrapper.same_columns for wrapper in wrappers):
-            completed |= model.completed(columns)
-        return completed
-
-    @property
-    def n_ieq_constr(self) -> int:
-        """How many inequality constraints of the model a table has, before requirements."""
-        return int(self.inner.n_ieq_constr) - len(self._limits)
-
-    def constraints(self, tests: TestTable) -> Array:
-        """Return the ``(n, n_ieq)`` constraints of tests as the problem has them, with its limits.
-
-        The amounts are not known where a test lacks the output.
-        """
-        amounts = []
-        for limit in self._limits:
-            outputs = np.full(len(tests), np.nan)
-            if limit.output in tests.layout.columns:
-                outputs = tests.column(limit.output)
-            amounts.append(limit.violation(outputs))
-        return np.column_stack([*amounts, tests.G])
-
-    def values(self, tests: TestTable) -> list[Values]:
-        """Return the values of each test as its evaluation returned them."""
-        names = ("F", "G", "H", *tests.layout.outputs, "failure")
-        constraints = self.constraints(tests)
-        has_run = np.isfinite(tests.F).all(axis=1)
-        is_unknown: Mask = np.asarray(has_run & np.isnan(constraints).any(axis=1))
-        reasons = []
-        for number, lacks_output in zip(tests.numbers.tolist(), is_unknown, strict=True):
-            reason = tests.reasons.get(number, "")
-            if lacks_output:
-                reason = "an output with a limit is not known; retry='incomplete' tests it again"
-            reasons.append(reason)
-        arrays = tests.F, constraints, tests.H
-        rows = zip(*arrays, *tests.outputs.T.tolist(), reasons, strict=True)
-        return [dict(zip(names, row, strict=True)) for row in rows]
-
-    def tests(self, points: Points, values: Sequence[Values]) -> TestTable:
-        """Return the tests of points.
-
-        Args:
-            points: The points.
-            values: The values of each, as the problem without its requirements gives them.
-        """
-        X = points.matrix(self.space)
-        # Requirements follow the model's own constraints; they are computed, whatever happened.
-        n_ieq = self.inner.n_ieq_constr
-        rows = []
-        for row in values:
-            if "G" in row:
-                row = row | {"G": row["G"][:n_ieq]}
-            rows.append(row)
-        out = columns_of_values(self.inner, rows)
-        out["G"] = np.hstack([out["G"], self.violations(X)])
-        return self._table(points, X, out)
-
-    def evaluated(self, kept: Filter | None, points: Points) -> tuple[TestTable, float]:
-        """Return the kept tests of points, and the seconds of one; it is sent to processes."""
-        began = time.monotonic()
-        X = points.matrix(self.space)
-        out = evaluate_designs(self.problem, self.space.designs(X))
-        seconds = (time.monotonic() - began) / len(points)
-        tests = self._table(points, X, out)
-        if kept is not None:
-            tests = kept(tests)
-        return tests, seconds
-
-    def _table(self, points: Points, X: Designs, out: Entries) -> TestTable:
-        values = {**out, "G": out["G"][:, len(self._limits) :]}
-        return table_of_values(self.layout, points, X, values)
-
-
-def limits_of_problem(limits: Sequence[Any]) -> Values:
-    """Return the limits of a problem by output, as ``(lower, upper)``."""
-    sides: dict[str, dict[str, float]] = {}
-    for limit in limits:
-        sides.setdefault(limit.output, {})[limit.sign] = limit.value
-    return {
-        output: (of_output.get(">="), of_output.get("<=")) for output, of_output in sides.items()
-    }
 
 
 class OneByOne(_Executor):
@@ -515,7 +353,7 @@ def executor_of(
     n_points: int | None = None,
     runner: Runner | None = None,
     may_end_early: bool = True,
-    kept: Filter | None = None,
+    kept: BlockFilter | None = None,
 ) -> Executor:
     """Return the executor for a model.
 
@@ -537,7 +375,7 @@ def executor_of(
         rule = "called for one design at a time, as each test has its own seed, if it is noisy"
         remedy = "make an ElementwiseProblem with a runner of this package"
         raise invalid("problem", rule, model.inner, remedy)
-    task = partial(model.evaluated, kept)
+    task = partial(_tests_and_seconds, model, kept)
     if n_points is None:
         return InPieces(task, LAST, LAST, _SECONDS, runner)
     largest = _LARGEST
@@ -559,65 +397,13 @@ def executor_of(
     return pieces
 
 
-def table_of_values(layout: Layout, points: Points, X: Any, out: Entries) -> TestTable:
-    """Return the tests of n designs with all numbers that the model returned.
-
-    An output that is not a single number for any design, or has the name of another column, is left
-    out with a warning, as a run need not end for it. If it is a number for some designs, these keep
-    it: values of one design never affect those of another.
-
-    Args:
-        layout: The columns that the problem promises.
-        points: The n points of the designs.
-        X: ``(n, n_var)`` the designs.
-        out: Their values, as :func:`evaluate_designs` returns them.
-    """
-    numbers = points.numbers
-    has_failed = out["failure"].astype(bool)
-    reasons = {}
-    for row in np.flatnonzero(has_failed):
-        reasons[int(numbers[row])] = out["failure"][row]
-    candidates = dict(out)
-    if points.rounds is not None:
-        # first, and those of the points: a repeated design has the values of another point
-        candidates.pop(PROPOSAL_ROUND, None)
-        candidates = {PROPOSAL_ROUND: points.rounds} | candidates
-    other_columns = {*layout.columns, *RESERVED}
-    outputs = {}
-    for name, values in candidates.items():
-        if name in NO_OUTPUTS or name.startswith("__"):
-            continue
-        if name in other_columns:
-            warn_of_output(name, "in the table by this name")
-            continue
-        column, odd = _numbers(values, len(numbers))
-        if odd:
-            example = f"{odd[0]!r:.40}"
-            warn_of_output(name, f"in the table where it is no single number, such as {example}")
-            if np.isnan(column).all():
-                continue
-        outputs[name] = np.where(has_failed, np.nan, column)
-    return TestTable.of(
-        numbers, X, out["F"], out["G"], out["H"], outputs=outputs, reasons=reasons, layout=layout
-    )
-
-
-def warn_of_output(name: str, where: str) -> None:
-    """Warn that an output of a model is lost."""
-    warnings.warn(f"out[{name!r}] is not kept {where}", stacklevel=3)
-
-
-def _numbers(values: Any, n: int) -> tuple[Any, list[Any]]:
-    """Return a number for each of n designs, NaN where there is none, and the other values."""
-    column = np.asarray(values)
-    if column.dtype.kind in "fiub" and column.size == n:
-        return column.reshape(n), []
-    numbers = np.full(n, np.nan)
-    odd = []
-    for i, value in enumerate(column):
-        cell = np.asarray(value)
-        if cell.size == 1 and cell.dtype.kind in "fiub":
-            numbers[i] = cell.item()
-        elif value is not None:
-            odd.append(value)
-    return numbers, odd
+def _tests_and_seconds(
+    model: Model, kept: BlockFilter | None, points: Points
+) -> tuple[TestTable, float]:
+    """Return the kept tests of a piece, and the seconds of one; it is sent to processes."""
+    began = time.monotonic()
+    tests = model.evaluated(points)
+    seconds = (time.monotonic() - began) / len(points)
+    if kept is not None:
+        tests = kept(tests)
+    return tests, seconds

@@ -1,15 +1,20 @@
-"""Tests made elsewhere: designs that people are asked to test, their results, and other tables."""
+"""Tests made outside of runs: by people, who ask for designs and tell results, and other tables.
+
+The tests that people are asked for are proposals of a run in a study. Each row of results belongs
+to one of them by its number. A further row with this number is a repeat, which becomes a proposal
+of the same design with a number of its own.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import math
 from collections import defaultdict
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,14 +24,14 @@ from pymoo_psi._validation import (
     Designs,
     Entries,
     FilePath,
+    Names,
     Received,
     Values,
     counted,
     invalid,
     known_name,
 )
-from pymoo_psi.algorithms._asked import under_known
-from pymoo_psi.algorithms._executor import Model
+from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import unit_points
@@ -39,7 +44,6 @@ from pymoo_psi.table import (
     Formulation,
     TestTable,
     choice_texts,
-    choice_values,
     columns_of_designs,
     design_matrix,
     is_blank,
@@ -53,57 +57,43 @@ if TYPE_CHECKING:
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # of the sequence, which come before proposals of surrogates
 _TRIED = 200  # points for each design, of which one may be new
-_DISCRETE = (Kind.CHOICE, Kind.BINARY)
+_TRUTH_VALUES = {"false": False, "true": True, "0": False, "1": True, "0.0": False, "1.0": True}
 
 
-class _Request(NamedTuple):
+@dataclass(frozen=True)
+class _Request:
     """A test that people are asked for.
 
     Attributes:
+        number: The number of the test.
         run: Its run.
-        proposal: How it is stored.
-        design: The design, values by name.
-        of: The number of the test that it is, or repeats.
+        proposal: What the study keeps of it.
+        original: The number of the test that it repeats, or its own.
     """
 
+    number: int
     run: int
     proposal: Proposal
-    design: Values
-    of: int
+    original: int
 
-
-class _Row(NamedTuple):
-    """A row of a file, with the results of a test or the reason why it failed.
-
-    Attributes:
-        test: The number of the test.
-        values: The variables and results by name; NaN for the results of a failed test.
-        reason: Why the test failed, or "".
-        place: Where the row is, for messages.
-    """
-
-    test: int
-    values: Values
-    reason: str
-    place: str
-
-    def texts(self, names: Sequence[str]) -> list[str]:
-        """Return some of the values, and of ``reason``, as texts."""
-        cells = self.values | {"reason": self.reason}
-        return [_text(cells[name]) for name in names]
+    @property
+    def design(self) -> Values:
+        """The values of the variables by name; choices as texts."""
+        design: Values = self.proposal.content["design"]
+        return design
 
 
 class _Requests:
     """The tests of a study, and those that people are asked for.
 
     Args:
-        database: The study in a transaction.
+        database: The study, open.
 
     Attributes:
         head: Its head.
         tests: All tests, by number.
-        asked: The requests by the number of the test.
-        options: The options of choices and binary variables, as they are stored, by their texts.
+        by_number: The requests by the number of the test.
+        choices: The options of each choice, as texts.
     """
 
     def __init__(self, database: Database) -> None:
@@ -111,57 +101,51 @@ class _Requests:
 
         self.head = database.facts.head
         self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
-        self.asked: dict[int, _Request] = {}
-        self.options: Values = {}
+        self.by_number: dict[int, _Request] = {}
+        self.choices: dict[str, list[str]] = {}
         for run in database.facts.runs:
-            self.options |= run.record.get("options", {})
+            self.choices |= run.record.get("choices", {})
             for proposal in database.proposals(run.number):
-                content = proposal.content
-                if "design" in content:
+                if "design" in proposal.content:
                     number = run.start + proposal.test_point
-                    of = content.get("of", number)
-                    self.asked[number] = _Request(run.number, proposal, content["design"], of)
+                    original = proposal.content.get("of", number)
+                    self.by_number[number] = _Request(number, run.number, proposal, original)
 
     @property
-    def pending(self) -> list[int]:
-        """The numbers of the tests that were asked for and have no result."""
-        pending = []
-        for number, request in self.asked.items():
-            if request.of == number and number not in self.tests.index:
-                pending.append(number)
+    def pending(self) -> dict[int, _Request]:
+        """The requests without a result, by number."""
+        pending = {}
+        for number, request in self.by_number.items():
+            if request.original == number and number not in self.tests.index:
+                pending[number] = request
         return pending
 
-    def frame(self, numbers: Sequence[int]) -> pd.DataFrame:
+    @property
+    def results(self) -> list[str]:
+        """The columns that people measure: objectives and others that no expression computes."""
+        head = self.head
+        expressions = head.get("expressions", {})
+        constraints = head["inequalities"][: head.get("model_inequalities", 0)]
+        names = [*head["objectives"], *constraints, *head["equalities"], *expressions]
+        return [name for name in dict.fromkeys(names) if not expressions.get(name)]
+
+    def frame(self, requests: Sequence[_Request]) -> pd.DataFrame:
         """Return requests as a table to be filled in."""
         import pandas as pd
 
-        frame = pd.DataFrame([self.asked[number].design for number in numbers])
-        for name, kind in zip(self.head["variables"], self.head["kinds"], strict=True):
-            if kind == Kind.CHOICE.value:
-                frame[name] = choice_values(frame[name])
-        frame.insert(0, TEST, numbers)
-        frame[[*_results(self.head), FAILURE]] = None
+        frame = pd.DataFrame([request.design for request in requests])
+        frame.insert(0, TEST, [request.number for request in requests])
+        frame[[*self.results, FAILURE]] = None
         return frame
 
 
-def _add(database: Database, run: int, requests: Sequence[tuple[int, str, Any]]) -> list[int]:
-    """Ask for tests, given by round, origin and content; return their numbers."""
+def _add(database: Database, run: int, round_number: int, origin: str, content: Values) -> int:
+    """Ask people for a test of a run; return its number."""
     stored = database.facts.run(run)
-    numbers: list[int] = []
-    for proposed_in, origin, content in requests:
-        test_point = stored.last + len(numbers) + 1
-        database.add_proposals(run, [Proposal(test_point, proposed_in, origin, content)])
-        numbers.append(stored.start + test_point)
-    database.plan(run, stored.last + len(numbers))
-    return numbers
-
-
-def _results(head: Entries) -> list[str]:
-    """Return the columns that are told of a test, as they do not follow from others."""
-    expressions = head.get("expressions", {})
-    n_constraints = head.get("model_inequalities", 0)
-    names = [*head["objectives"], *head["inequalities"][:n_constraints], *head["equalities"]]
-    return [name for name in dict.fromkeys([*names, *expressions]) if not expressions.get(name)]
+    test_point = stored.last + 1
+    database.add_proposals(run, [Proposal(test_point, round_number, origin, content)])
+    database.plan(run, test_point)
+    return stored.start + test_point
 
 
 # Asking
@@ -192,102 +176,112 @@ def ask_tests(
     model = Model(problem, options)
     for name in (TEST, FAILURE):
         if name in model.layout.columns:
-            raise invalid("the columns", f"named unlike {TEST} and {FAILURE}", name)
+            remedy = "rename the column"
+            raise invalid("the columns", f"named unlike {TEST} and {FAILURE}", name, remedy)
     sampling = options.sampling_in(len(model.space.searched))
 
     def identity() -> str:
         return sampling.identity(_TRIED, options.seed) + ", then proposals on request"
 
     store = StudyStore(table_of_run(model, options, identity), options, model)
-    texts = {}
+    choices = {}
     for name, variable in zip(model.layout.variables, model.space.variables, strict=True):
-        if variable.kind in _DISCRETE:
-            option_by_text = _option_by_text(variable)
-            stored: list[Any] = [*option_by_text.values()]
-            if variable.kind is Kind.CHOICE:
-                stored = choice_texts(stored).tolist()
-            texts[name] = dict(zip(option_by_text, stored, strict=True))
-    store.remembered("options", texts)
+        if variable.kind is Kind.CHOICE:
+            choices[name] = choice_texts(variable.options).tolist()
+    store.remembered("choices", choices)
     with store.writing():
-        with store.study.changes() as database:
+        with store.study.reading() as database:
             requests = _Requests(database)
         if n_tests == 0:
-            return requests.frame(requests.pending)
-        new = _NewDesigns(model, requests)
-        n_first = n_tests
+            return requests.frame([*requests.pending.values()])
+        n_proposed = 0
         if with_surrogates:
             n_known = len(requests.tests) + len(requests.pending)
-            n_first = min(n_tests, max(0, _POINTS - n_known))
-        if n_first:
-            new.add_points(options, store.origin, n_first)
-        if n_first < n_tests:
-            new.add_proposals(options, store, n_tests - n_first)
+            n_proposed = max(0, n_tests - max(0, _POINTS - n_known))
+        new = _NewDesigns(model, requests)
+        points = new.of_sequence(options, n_tests - n_proposed)
+        proposals = new.of_surrogates(options, store, n_proposed)
         with store.study.changes() as database:
-            numbers = _add(database, store.run, new.requests)
-            return _Requests(database).frame(numbers)
+            numbers = []
+            for design in points:
+                numbers.append(_add(database, store.run, 0, store.origin, {"design": design}))
+            for design in proposals:
+                content = {"design": design}
+                number = _add(database, store.run, new.round_number, "surrogates", content)
+                numbers.append(number)
+            requests = _Requests(database)
+            return requests.frame([requests.by_number[number] for number in numbers])
 
 
 class _NewDesigns:
-    """Designs that are neither tested nor pending.
+    """Designs that are neither tested nor asked for.
 
     Args:
         model: The model.
-        known: What is tested and asked for.
+        requests: What is tested and asked for.
 
     Attributes:
-        requests: For each new design its round, its origin, and what the study keeps of it.
+        round_number: The round of the next proposals.
     """
 
-    def __init__(self, model: Model, known: _Requests) -> None:
-        self.requests: list[tuple[int, str, Any]] = []
+    def __init__(self, model: Model, requests: _Requests) -> None:
         self._model = model
-        self._pending = [known.asked[number].design for number in known.pending]
-        self._round = max((request.proposal.round for request in known.asked.values()), default=0)
-        designs = known.tests[[*model.layout.variables]]
-        self._seen = {*designs.itertuples(index=False, name=None)}
-        for request in known.asked.values():
-            self._seen.add(tuple(request.design.values()))
+        self._pending = [request.design for request in requests.pending.values()]
+        designs = requests.tests[[*model.layout.variables]]
+        self._known = {*designs.itertuples(index=False, name=None)}
+        self.round_number = 1
+        for request in requests.by_number.values():
+            self._known.add(tuple(request.design.values()))
+            self.round_number = max(self.round_number, request.proposal.round + 1)
 
-    def add_points(self, options: RunOptions, origin: str, n: int) -> None:
-        """Add the first n points of the sequence that are new and meet the requirements."""
+    def of_sequence(self, options: RunOptions, n: int) -> list[Values]:
+        """Return the first n new points of the sequence that meet the requirements."""
+        if n == 0:
+            return []
         space = self._model.space
-        n_points = len(self._seen) + n * _TRIED
+        n_points = len(self._known) + n * _TRIED
         X = unit_points(options, n_points, len(space.searched)).matrix(space)
         is_met = (self._model.violations(X) <= 0).all(axis=1)
-        n_added = self._add(X[is_met], 0, origin, n)
-        if n_added < n:
-            rule = f"at most {n_added}, the new designs up to point {n_points}"
+        designs = self._first(X[is_met], n)
+        if len(designs) < n:
+            rule = f"at most {len(designs)}, the new designs up to point {n_points}"
             raise invalid("the number of designs", rule, n)
+        return designs
 
-    def add_proposals(self, options: RunOptions, store: StudyStore, n: int) -> None:
-        """Add up to n designs that surrogates propose, one or more."""
+    def of_surrogates(self, options: RunOptions, store: StudyStore, n: int) -> list[Values]:
+        """Return up to n designs that surrogates propose, one or more."""
+        if n == 0:
+            return []
         from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
 
         model = self._model
+        space = model.space
         columns = {}
         for name in model.layout.variables:
             columns[name] = np.array([design[name] for design in self._pending])
         designs = model.designs(columns)
-        pending = model.space.points(designs[model.space.has_options(designs)])
+        pending = space.points(designs[space.has_options(designs)])
         table = store.whole()
-        table = under_known(table.rows(model.space.has_options(table.X)), model.asked)
-        points = proposed_now(model, table, pending, n, options.seed or 0, self._round)
-        if not self._add(model.space.matrix(points), self._round + 1, "surrogates", n):
-            raise invalid("the number of designs", "0, as surrogates find no new one", n)
+        table = model.under(table.rows(space.has_options(table.X)))
+        seed = options.seed or 0
+        points = proposed_now(model, table, pending, n, seed, self.round_number - 1)
+        proposals = self._first(space.matrix(points), n)
+        if not proposals:
+            remedy = "tell the results of pending tests, or ask for points of the sequence"
+            raise invalid("the number of designs", "0, as surrogates find no new one", n, remedy)
+        return proposals
 
-    def _add(self, X: Designs, proposed_in: int, origin: str, n: int) -> int:
-        """Add the first n of designs that are new, if there are so many; return how many."""
+    def _first(self, X: Designs, n: int) -> list[Values]:
+        """Return the first n of designs that are new, which are known and pending from now on."""
         layout = self._model.layout
         columns = columns_of_designs(layout.variables, layout.kinds, X)
-        n_added = 0
+        designs: list[Values] = []
         for values in zip(*(column.tolist() for column in columns.values()), strict=True):
-            if values not in self._seen and n_added < n:
-                n_added += 1
-                self._seen.add(values)
-                design = dict(zip(columns, values, strict=True))
-                self._pending.append(design)
-                self.requests.append((proposed_in, origin, {"design": design}))
-        return n_added
+            if values not in self._known and len(designs) < n:
+                self._known.add(values)
+                designs.append(dict(zip(columns, values, strict=True)))
+        self._pending += designs
+        return designs
 
 
 # Telling
@@ -328,68 +322,97 @@ def tell_tests(
     """
     sentences: list[str] = []
     with Study(study).changes() as database:
-        stored = [*map(str, _Requests(database).tests.index)]
+        tests = [*map(str, _Requests(database).tests.index)]
         for test in withdraw:
-            known_name("a test to withdraw", str(test), stored)
+            known_name("a test to withdraw", str(test), tests)
             database.discard("tests", {TEST: test}, test, "withdrawn")
-        requests = _Requests(database)
-        pending = [*map(str, requests.pending)]
+        pending = _Requests(database).pending
         for test in cancel:
-            known_name("a test to cancel", str(test), pending)
-            run, proposal, *_ = requests.asked[test]
-            key = {"run": run, "test_point": proposal.test_point}
+            known_name("a test to cancel", str(test), [*map(str, pending)])
+            request = pending[test]
+            key = {"run": request.run, "test_point": request.proposal.test_point}
             database.discard("proposals", key, test, "cancelled")
-        requests = _Requests(database)
         if source is not None:
+            requests = _Requests(database)
             units = requests.head.get("units", {})
             cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
-            rows = _rows_of(cells, columns, requests, sentences)
+            rows = [*_rows_of(cells, columns, requests, sentences)]
             new = _new_rows(requests, rows)
             if new:
-                _keep(database, requests, new, sentences)
+                sentences += _keep(database, requests, new)
             n_known = len(rows) - len(new)
             sentences.insert(0, f"{counted(len(new), 'test')} taken, {n_known} known already.")
         left = ", ".join(map(str, _Requests(database).pending)) or "none"
     return [*sentences, f"Pending tests: {left}."]
 
 
-def _rows_of(cells: Any, columns: Entries, requests: _Requests, remarks: list[str]) -> list[_Row]:
-    """Return the rows with results or the reason of a failure."""
+@dataclass(frozen=True)
+class _Row:
+    """A row of a file, with the results of a test or the reason why it failed.
+
+    Attributes:
+        request: The test that people were asked for.
+        values: The variables, the results and ``reason``, by name. The results of a failed test are
+            NaN, the reason of another one is "".
+        place: Where the row is, for messages.
+    """
+
+    request: _Request
+    values: Values
+    place: str
+
+    def texts(self, names: Names) -> list[str]:
+        """Return some of the values as texts."""
+        return [_text(self.values[name]) for name in names]
+
+
+def _text(value: Any) -> str:
+    """Return a value as a text, a number in the 15 digits that spreadsheets keep."""
+    if isinstance(value, str):
+        return value
+    return f"{value:.15g}"
+
+
+def _rows_of(
+    cells: Any, columns: Entries, requests: _Requests, remarks: list[str]
+) -> Iterator[_Row]:
+    """Yield the rows with all results or the reason of a failure; remark on those with some."""
     head = requests.head
-    results = _results(head)
-    kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE} | dict.fromkeys(results, Kind.REAL)
+    kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE}
+    kinds |= dict.fromkeys(requests.results, Kind.REAL)
     kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
     by_column = []
     for name, kind in kinds.items():
         if name not in columns:
             rule = "those of the file that was written for these tests"
-            raise invalid("the columns", rule, Received(f"none named {name!r}"))
-        by_column.append(_read(cells, columns[name], kind, requests.options.get(name)))
-    rows = []
+            remedy = "'ask --points 0' writes pending tests again"
+            raise invalid("the columns", rule, Received(f"none named {name!r}"), remedy)
+        by_column.append(_read(cells, columns[name], kind, requests.choices.get(name)))
     for i, row_values in enumerate(zip(*by_column, strict=True)):
         values = {name: v for name, v in zip(kinds, row_values, strict=True) if v is not None}
+        place = cells.where(i)
         test = values.pop(TEST, None)
         reason = values.pop(FAILURE, "")
-        place = cells.where(i)
-        n_results = len(values.keys() & {*results})
-        if n_results == 0 and not reason:
+        measured = values.keys() & {*requests.results}
+        if not measured and not reason:
             continue
-        if n_results and reason:
+        if measured and reason:
             raise invalid(place, "either results or the reason of a failure", Received(reason))
-        if test not in requests.asked or requests.asked[test].of != test:
+        request = requests.by_number.get(test)
+        if request is None or request.original != test:
             rule = "that of a test that was asked for and is not cancelled"
             raise invalid(f"{place}, {TEST}", rule, test)
-        if n_results < len(results) and not reason:
+        if len(measured) < len(requests.results) and not reason:
             remarks.append(f"Test {test} stays pending, as it lacks some results.")
             continue
-        for name, value in requests.asked[test].design.items():
+        for name, value in request.design.items():
             if _text(values.get(name, value)) == _text(value):
                 values[name] = value  # with all its digits
-        rows.append(_Row(test, dict.fromkeys(results, np.nan) | values, reason, place))
-    return rows
+        unknown = dict.fromkeys(requests.results, np.nan)
+        yield _Row(request, unknown | values | {"reason": reason}, place)
 
 
-def _read(cells: Any, column: Any, kind: Kind, options: Entries | None) -> list[Any]:
+def _read(cells: Any, column: Any, kind: Kind, choices: Names | None) -> list[Any]:
     """Return the values of a column, ``None`` where a cell is blank."""
     values: list[Any] = []
     for i, cell in enumerate(column.cells):
@@ -397,10 +420,10 @@ def _read(cells: Any, column: Any, kind: Kind, options: Entries | None) -> list[
         value: Any = str(cell).strip()
         if is_blank(cell):
             value = None
-        elif options is not None:
-            if kind is Kind.BINARY:  # TRUE in spreadsheets
-                value = value.capitalize()
-            value = options[known_name(place, value, options)]
+        elif kind is Kind.BINARY:
+            value = _TRUTH_VALUES[known_name(place, value.lower(), _TRUTH_VALUES)]
+        elif choices is not None:
+            known_name(place, value, choices)
         elif kind is not Kind.CHOICE:
             value = column.require_numbers()[i].item()
             if not math.isfinite(value) or (kind is Kind.INTEGER and value % 1):
@@ -411,33 +434,26 @@ def _read(cells: Any, column: Any, kind: Kind, options: Entries | None) -> list[
     return values
 
 
-def _text(value: Any) -> str:
-    """Return a value as a text, a number in the 15 digits that spreadsheets keep."""
-    if isinstance(value, str):
-        return value
-    return f"{value:.15g}"
-
-
 def _new_rows(requests: _Requests, rows: Sequence[_Row]) -> list[_Row]:
     """Return the rows that the study does not have.
 
     Raises:
         ArgumentValueError: A row has other results than the study.
     """
-    names = [*requests.head["variables"], *_results(requests.head), "reason"]
-    stored: dict[int, list[list[str]]] = defaultdict(list)
-    for number, request in requests.asked.items():
+    names = [*requests.head["variables"], *requests.results, "reason"]
+    stored: dict[int, list[list[str]]] = defaultdict(list)  # by the number of the original test
+    for number, request in requests.by_number.items():
         if number in requests.tests.index:
-            stored[request.of].append([*map(_text, requests.tests.loc[number, names])])
+            stored[request.original].append([*map(_text, requests.tests.loc[number, names])])
     new = []
     for row in rows:
         texts = row.texts(names)
-        if texts in stored[row.test]:
-            stored[row.test].remove(texts)
+        if texts in stored[row.request.number]:
+            stored[row.request.number].remove(texts)
         else:
             new.append(row)
     for row in new:
-        test = row.test
+        test = row.request.number
         for stored_texts in stored[test]:
             differences = []
             for name, text, other in zip(names, row.texts(names), stored_texts, strict=True):
@@ -453,47 +469,43 @@ def _new_rows(requests: _Requests, rows: Sequence[_Row]) -> list[_Row]:
     return new
 
 
-def _keep(
-    database: Database,
-    requests: _Requests,
-    rows: Sequence[_Row],
-    remarks: list[str],
-) -> None:
-    """Write the tests of rows, with what follows from variables and results."""
-    head = database.facts.head
-    pending = {*requests.pending}
+def _keep(database: Database, requests: _Requests, rows: Sequence[_Row]) -> list[str]:
+    """Write the tests of rows; return sentences on designs that were changed."""
+    import pandas as pd
+
+    pending = requests.pending
     tests = []
+    sentences = []
     for row in rows:
-        number = row.test
-        run, (_, proposed_in, origin, _), design, _ = requests.asked[number]
+        request = row.request
+        number = request.number
+        _, round_number, origin, _ = request.proposal
         title = f"Test {number}"
-        if number in pending:
-            pending.remove(number)
-        else:  # a repeat
-            content = {"design": design, "of": number}
-            (number,) = _add(database, run, [(proposed_in, origin, content)])
-            title = f"Test {number}, a repeat of {row.test}"
-        for name, value in design.items():
+        if pending.pop(number, None) is None:  # it has a result already
+            content = {"design": request.design, "of": number}
+            number = _add(database, request.run, round_number, origin, content)
+            title = f"Test {number}, a repeat of {request.number}"
+        for name, value in request.design.items():
             if row.values[name] != value:
                 change = f"{name} = {_text(row.values[name])} instead of {_text(value)}"
-                remarks.append(f"{title}: {change}; what was tested counts.")
-        tests.append(
-            row.values
-            | {
-                TEST: number,
-                "reason": row.reason,
-                "origin": origin,
-                "seconds": np.nan,
-                PROPOSAL_ROUND: float(proposed_in),
-            }
-        )
-    columns: Columns = {}
-    for name in tests[0]:
-        columns[name] = np.array([test[name] for test in tests])
-    if not columns[PROPOSAL_ROUND].any():
-        del columns[PROPOSAL_ROUND]
+                sentences.append(f"{title}: {change}; what was tested counts.")
+        of_request = {TEST: number, "origin": origin, PROPOSAL_ROUND: round_number}
+        tests.append(row.values | of_request)
+    frame = pd.DataFrame(tests)
+    if not frame[PROPOSAL_ROUND].any():
+        del frame[PROPOSAL_ROUND]
+    columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
+    columns["seconds"] = np.full(len(tests), np.nan)
+    columns |= _computed(database.facts.head, columns)
+    database.widen(columns)
+    database.insert(columns | database.numbered(columns[TEST]))
+    return sentences
+
+
+def _computed(head: Entries, columns: Columns) -> Columns:
+    """Return what follows from variables and results: status, expressions and requirements."""
     has_failed = columns["reason"] != ""
-    columns["status"] = np.where(has_failed, "failed", "ok")
+    columns = columns | {"status": np.where(has_failed, "failed", "ok")}
     for name, expression in head.get("expressions", {}).items():
         if expression:
             values = Expression.of(expression).values(columns)
@@ -501,12 +513,11 @@ def _keep(
     designs = {name: columns[name] for name in head["variables"]}
     for name in head["inequalities"][head["model_inequalities"] :]:
         rule = name.rpartition(": ")[2]
-        columns[name] = np.zeros(len(tests))
+        columns[name] = np.zeros(len(has_failed))
         if "=" in rule:  # otherwise it is a function, which only the problem has
             (requirement,) = requirements_of({name: rule}, [*designs])
             columns[name] = requirement.violation(designs)
-    database.widen(columns)
-    database.insert(columns | database.numbered(columns[TEST]))
+    return columns
 
 
 # Tests from elsewhere
@@ -587,19 +598,16 @@ def import_tests(
     return replace(tests, remarks=table.remarks)
 
 
-def _option_by_text(variable: Variable) -> Values:
-    """Return the values of a choice or a binary variable by their texts."""
-    return {str(option): option for option in variable.options or (False, True)}
-
-
 def _values_of(variable: Variable, name: str, cells: AnyArray) -> AnyArray:
     """Return cells as values of a variable."""
-    if variable.kind not in _DISCRETE:
-        return cells.astype(object)
-    option_by_text = _option_by_text(variable)
     if variable.kind is Kind.BINARY:
-        option_by_text |= {"0": False, "1": True, "0.0": False, "1.0": True}
+        value_by_text: Values = _TRUTH_VALUES
+        cells = np.array([str(cell).lower() for cell in cells])
+    elif variable.kind is Kind.CHOICE:
+        value_by_text = {str(option): option for option in variable.options}
+    else:
+        return cells.astype(object)
     values = np.empty(len(cells), dtype=object)
     for row, cell in enumerate(cells.tolist()):
-        values[row] = option_by_text[known_name(name, str(cell), option_by_text)]
+        values[row] = value_by_text[known_name(name, str(cell), value_by_text)]
     return values

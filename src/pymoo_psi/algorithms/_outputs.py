@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pymoo_psi._validation import Array, Designs
-from pymoo_psi.algorithms._executor import Model
+from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
 from pymoo_psi.algorithms._surrogate_models import bounded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions

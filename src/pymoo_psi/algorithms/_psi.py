@@ -7,6 +7,7 @@ points do not depend on results, so that a run is the same however it is cut int
 
 from __future__ import annotations
 
+from collections import deque
 from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -30,13 +31,8 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.algorithms._asked import (
-    Kept,
-    pareto_tests,
-    total_violation,
-    under,
-    under_known,
-)
+from pymoo_psi.algorithms._executor import BlockFilter
+from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import (
     InvestigateKeywords,
     PSIKeywords,
@@ -46,7 +42,8 @@ from pymoo_psi.algorithms._options import (
 )
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
-from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
+from pymoo_psi.parallel import JoblibRunner, Runner, Waiting, progress_bar
+from pymoo_psi.pareto import nondominated
 from pymoo_psi.problems import (
     NO_OUTPUTS,
     evaluate_designs,
@@ -64,6 +61,7 @@ if TYPE_CHECKING:
 # again when there are twice as many as were left: all filtering together takes at most twice as
 # long as the last one.
 _WORTH_FILTERING = 2**20
+_WORTH_SENDING = 100_000  # designs, the dominance of which takes longer than to send them
 
 
 class PointAlgorithm(WithTable, Algorithm):
@@ -138,8 +136,8 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _under(self, tests: TestTable) -> TestTable:
         if self.termination.has_terminated():
-            return under_known(tests, self._run.model.asked)
-        return under(tests, self._run.model.asked)
+            return self._run.model.under(tests)
+        return self._run.model.under_so_far(tests)
 
     @property
     def n_tested(self) -> int:
@@ -239,7 +237,7 @@ class PointAlgorithm(WithTable, Algorithm):
         if infills is None:
             return False
         tests = self._tests_of(infills)
-        violation = total_violation(tests, self._run.model.asked)
+        violation = self._run.model.total_violation(tests)
         infills.set("CV", violation[:, None])  # pymoo's, with that of the limits
         self._population = Population.merge(self.pop, infills)  # of the table without the block
         self._run.tell(tests)
@@ -282,7 +280,7 @@ class PointAlgorithm(WithTable, Algorithm):
         # Copies, as individuals may be changed; one of each array, as a row takes a while.
         arrays = tests.F.copy(), model.constraints(tests), tests.H.copy()
         designs = model.space.designs(tests.X.copy())
-        violation = total_violation(tests, model.asked)[:, None]
+        violation = model.total_violation(tests)[:, None]
         numbers = tests.numbers.tolist()
         individuals = []
         rows = zip(numbers, designs, *arrays, violation, tests.outputs.tolist(), strict=True)
@@ -331,9 +329,8 @@ class PointAlgorithm(WithTable, Algorithm):
             return None
         rows = self._optimal_rows()
         if len(rows) == 0:
-            violation = np.nan_to_num(
-                total_violation(self._tests, self._run.model.asked), nan=np.inf
-            )
+            violation = self._run.model.total_violation(self._tests)
+            violation = np.nan_to_num(violation, nan=np.inf)
             rows = np.array([violation.argmin()])  # as pymoo does where nothing is feasible
         if self.problem.n_obj == 1:
             rows = rows[:1]
@@ -506,22 +503,24 @@ def investigate(
     known_name("keep", keep, ("all", "feasible", "pareto"))
     on_workers = runner if runner is not None and runner.elastic else None
     is_noisy = getattr(problem, "noisy", False)
-    kept = "all" if is_noisy else keep  # until tests are averaged
+    keep_of_run = keep
+    if is_noisy:
+        keep_of_run = "all"  # until tests are averaged
 
     def tested(run: Run) -> TestTable:
-        return _tests_of(run, kept, on_workers, progress)
+        return _tests_of(run, keep_of_run, on_workers, progress)
 
-    run, table = repeated_tests(tested, problem, n_points, settings, kept, runner)
-    asked = run.model.asked
+    run, table = repeated_tests(tested, problem, n_points, settings, keep_of_run, runner)
+    model = run.model
     if is_noisy:
-        table = Kept(keep, asked)(averaged_repeats(table))
+        table = BlockFilter(keep, model)(averaged_repeats(table))
     table = run.store.numbered(table)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = pareto_tests(table, asked, on_workers)
+        table = _pareto_tests(table, model, on_workers)
     # of tests that are left out it is unknown whether they failed
-    table = under_known(table, asked)
+    table = model.under(table)
     if keep != "all":
-        limits_on(asked.limits, table.layout)
+        limits_on(model.formulation.limits, table.layout)
     if keep == "pareto":
         table.know_pareto(np.ones(len(table), dtype=bool))
     return table
@@ -529,8 +528,7 @@ def investigate(
 
 def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
-    asked = run.model.asked
-    kept = Kept(keep, asked)  # again, where workers have done so: it takes hardly any time
+    kept = BlockFilter(keep, run.model)  # again, where workers have done so: it takes no time
     n_points = run.n_left  # of this share
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -543,8 +541,23 @@ def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) ->
             show_progress(1 - run.n_left / n_points)
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                tables = [pareto_tests(by_number(tables), asked, on_workers)]
+                tables = [_pareto_tests(by_number(tables), run.model, on_workers)]
     return by_number(tables)
+
+
+def _pareto_tests(tests: TestTable, model: Model, runner: Runner | None) -> TestTable:
+    """Return the Pareto set of tests; if they are many, a worker of a runner finds it."""
+    table = model.under_so_far(tests)
+    rows = np.flatnonzero(table.eligible())
+    if runner is None or len(rows) < _WORTH_SENDING:
+        return tests.rows(table.pareto())
+    F = table.F[rows]
+    # as a part of the function: Dask keeps it, and passes it on, better than a task
+    waiting: Waiting = deque([(0, None)])
+    with closing(runner.tasks(lambda _: nondominated(F), waiting)) as results:
+        ((_, mask),) = results
+    rows = rows[mask]
+    return tests.rows(rows[~table.rows(rows).repeats])
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:

@@ -12,7 +12,8 @@ from pymoo.problems.dyn import DynamicProblem
 
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import Designs, FilePath, Numbers, Received, Values, invalid
-from pymoo_psi.algorithms._executor import Model, executor_of
+from pymoo_psi.algorithms._executor import executor_of
+from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions, StudyKeywords, takes
 from pymoo_psi.algorithms._run import Run, table_of_run
 from pymoo_psi.algorithms._sources import PlannedPoints, Points

@@ -29,8 +29,8 @@ from pymoo_psi._validation import (
     integer,
     invalid,
 )
-from pymoo_psi.algorithms._asked import Kept, under
-from pymoo_psi.algorithms._executor import Block, Executor, Model, executor_of
+from pymoo_psi.algorithms._executor import Block, BlockFilter, Executor, executor_of
+from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
     PlannedPoints,
@@ -191,9 +191,11 @@ class Run:
         action = request["action"]
         if action == "search":
             text = json.dumps(request["formulation"]).encode()
-            asked = self.model.asked_by(Formulation.from_json(text, "the request"))
-            table = under(TestTable.empty(self.model.layout), asked)  # a wrong one is refused here
-            self.source.direct(asked, request["number"])
+            formulation = Formulation.from_json(text, "the request")
+            formulation = self.model.with_default_limits(formulation)
+            # a wrong one is refused here
+            table = self.model.under_so_far(TestTable.empty(self.model.layout), formulation)
+            self.source.direct(formulation, request["number"])
             limits = [limit_text(name, limit) for name, limit in table.limits.items()]
             objectives = ", ".join(table.layout.objectives)
             within = f"{objectives} within {', '.join(limits) or 'no limits'}"
@@ -446,7 +448,7 @@ def run_of_sequence(
         repeat: Which of the tests of each design the run makes.
     """
     model = Model(problem, options, repeat)
-    under(TestTable.empty(model.layout), model.asked)  # wrong ones are refused here
+    model.under_so_far(TestTable.empty(model.layout))  # a wrong formulation is refused here
     integer("n_points", n_points, minimum=1)
     n_dim = len(model.space.searched)
     sampling = options.sampling_in(n_dim)
@@ -465,7 +467,7 @@ def run_of_sequence(
         repeats = Repeats(model, store.known())
     kept = None
     if keep != "all" and options.study is None and repeats is None:
-        kept = Kept(keep, model.asked)
+        kept = BlockFilter(keep, model)
     executor = executor_of(
         model,
         options,

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Mask, Numbers, Values, invalid
-from pymoo_psi.algorithms._executor import Model, warn_of_output
+from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.errors import StudyAccessError
@@ -276,7 +276,7 @@ class StudyStore(Store):
                 outputs.append(name)
         layout = replace(layout, outputs=(*layout.outputs, *outputs))
         head = head_of(TestTable.empty(layout))
-        needed = (*self.empty.layout.objectives, *limits_of(self._model.asked.limits))
+        needed = (*self.empty.layout.objectives, *limits_of(self._model.formulation.limits))
         remarks = lacking(columns, needed)
         # Those that a test was made under may be others.
         columns = columns | self._model.requirement_columns(columns) | {POINT: columns[number]}

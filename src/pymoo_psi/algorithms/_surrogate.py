@@ -16,8 +16,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from pymoo_psi._validation import Array, Received, Rows, boolean, integer, invalid
-from pymoo_psi.algorithms._asked import under_known
-from pymoo_psi.algorithms._executor import Model
+from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs, TestedModel
 from pymoo_psi.algorithms._proposals import (
@@ -241,7 +240,7 @@ class SurrogateSource(Source):
     ) -> None:
         self._model = run.model
         self._store = run.store
-        self._asked = run.model.asked
+        self._asked = run.model.formulation
         self._sequence = replace(
             sequence, coordinates=sequence.units, rounds=np.zeros(len(sequence))
         )
@@ -323,7 +322,7 @@ class SurrogateSource(Source):
             others = renumbered(self._others, np.arange(1, n_others + 1))
             own = renumbered(tests, n_others + np.arange(1, len(tests) + 1))
             tests = others.extended(own)
-        return under_known(tests, self._asked)
+        return self._model.under(tests, self._asked)
 
     def _size(self, n_free: int, n_eligible: int) -> int:
         """Return the size of the next round, for so many free workers and eligible tests."""
@@ -486,7 +485,7 @@ def proposed_now(
     """
     random = np.random.default_rng([seed, round_number])
     with threadpool_limits(limits=1, user_api="blas"):
-        outputs = LearnedOutputs(model, table, model.asked)
+        outputs = LearnedOutputs(model, table, model.formulation)
         tests, learned = _learned_now(outputs, table, pending)
         return propose(tests, learned, outputs.goal, size, round_number, random)
 

@@ -192,13 +192,13 @@ def _task(options: Options, problem: Problem, points: int, run: RunOptions) -> T
     """Return the task, after what can be refused before the search."""
     out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
     model = Model(problem, run)
-    require_free_names((*model.layout.columns, *model.asked.computed))
+    require_free_names((*model.layout.columns, *model.formulation.computed))
     runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
     if runner is not None and options.cluster is not None and options.algorithm != "psi":
         rule = "used with --algorithm psi if a problem takes many designs at once"
         raise invalid("--cluster", rule, options.algorithm)
-    run = replace(run, formulation=model.asked)
-    return Task(problem, points, run, runner, model.asked.limits, out)
+    run = replace(run, formulation=model.formulation)
+    return Task(problem, points, run, runner, model.formulation.limits, out)
 
 
 def _import(problem: Problem, options: Options, run: RunOptions) -> None:
