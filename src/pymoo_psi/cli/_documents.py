@@ -99,25 +99,20 @@ def most_violated(table: TestTable) -> str:
 def run_rank(options: Options) -> int:
     """Rank the designs of a source, write all if a file is named, and print the best."""
     path = options.file
-    out = options.out
     table, formulation = opened_by_options(options, suffixes_for("designs"))
     if not table.eligible().any():
         raise PsiError(f"{path}: no feasible design. {most_violated(table)}")
     ranking = table.feasible_ranking()
     designs = table.rows(ranking.rows)
     frame = designs_frame(designs, ranking)
-    if out is not None:  # before anything is printed, which may fail
-        write_frame(frame, out, designs)
+    if options.out is not None:  # before anything is printed, which may fail
+        write_frame(frame, options.out, designs)
 
     say_source(path, table, formulation)
     say(*group_sentences(table))
     _say_set(path, designs, ranking)
-    title = "The best compromises, by place:"
-    say_best(frame, title, table, out)
+    say_best(frame, "The best compromises, by place:", table, options.out)
     say(*table.switching())
-    sure = confidence_sentence(table, int(ranking.salukvadze[0]))
-    if sure:
-        say(sure)
     return 0
 
 
@@ -142,15 +137,8 @@ def _say_set(path: Path, designs: TestTable, ranking: EfficiencyRanking) -> None
         say(f"  {direction} {name}: best {best}, worst {worst} {origin}")
 
 
-def say_best(
-    frame: pd.DataFrame,
-    title: str,
-    table: TestTable,
-    out: Path | None,
-) -> None:
+def say_best(frame: pd.DataFrame, title: str, table: TestTable, out: Path | None) -> None:
     """Print reasons against relying on the ranking, the best designs, and why the optimum is one.
-
-    Numbers are rounded as on the page.
 
     Args:
         frame: The frame of :func:`designs_frame`.
@@ -158,22 +146,12 @@ def say_best(
         table: The tests.
         out: The file to which the frame was written, if it was.
     """
-    from pymoo_psi.page import notations, written
-
     ranking = table.feasible_ranking()
+    optimum = int(ranking.salukvadze[0])
     reasons = [str(caution) for caution in cautions(ranking)]
     for reason in reasons:
         say(f"Attention: {reason}")
-    best = frame.head(_N_PRINTED).round({"mu1": 4}).rename(columns={"efficiency_rank": "eff_rank"})
-    for column, notation in notations(table).items():
-        if column in best:
-            best[column] = [written(notation, value) for value in best[column]]
-    best = best.rename(columns=table.layout.label_of)
-    # Place and number lead each part of a wide table, as dominated designs have no place.
-    place = best.pop("place").astype("string").fillna("").str.ljust(len("place  "))
-    name = best.columns[0]
-    best.insert(0, f"place  {name}", place + best.pop(name).astype("string"))
-    print_frame(best.drop(columns=["mu2", "mu3", "pareto"]), title)
+    print_frame(_rounded(frame.head(_N_PRINTED), table), title)
     if out is not None:
         say(f"All {len(frame)} written to {out}")
     elif len(frame) > _N_PRINTED:
@@ -187,9 +165,26 @@ def say_best(
         option = "(plain distances: --no-normalize)"
     say(f"{measured_in(ranking)} {option}.")
     say(*explain(ranking).sentences[:_N_REASONS])
-    weights = weights_sentence(ranking, int(ranking.salukvadze[0]))
-    if weights and weights not in reasons:
-        say(weights)
+    for text in (weights_sentence(ranking, optimum), confidence_sentence(table, optimum)):
+        if text and text not in reasons:
+            say(text)
+
+
+def _rounded(frame: pd.DataFrame, table: TestTable) -> pd.DataFrame:
+    """Return designs with numbers rounded as on the page, and units in the headings."""
+    from pymoo_psi.page import notations, written
+
+    rounded = frame.drop(columns=["mu2", "mu3", "pareto"]).round({"mu1": 4})
+    for column, notation in notations(table).items():
+        if column in rounded:
+            rounded[column] = [written(notation, value) for value in rounded[column]]
+    headings = {name: table.layout.label_of(name) for name in table.layout.columns}
+    rounded = rounded.rename(columns=headings | {"efficiency_rank": "eff_rank"})
+    # Place and number lead each part of a wide table, as dominated designs have no place.
+    place = rounded.pop("place").astype("string").fillna("").str.ljust(len("place  "))
+    name = rounded.columns[0]
+    rounded.insert(0, f"place  {name}", place + rounded.pop(name).astype("string"))
+    return rounded
 
 
 def run_page(options: Options) -> int:
@@ -281,14 +276,9 @@ def run_report(options: Options) -> int:
     remarks = decision_remarks(path, table, replace(formulation, reason=""))
     date = f"{datetime.now(timezone.utc):%Y-%m-%d}"
     origin = f"{path.name}, {date}, pymoo-psi {version('pymoo-psi')}"
-    chosen = _chosen(table, options.design, formulation.chosen)
-    reason = ""  # of another design
-    if chosen is not None and options.design in (None, formulation.chosen):
-        reason = formulation.reason
     report = decision_report(
         table,
-        design=chosen,
-        reason=reason,
+        design=options.design,
         title=_title(options, formulation),
         about=[origin, *table.remarks, *remarks],
         prototype=_prototype(options, formulation, table.layout),
@@ -322,22 +312,6 @@ def _run_check(options: Options) -> int:
         say(f"They are those of {options.source}.")
     say("A check detects changes, not forgery.")
     return 0
-
-
-def _chosen(table: TestTable, design: str | None, decided: str | None) -> str | None:
-    """Return the name of the design of ``--design``, or else of the decision's design, if any.
-
-    Args:
-        table: The designs.
-        design: The option.
-        decided: Name of the design of the decision; it counts if it is still eligible.
-    """
-    names = table.names
-    if design is None:
-        if decided in names and table.eligible()[names.index(decided)]:
-            return decided
-        return None
-    return names[table.row_of(design)]
 
 
 def run_analyze(options: Options) -> int:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import shlex
 import webbrowser
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Entries, Received, counted, invalid
+from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.algorithms import (
     Model,
     Recorded,
@@ -49,7 +49,6 @@ from pymoo_psi.table import (
     TestTable,
     alike,
     averaged_repeats,
-    confidence_sentence,
     is_of_texts,
     limit_text,
     limits_of,
@@ -67,40 +66,39 @@ Show = Callable[..., None]
 """Shows a share of 1, and a note, on a progress bar."""
 
 
-class Task(NamedTuple):
+@dataclass(frozen=True)
+class Task:
     """What to search.
 
     Attributes:
         problem: The problem.
-        points: How many designs to evaluate, in all or more.
-        run: The options of the run, with the formulation that applies.
+        n_points: How many designs to evaluate, in all or more.
+        options: The options of the run.
+        formulation: The formulation that applies: that of the options upon that of the problem.
         runner: What evaluates a problem that takes many designs at once, if not this process.
-        limits: The limits that apply.
-        out: The file for the Pareto set, if one is named.
     """
 
     problem: Problem
-    points: int
-    run: RunOptions
+    n_points: int
+    options: RunOptions
+    formulation: Formulation
     runner: Runner | None
-    limits: Any
-    out: Path | None
 
 
-class Result(NamedTuple):
+@dataclass(frozen=True)
+class Result:
     """The result of a search.
 
     Attributes:
-        table: The tests under the formulation; of NSGA-III the designs that it returned.
-        counts: How many designs were tested, stored before and failed, in words.
-        n_tests: How many tests were asked for.
-        reasons: Why designs failed.
+        tests: All tests that were asked for, those of the study too.
+        table: What is ranked: the tests, the means of repeated ones, or the designs that NSGA-III
+            returns.
+        n_evaluated: How many designs this command has evaluated.
     """
 
+    tests: TestTable
     table: TestTable
-    counts: str
-    n_tests: int
-    reasons: Collection[str]
+    n_evaluated: int
 
 
 def run_solve(options: Options) -> int:
@@ -113,8 +111,8 @@ def run_solve(options: Options) -> int:
         return write_example(options.problem)
     asked = formulation_of(options)  # before a user's model is imported
     _require_effect(options, asked)
-    points = _points(options)
-    run = _run_options(options, asked)
+    n_points = _number_of_points(options)
+    settings = _run_options(options, asked)
     problem = load_problem(
         options.problem,
         options.timeout,
@@ -124,16 +122,17 @@ def run_solve(options: Options) -> int:
     )
     require_model(problem)
     if getattr(options, "try"):  # a keyword of Python, as "from" is
-        return try_program(options.problem, problem, points)
-    task = _task(options, problem, points, run)
-    _import(problem, options, task.run)
+        return try_program(options.problem, problem, n_points)
+    out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
+    task = _task(options, problem, n_points, settings)
+    _import(problem, options, settings)
     result = _search(options, task)
     if not result.table.eligible().any():
         _say_infeasible(problem, result, options.out)
         return 1
-    _say_best(options, task, result)
-    _say_other_runs(task.run, result.n_tests)
-    _say_limits(options.problem, asked, task.limits)
+    _say_best(options, problem, result, out)
+    _say_other_runs(settings, len(result.tests))
+    _say_limits(options.problem, asked, task.formulation)
     if asked.limits and not options.box:
         _say_box(result.table)
     return 0
@@ -161,7 +160,7 @@ def _require_effect(options: Options, asked: Formulation) -> None:
             raise invalid(option, "used with --study", Received("no --study"))
 
 
-def _points(options: Options) -> int:
+def _number_of_points(options: Options) -> int:
     """Return how many designs to evaluate, in all or more.
 
     Raises:
@@ -188,17 +187,16 @@ def _run_options(options: Options, asked: Formulation) -> RunOptions:
     )
 
 
-def _task(options: Options, problem: Problem, points: int, run: RunOptions) -> Task:
+def _task(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Task:
     """Return the task, after what can be refused before the search."""
-    out = require_output(options.out, suffixes_for("designs"), options.study, options.decision)
-    model = Model(problem, run)
+    model = Model(problem, settings)
     require_free_names((*model.layout.columns, *model.formulation.computed))
     runner = set_runner(problem, options.jobs, options.timeout, options.cluster)
     if runner is not None and options.cluster is not None and options.algorithm != "psi":
         rule = "used with --algorithm psi if a problem takes many designs at once"
         raise invalid("--cluster", rule, options.algorithm)
-    run = replace(run, formulation=model.formulation)
-    return Task(problem, points, run, runner, model.formulation.limits, out)
+    settings = replace(settings, formulation=model.formulation)
+    return Task(problem, n_points, settings, model.formulation, runner)
 
 
 def _import(problem: Problem, options: Options, run: RunOptions) -> None:
@@ -217,114 +215,184 @@ def _import(problem: Problem, options: Options, run: RunOptions) -> None:
 def _search(options: Options, task: Task) -> Result:
     """Search; an interrupt says how the search continues."""
     search = {"psi": _by_psi, "surrogate": _by_surrogate, "nsga3": _by_nsga3}[options.algorithm]
-    study = task.run.study
     try:
-        with stored_at_termination(), _watched(options, study), progress_bar(True) as show:
+        with stored_at_termination(), _watched(options), progress_bar(True) as show:
             return search(task, show)
     except KeyboardInterrupt:
-        place = f"see {study};"
-        if study is None:
+        place = f"see {options.study};"
+        if options.study is None:
             place = "nothing is kept; with --study FILE.db"
         raise KeyboardInterrupt(f"{place} the same command continues") from None
 
 
 @contextmanager
-def _watched(options: Options, study: Any) -> Iterator[None]:
+def _watched(options: Options) -> Iterator[None]:
     """Show the run in the browser while the body does it, if that is asked for."""
     if not options.live:
         yield
         return
     from pymoo_psi.server import live  # imports the page
 
-    with live(study, steer=True) as view:
+    with live(options.study, steer=True) as view:
         say(view.address)
         webbrowser.open(view.address)
         yield
 
 
-def _counting(show: Show, points: int, run: RunOptions) -> Callable[[TestTable], None]:
-    """Return a function that shows further tests as progress.
+class _Tally:
+    """The progress of a search: it counts tests as they arrive, and shows how many there are.
 
-    It refuses a column that the tests do not have at the first of them.
+    Args:
+        show: Shows a share of 1 and a note.
+        task: The task.
+        n_expected: How many tests will arrive.
+
+    Attributes:
+        n_evaluated: How many designs were evaluated for them.
     """
-    statuses: Counter[str] = Counter()
 
-    def count(tests: TestTable) -> None:
-        statuses.update(_under(tests, run).status.tolist())
-        note = f"{statuses['ok']} feasible, {statuses['failed']} failed"
-        show(min(1.0, statuses.total() / points), note)
+    def __init__(self, show: Show, task: Task, n_expected: int = 0) -> None:
+        self.n_expected = n_expected
+        self.n_evaluated = 0
+        self._show = show
+        self._task = task
+        self._statuses: Counter[str] = Counter()
 
-    return count
+    def add(self, tests: TestTable, n_evaluated: int = 0) -> None:
+        """Count further tests; a column that the first of them do not have is refused."""
+        self.n_evaluated += n_evaluated
+        self._statuses.update(_under(tests, self._task).status.tolist())
+        note = f"{self._statuses['ok']} feasible, {self._statuses['failed']} failed"
+        self._show(min(1.0, self._statuses.total() / self.n_expected), note)
 
 
-def _under(tests: TestTable, run: RunOptions) -> TestTable:
+def _under(tests: TestTable, task: Task) -> TestTable:
+    """Return tests under the formulation of a task, as far as it can be asked of them."""
     # The first tests may all have failed or not been run; their outputs are then unknown.
     has_values = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
     if not has_values.any():
         return tests
-    return tests.under(run.formulation)
+    return tests.under(task.formulation)
 
 
 def _by_psi(task: Task, show: Show) -> Result:
     # On arrays, not by `PSI`: pymoo's objects for a million designs take minutes. Blocks are small
     # enough for the bar to move.
-    block_size = min(65_536, max(64, -(-task.points // 32)))
-    options = replace(task.run, block_size=block_size)
-    n_evaluated = 0
+    block_size = min(65_536, max(64, -(-task.n_points // 32)))
+    options = replace(task.options, block_size=block_size)
+    tally = _Tally(show, task)
 
-    def tested(investigation: Run) -> TestTable:
-        nonlocal n_evaluated
-        count = _counting(show, investigation.n_left, options)
-        tables = [investigation.store.empty]
-        with closing(investigation.tests()) as blocks:
+    def tested(run: Run) -> TestTable:
+        tally.n_expected += run.n_left
+        tables = [run.store.empty]
+        with closing(run.tests()) as blocks:
             for block in blocks:
-                count(block.tests)
+                tally.add(block.tests, block.n_called)
                 tables.append(block.tests)
-                n_evaluated += block.n_called
         return by_number(tables)
 
-    _, tests = repeated_tests(tested, task.problem, task.points, options, runner=task.runner)
-    return _result(task, tests, n_evaluated)
+    _, tests = repeated_tests(tested, task.problem, task.n_points, options, runner=task.runner)
+    return _result(task, tests, tally.n_evaluated)
 
 
 def _by_surrogate(task: Task, show: Show) -> Result:
     from pymoo_psi.algorithms import SurrogatePSI  # imports half of SciPy, which takes a second
 
-    run = task.run
+    options = task.options
     algorithm = SurrogatePSI(
-        task.points,
-        formulation=run.formulation,
-        sampling=run.sampling,
-        study=run.study,
-        study_key=run.study_key,
-        retry=run.retry,
-        more=run.more,
+        task.n_points,
+        formulation=task.formulation,
+        sampling=options.sampling,
+        study=options.study,
+        study_key=options.study_key,
+        retry=options.retry,
+        more=options.more,
     )
 
     def callback(algorithm: SurrogatePSI) -> None:
-        _counting(show, task.points, run)(algorithm.table.tested)
+        _Tally(show, task, task.n_points).add(algorithm.table.tested)
 
-    ended = minimize(task.problem, algorithm, seed=run.seed, callback=callback).algorithm
+    ended = minimize(task.problem, algorithm, seed=options.seed, callback=callback).algorithm
     return _result(task, ended.table.tested, ended.evaluator.n_eval)
 
 
 def _result(task: Task, tests: TestTable, n_evaluated: int) -> Result:
-    """Return the result of tests, of which ``n_evaluated`` are new."""
+    """Return the result of tests all of which are ranked."""
+    under = _under(tests, task)
+    table = under
+    if getattr(task.problem, "noisy", False):
+        table = _under(averaged_repeats(tests), task)
+    return Result(under, table, n_evaluated)
+
+
+def _by_nsga3(task: Task, show: Show) -> Result:
+    options = task.options
+    with TemporaryDirectory() as folder:
+        # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
+        # names no study, a temporary one keeps the tests for the table.
+        recorded = Recorded(
+            FailureTolerant(with_requirements(task.problem)),
+            study=options.study or Path(folder, "tests.db"),
+            study_key=options.study_key,
+            retry=options.retry,
+        )
+
+        def callback(algorithm: Any) -> None:
+            show(algorithm.evaluator.n_eval / task.n_points)
+
+        ended = nsga3(recorded, n_evaluations=task.n_points, seed=options.seed, callback=callback)
+        stored = recorded.table
+    tests = stored.rows(np.isin(stored.numbers, [*recorded.returned]))
+    result = _result(task, tests, recorded.n_evaluated)
+    # pymoo has no F if no design is feasible.
+    designs = ended.pop if ended.F is None else ended.opt
+    is_returned = np.isin(tests.numbers, designs.get("test_point"))
+    return replace(result, table=result.table.rows(is_returned))
+
+
+# The result
+
+
+def _say_best(options: Options, problem: Problem, result: Result, out: Path | None) -> None:
+    """Write the Pareto set if a file is named, and print the best designs."""
+    table = result.table
+    ranking = table.feasible_ranking()
+    designs = table.rows(ranking.rows)
+    frame = designs_frame(designs, ranking)
+    frame = frame[frame["pareto"]]
+    if out is not None:  # before anything is printed, which may fail
+        write_frame(frame.drop(columns="pareto"), out, designs)
+    size = counted(len(frame), "Pareto-optimal design")
+    name = problem_name(problem)
+    title = f"{name} by {options.algorithm}: {size}, {_counts(problem, result)}, by place"
+    say_best(frame, title, table, options.out)
+    _say_remarks(result)
+
+
+def _say_infeasible(problem: Problem, result: Result, out: Path | None) -> None:
+    """Print that no design is feasible, and why."""
+    say(f"{problem_name(problem)}: no feasible design, {_counts(problem, result)}")
+    say(f"{most_violated(result.table)}.")
+    _say_remarks(result)
+    if out is not None:
+        say(f"{out} is not written.")
+
+
+def _counts(problem: Problem, result: Result) -> str:
+    """Return how many designs were tested, were in the study, failed and were not run, in words."""
+    tests = result.tests
     has_run = np.full(len(tests), True)
     violations = []
-    for rule in getattr(with_requirements(task.problem), "required", ()):
+    for rule in getattr(with_requirements(problem), "required", ()):
         violated = tests.column(rule.text) > 0
         has_run &= ~violated
         if violated.any():
             violations.append(f"{rule.text} ({violated.sum()})")
-    table = _under(tests, task.run)
     n_run = has_run.sum()
-    n_failed = (table.status == "failed").sum()
-    n_stored = n_run - n_evaluated
-    if getattr(task.problem, "noisy", False):
-        table = _under(averaged_repeats(tests), task.run)
-    else:
-        n_stored -= table.repeats[has_run].sum()
+    n_failed = (tests.status == "failed").sum()
+    n_stored = n_run - result.n_evaluated
+    if not getattr(problem, "noisy", False):  # a model without noise is not evaluated again
+        n_stored -= tests.repeats[has_run].sum()
     counts = [f"{n_run} tested"]
     if n_stored:
         counts.append(f"{n_stored} of them from the study")
@@ -332,69 +400,13 @@ def _result(task: Task, tests: TestTable, n_evaluated: int) -> Result:
         counts.append(f"{n_failed} failed")
     if violations:
         counts.append(f"{len(tests) - n_run} not run by requirements: {', '.join(violations)}")
-    return Result(table, ", ".join(counts), len(tests), table.reasons.values())
-
-
-def _by_nsga3(task: Task, show: Show) -> Result:
-    run = task.run
-    with TemporaryDirectory() as folder:
-        # A design that fails must neither end the run nor give NSGA-III a NaN to sort. If the user
-        # names no study, a temporary one keeps the tests for the table.
-        recorded = Recorded(
-            FailureTolerant(with_requirements(task.problem)),
-            study=run.study or Path(folder, "tests.db"),
-            study_key=run.study_key,
-            retry=run.retry,
-        )
-
-        def callback(algorithm: Any) -> None:
-            show(algorithm.evaluator.n_eval / task.points)
-
-        ended = nsga3(recorded, n_evaluations=task.points, seed=run.seed, callback=callback)
-        table = recorded.table
-    tests = table.rows(np.isin(table.numbers, [*recorded.returned]))
-    result = _result(task, tests, recorded.n_evaluated)
-    # pymoo has no F if no design is feasible.
-    designs = ended.pop if ended.F is None else ended.opt
-    is_best = np.isin(tests.numbers, designs.get("test_point"))
-    return result._replace(table=result.table.rows(is_best))
-
-
-# The result
-
-
-def _say_best(options: Options, task: Task, result: Result) -> None:
-    """Write the Pareto set if a file is named, and print the best designs."""
-    table = result.table
-    ranking = table.feasible_ranking()
-    designs = table.rows(ranking.rows)
-    frame = designs_frame(designs, ranking)
-    frame = frame[frame["pareto"]]
-    if task.out is not None:  # before anything is printed, which may fail
-        write_frame(frame.drop(columns="pareto"), task.out, designs)
-    size = counted(len(frame), "Pareto-optimal design")
-    name = problem_name(task.problem)
-    title = f"{name} by {options.algorithm}: {size}, {result.counts}, by place"
-    say_best(frame, title, table, options.out)
-    sentence = confidence_sentence(table, int(ranking.salukvadze[0]))
-    if sentence:
-        say(sentence)
-    _say_remarks(result)
-
-
-def _say_infeasible(problem: Problem, result: Result, out: Path | None) -> None:
-    """Print that no design is feasible, and why."""
-    say(f"{problem_name(problem)}: no feasible design, {result.counts}")
-    say(f"{most_violated(result.table)}.")
-    _say_remarks(result)
-    if out is not None:
-        say(f"{out} is not written.")
+    return ", ".join(counts)
 
 
 def _say_remarks(result: Result) -> None:
     """Print remarks, and why designs failed, if any did, the most frequent reason first."""
     say(*result.table.remarks)
-    counts = Counter(alike(result.reasons))
+    counts = Counter(alike(result.tests.reasons.values()))
     if not counts:
         return
     texts = [f"{n} × {reason:.{_LONGEST}}" for reason, n in counts.most_common(_N_REASONS)]
@@ -403,11 +415,11 @@ def _say_remarks(result: Result) -> None:
     say(f"Failed: {'; '.join(texts)}")
 
 
-def _say_other_runs(run: RunOptions, n_tests: int) -> None:
+def _say_other_runs(settings: RunOptions, n_tests: int) -> None:
     """Print how many tests the study has, if this run asked for fewer of them."""
-    if run.study is None or run.share is not None:
+    if settings.study is None or settings.share is not None:
         return
-    with Study(run.study).reading() as database:
+    with Study(settings.study).reading() as database:
         runs = database.n_tests()
     n_stored = sum(runs.values())
     if n_stored > n_tests:
@@ -415,11 +427,11 @@ def _say_other_runs(run: RunOptions, n_tests: int) -> None:
         say(f"The study has {of_runs}; this run asked for {n_tests} of them.")
 
 
-def _say_limits(problem: str, asked: Formulation, limits: Entries) -> None:
+def _say_limits(problem: str, asked: Formulation, formulation: Formulation) -> None:
     """Print which limits apply, if any, and where each is from."""
     limits_asked = limits_of(asked.limits)
     texts = []
-    for name, limit in limits.items():
+    for name, limit in limits_of(formulation.limits).items():
         source = problem
         if name in limits_asked or is_of_texts(limit):
             source = "option or decision"

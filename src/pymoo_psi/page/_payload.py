@@ -123,18 +123,6 @@ def rows_of(designs: TestTable) -> Content:
     return {"names": designs.names, "labels": _labels(designs), "columns": columns}
 
 
-def form_of(designs: TestTable) -> list[Content]:
-    """Return what a page keeps while designs are added: how it writes numbers, what has limits."""
-    form = []
-    for column in _columns([designs], nondominated(designs.F)):
-        low, high = column.get("range", (0, 0))
-        part = {"notation": column.get("notation"), "has_range": low < high}
-        if column["role"] == "variable":
-            part["texts"] = column["texts"]
-        form.append(part)
-    return form
-
-
 def _file_name(title: str) -> str:
     """Return a title as a file name of letters, digits and underscores."""
     words = re.findall(r"[^\W_]+", title)

@@ -1,20 +1,15 @@
-"""The contents of a report, which report.html lays out: the chosen design, and the tests.
-
-A table is a dictionary of columns of texts by their headings.
-"""
+"""The contents of a report, which report.html lays out: the design, the tests, the limits."""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import pandas as pd
 
 from pymoo_psi._validation import Array, Values, counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import notations, written
 from pymoo_psi.pareto import (
-    EfficiencyRanking,
     alternative,
     capital,
     cautions,
@@ -43,13 +38,17 @@ from pymoo_psi.table import (
     limit_text,
 )
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 _REASONS = 12  # of failures in the table, the most frequent ones
 _LIMITS = 6  # in the table, those that cost most
 _IDLE = 3  # limits that cost nothing, by name
 _EXACT = 15  # digits of limits, which are as they were given
 _REPRESENTATIVES = 5  # side by side on paper
 
-Columns: TypeAlias = dict[str, list[str]]
+Cells: TypeAlias = dict[str, list[str]]
+"""Cells of texts by their headings."""
 
 
 def cell(value: Any) -> str:
@@ -84,50 +83,44 @@ class Choice:
     """The design that is chosen or, if none is, proposed among ranked tests.
 
     Args:
-        table: The tests.
-        ranking: The ranking of the feasible ones.
-        row: Row of the chosen test; None if none is chosen, and the optimum is proposed.
-        reason: Why it was chosen.
+        table: The tests; their formulation says which design is chosen, and why. If none is, the
+            Salukvadze optimum is proposed.
         prototype: Existing designs; None if there are none.
 
     Attributes:
         word: "chosen" or "proposed".
+        ranking: The ranking of the feasible tests.
         optimum: Row of the Salukvadze optimum in the ranking, the first of several.
         row: Row of the design in the ranking.
         is_optimum: Whether the design is a Salukvadze optimum.
         name: Name of the design.
+        reason: Why it was chosen.
         explanation: Why it is where it is.
         cautions: Reasons not to rely on the optimum, the most serious first.
         alternatives: Sentences on the designs that selectors choose.
     """
 
-    def __init__(
-        self,
-        table: TestTable,
-        ranking: EfficiencyRanking,
-        row: int | None,
-        reason: str,
-        prototype: TestTable | None,
-    ) -> None:
+    def __init__(self, table: TestTable, prototype: TestTable | None) -> None:
         self.table = table
         self.prototype = prototype
         self.notations = notations(table)
         self.layout = table.layout
-        self.ranking = ranking
-        self.reason = reason
-        self.optimum = int(ranking.salukvadze[0])
+        self.ranking = table.feasible_ranking()
+        self.optimum = int(self.ranking.salukvadze[0])
         self.row = self.optimum
         self.word = "proposed"
-        if row is not None:
-            self.row = ranking.rows.tolist().index(row)
+        chosen = table.formulation.chosen
+        if chosen is not None:
+            self.row = self.ranking.rows.tolist().index(table.names.index(chosen))
             self.word = "chosen"
-        self.is_optimum = self.row in ranking.salukvadze
-        self.name = ranking.name_of(self.row)
-        self.explanation = explain(ranking, row=self.row)
+        self.reason = table.formulation.reason
+        self.is_optimum = self.row in self.ranking.salukvadze
+        self.name = self.ranking.name_of(self.row)
+        self.explanation = explain(self.ranking, row=self.row)
         subject = "Attention"
         if not self.is_optimum:  # which the cautions are about
-            subject = f"Attention to {ranking.name_of(self.optimum)}, the optimum"
-        self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(ranking))
+            subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
+        self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
         self.alternatives = self._alternatives()
 
     def _alternatives(self) -> list[str]:
@@ -168,7 +161,7 @@ class Choice:
         pairs = zip(self.layout.objectives, values, strict=True)
         return [written(self.notations[name], value) for name, value in pairs]
 
-    def objectives(self) -> Columns:
+    def objectives(self) -> Cells:
         """Return the objectives of the design, and of others, between best and worst."""
         values = self.ranking.objectives.values
         columns = {
@@ -216,7 +209,7 @@ class Choice:
                 pairs.append((name, cell(texts[row])))
         return [(name, text) for name, text in pairs if text not in ("", "—", "None")]
 
-    def representatives(self) -> tuple[Columns, str]:
+    def representatives(self) -> tuple[Cells, str]:
         """Return a few designs that represent the Pareto set, and a caption."""
         few = representatives(self.ranking, _REPRESENTATIVES)
         labels = [self.layout.label_of(name) for name in self.layout.objectives]
@@ -235,9 +228,9 @@ class Choice:
         return columns, f"{caption}."
 
 
-def positions(table: TestTable) -> Columns:
+def positions(table: TestTable) -> Cells:
     """Return who holds which design since when, under which limits and weights, and why."""
-    columns: Columns = {"name": [], "since": [], "choice": [], "before": [], "under": [], "why": []}
+    columns: Cells = {"name": [], "since": [], "choice": [], "before": [], "under": [], "why": []}
     for held in latest_positions(table.formulation.positions):
         history = [one for one in table.formulation.positions if one["name"] == held["name"]]
         before = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
@@ -291,19 +284,22 @@ def test_counts(table: TestTable) -> str:
     return f"{counted(n, 'design')}: {', '.join(parts)}."
 
 
-def failures(table: TestTable) -> Columns:
+def failures(table: TestTable) -> Cells:
     """Return the reasons why rows have no values, the most frequent first."""
     reasons = list(table.reasons.values())
     if table.layout.words.row == "design":
         reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
-    failed = pd.DataFrame({"reason": alike(reasons)}, index=list(table.reasons))
-    columns: Columns = {"designs": [], "reason": [], "first": []}
-    for reason, count in failed["reason"].value_counts().head(_REASONS).items():
-        first = failed.index[failed["reason"] == reason][0]
-        columns["designs"].append(str(count))
-        columns["reason"].append(str(reason)[:400])
-        columns["first"].append(table.names[table.numbers.tolist().index(first)])
-    return columns
+    failed: dict[str, list[int]] = {}  # numbers of tests by reason
+    for test, reason in zip(table.reasons, alike(reasons), strict=True):
+        failed.setdefault(reason, []).append(test)
+    most_frequent = sorted(failed, key=lambda reason: -len(failed[reason]))
+    cells: Cells = {"designs": [], "reason": [], "first": []}
+    for reason in most_frequent[:_REASONS]:
+        first = table.numbers.tolist().index(failed[reason][0])
+        cells["designs"].append(str(len(failed[reason])))
+        cells["reason"].append(reason[:400])
+        cells["first"].append(table.names[first])
+    return cells
 
 
 def verdict(table: TestTable) -> str:
@@ -327,16 +323,13 @@ def written_limits(table: TestTable) -> list[str]:
     return [_limit(table, name, limit) for name, limit in table.limits.items()]
 
 
-def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
+def limit_costs(table: TestTable) -> tuple[Cells, list[str]]:
     """Return what the constraints and limits cost that cost most, and some that cost nothing.
 
     Without a feasible design it is said how near tests come to keeping them.
     """
-    names = {}
-    for column, limit in table.limits.items():
-        if not isinstance(limit, list):
-            names[limit_text(column, limit)] = column
-    costs = constraint_costs(table).rename(index=names)
+    limited = {limit_text(name, limit): name for name, limit in table.limits.items()}
+    costs = constraint_costs(table)
     idle = []
     last = "nearest value"
     describe = _nearest
@@ -347,23 +340,23 @@ def limit_costs(table: TestTable) -> tuple[Columns, list[str]]:
         describe = _gain
     if costs.empty:
         return {}, []
-    columns: Columns = {"constraint or limit": [], "rejects": [], "rejects alone": [], last: []}
+    cells: Cells = {"constraint or limit": [], "rejects": [], "rejects alone": [], last: []}
     top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
-    for name, cost in top.iterrows():
-        text = str(name)
-        if text in table.limits:
-            text = _limit(table, text, table.limits[text])
-        columns["constraint or limit"].append(text)
-        columns["rejects"].append(number(cost["rejects"]))
-        columns["rejects alone"].append(number(cost["alone"]))
-        columns[last].append(describe(table, cost))
-    return columns, idle[:_IDLE]
+    for text, cost in top.iterrows():
+        column = limited.get(str(text), str(text))
+        title = column
+        if column in table.limits:
+            title = _limit(table, column, table.limits[column])
+        cells["constraint or limit"].append(title)
+        cells["rejects"].append(number(cost["rejects"]))
+        cells["rejects alone"].append(number(cost["alone"]))
+        cells[last].append(describe(table, column, cost))
+    return cells, [limited.get(text, text) for text in idle[:_IDLE]]
 
 
-def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
-    """Return the value that comes nearest to keeping a constraint or limit."""
-    name = str(cost.name)
-    if name not in table.columns:  # a limit on texts
+def _nearest(table: TestTable, name: str, cost: pd.Series[Any], /) -> str:
+    """Return the value that comes nearest to keeping a constraint or limit on a column."""
+    if isinstance(table.limits.get(name), list):
         return "—"
     # Variables of several kinds are a matrix of objects.
     values = table.column(name).astype(np.float64)
@@ -376,8 +369,8 @@ def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
     return _with_unit(table, name, values[excess.argmin()])
 
 
-def _gain(table: TestTable, cost: pd.Series[Any]) -> str:
-    """Return the objectives in which designs that it alone rejects beat the feasible ones."""
+def _gain(table: TestTable, _: str, cost: pd.Series[Any], /) -> str:
+    """Return the objectives in which designs that a limit alone rejects beat the feasible ones."""
     gains = []
     for name, sign in zip(table.layout.objectives, table.layout.sign, strict=True):
         now = cost[f"{name}_feasible"]

@@ -32,7 +32,7 @@ from pymoo_psi.pareto import (
     number,
 )
 from pymoo_psi.report import _contents
-from pymoo_psi.report._contents import Choice, Columns
+from pymoo_psi.report._contents import Cells, Choice
 from pymoo_psi.table import (
     Formulation,
     TestTable,
@@ -43,6 +43,8 @@ from pymoo_psi.table import (
 )
 
 _DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
+# What a formulation asks of the data of a report.
+_ASKED = ("limits", "positions", "decided", "chosen", "reason")
 # A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
 _NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|\d{4}-\d\d-\d\d|")
 
@@ -69,7 +71,8 @@ class DecisionReport(Framed):
     ranking: EfficiencyRanking | None
     cautions: tuple[str, ...]
     _table: TestTable
-    _choice: Choice | None
+    _choice: Choice | None = None
+    _prototype: TestTable | None = None
     further: FurtherTests = NOTHING_KNOWN
 
     def __str__(self) -> str:
@@ -131,44 +134,28 @@ class DecisionReport(Framed):
 
     def _record(self) -> Values:
         """Return all that the report is made from, as values that JSON can hold."""
-        formulation = self._table.formulation
-        choice = self._choice
-        design = None
-        if choice is not None and choice.word == "chosen":
-            design = choice.name
+        table = self._table
+        prototype = None
+        if self._prototype is not None:
+            columns = {name: self._prototype.column(name) for name in table.layout.objectives}
+            prototype = pd.DataFrame(columns, self._prototype.names).to_dict()
         with TemporaryDirectory() as folder:
             path = Path(folder, "data.csv")
-            # Limits are asked of the data again, and so are the positions.
-            self._table.under(limits={}, positions=(), decided=None, chosen=None).to_csv(path)
+            # The data alone: what is asked of them stands beside them.
+            table.under(**{name: getattr(Formulation(), name) for name in _ASKED}).to_csv(path)
             data = path.read_text("utf-8")
             head = Path(folder, "data.csv-metadata.json").read_text("utf-8")
         return {
             "version": version("pymoo-psi"),
             "title": self.title,
             "about": list(self.about),
-            "design": design,
-            "reason": "" if choice is None else choice.reason,
-            "limits": formulation.limits,
-            "positions": formulation.positions,
-            "decided": formulation.decided,
-            "prototype": self._prototype(),
-            "decimal": self._table.decimal,
+            "formulation": {name: getattr(table.formulation, name) for name in _ASKED},
+            "prototype": prototype,
+            "decimal": table.decimal,
             "further": self.further,
             "data": data,
             "head": head,
         }
-
-    def _prototype(self) -> dict[str, dict[str, float]] | None:
-        """Return the objectives of the existing designs by name; None if there are none."""
-        choice = self._choice
-        if choice is None or choice.prototype is None:
-            return None
-        names = choice.prototype.names
-        columns = {}
-        for objective in choice.layout.objectives:
-            values = choice.prototype.column(objective).tolist()
-            columns[objective] = dict(zip(names, values, strict=True))
-        return columns
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the report, whole or not at all.
@@ -196,7 +183,7 @@ def _printable(value: Any) -> Any:
     return text.replace(" %", "\N{NO-BREAK SPACE}%")
 
 
-def _grid(columns: Columns) -> list[list[tuple[str, str]]]:
+def _grid(columns: Cells) -> list[list[tuple[str, str]]]:
     """Return the rows of a table, the headings first, each cell with its class, "n" for numbers."""
     classes = []
     for texts in columns.values():
@@ -233,9 +220,10 @@ def decision_report(
     Args:
         table: The tests, with names, directions and units; :func:`~pymoo_psi.table.read_table`
             opens any file. The report says what each limit of its formulation costs.
-        design: Number or label of the chosen design, a feasible one. By default none is chosen, and
-            the Salukvadze optimum is proposed.
-        reason: Reason for the choice.
+        design: Number or label of the chosen design, a feasible one. By default that of the table's
+            formulation; if none is chosen, or it is not feasible, the Salukvadze optimum is
+            proposed.
+        reason: Reason for the choice; by default that of the formulation, for the same design.
         title: Heading of the report.
         about: Lines below the heading, such as the origin of the tests.
         prototype: Existing designs, from any source, to compare the design with.
@@ -256,15 +244,22 @@ def decision_report(
     instance("table", table, TestTable, remedy)
     if len(table) == 0 or not table.layout.objectives:
         raise invalid("the table", "one with tests and objectives", Received(repr(table)))
+    if reason and design is None:
+        raise invalid("reason", "given with a design", reason)
     eligible = table.eligible()
-    row = None
+    formulation = table.formulation
+    chosen = formulation.chosen
     if design is not None:
         row = table.row_of(design)
         if not eligible[row]:
             raise invalid("design", "the number or label of a feasible test", design)
+        if reason or table.names[row] != chosen:
+            formulation = replace(formulation, chosen=table.names[row], reason=reason)
+    elif chosen not in table.names or not eligible[table.names.index(chosen)]:
+        formulation = replace(formulation, chosen=None, reason="")
+    table = replace(table, formulation=formulation)
     if not eligible.any():
-        return DecisionReport(title, tuple(about), None, (), table, None)
-    ranking = table.feasible_ranking()
+        return DecisionReport(title, tuple(about), None, (), table)
     if prototype is not None:
         layout = table.layout
         maximize = [name for name in layout.objectives if name in layout.maximize]
@@ -273,8 +268,10 @@ def decision_report(
         )
         prototype = read_table(prototype, formulation)
     with decimal_mark(table.decimal):
-        choice = Choice(table, ranking, row, reason, prototype)
-    return DecisionReport(title, tuple(about), ranking, choice.cautions, table, choice)
+        choice = Choice(table, prototype)
+    return DecisionReport(
+        title, tuple(about), choice.ranking, choice.cautions, table, choice, prototype
+    )
 
 
 # The check of a report that was written
@@ -304,10 +301,12 @@ def check_report(
     try:
         record = json.loads(written.record)
         table = _table_of(record)
-        arguments = {key: record[key] for key in ("design", "reason", "title", "about")}
-        if record["prototype"]:
-            arguments["prototype"] = pd.DataFrame(record["prototype"])
+        prototype = record["prototype"]
+        if prototype is not None:
+            prototype = pd.DataFrame(prototype)
         further = FurtherTests(*record["further"])
+        title = record["title"]
+        about = record["about"]
         made_by = record["version"]
         pictures = record["pictures"]
     except (ValueError, TypeError, KeyError):
@@ -318,8 +317,8 @@ def check_report(
         warnings.append(f"made by pymoo-psi {made_by}, checked by {version('pymoo-psi')}")
     if pictures != written.pictures:
         return warnings, "a picture, which is another one"
-    report = replace(decision_report(table, **arguments), further=further)
-    expected = _Document(report.html())
+    report = decision_report(table, title=title, about=about, prototype=prototype)
+    expected = _Document(replace(report, further=further).html())
     for said, holds in zip_longest(written.claims, expected.claims, fillvalue=""):
         if said != holds:
             return warnings, f"{said or 'nothing'!r} should be {holds or 'nothing'!r}"
@@ -335,9 +334,7 @@ def _table_of(record: Entries) -> TestTable:
         path.write_text(record["data"], "utf-8", newline="")
         Path(folder, "data.csv-metadata.json").write_text(record["head"], "utf-8")
         table = read_table(path)
-    group = {key: record[key] for key in ("limits", "positions", "decided")}
-    table = replace(table, decimal=record["decimal"])
-    return table.under(replace(table.formulation, **group))
+    return replace(table, decimal=record["decimal"]).under(**record["formulation"])
 
 
 def _first_difference(table: TestTable, source: TestTable) -> str:

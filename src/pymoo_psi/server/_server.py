@@ -25,7 +25,7 @@ import numpy as np
 from pymoo_psi._output import whole_file
 from pymoo_psi._validation import known_name
 from pymoo_psi.errors import PsiError
-from pymoo_psi.page import designs_of_page, form_of, page_of_tests, rows_of
+from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
 from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study
 from pymoo_psi.table import TestTable, alike, stored_tests, table_of
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _PORT = 8741  # unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study
 _LOOKS = 120  # over which the rate is measured
-_GROWTH = 1.1  # the page, and its form, are made again when there are so many times as many tests
+_GROWTH = 2  # times as many tests begin another edition
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
 _MOST_REQUESTS = 1000  # in a study
@@ -55,15 +55,16 @@ _HEADERS = {
 
 
 class GrowingStudy:
-    """The tests of a study in the order of their arrival.
+    """The tests of a study in the order of their arrival, and the page of them.
 
-    Only new tests are read, unless earlier ones or the columns have changed: then it is another
-    ``edition``, and pages are loaded anew. They are, too, when other digits tell designs apart. One
+    Pages of one ``edition`` differ in the number of their tests alone, and the next tests are added
+    to them. Another edition begins when stored tests or columns have changed, and when there are
+    twice as many tests: a page made anew has the digits and the scales that tell them apart. One
     thread looks; others may ask meanwhile.
 
     Attributes:
         tests: The tests, without limits.
-        edition: What distinguishes them from those of another edition.
+        edition: Name of the edition.
         progress: What the page says of the run.
     """
 
@@ -73,13 +74,12 @@ class GrowingStudy:
         self.edition = ""
         self.progress: dict[str, Any] = {"lines": []}
         self._steer = steer
-        self._limits: Any = {}
-        self._state: object = None  # of the file, when it was read
-        self._key = ""  # what an edition has in common
         self._facts = Facts({})
-        self._form: list[dict[str, Any]] = []  # of the page
-        self._n_formed = 0  # tests that it was taken from
-        self._page = 0, ""  # and how many tests it has
+        self._limits: Any = {}
+        self._modified = 0  # time of the file that was read
+        self._key = ""  # of the edition: what its tests have in common
+        self._n_first = 0  # tests with which it began
+        self._pages: dict[str, str] = {}  # the last one made, by its edition
         self._counts: deque[tuple[float, int]] = deque(maxlen=_LOOKS)  # when, and of how many tests
         self._steered: deque[float] = deque(maxlen=_MOST_A_MINUTE)  # when
 
@@ -87,9 +87,9 @@ class GrowingStudy:
         """Read what is new in the study."""
         try:
             state = os.stat(self.study.path)  # before it is read, so that nothing is missed
-            if state.st_mtime_ns != self._state:
+            if state.st_mtime_ns != self._modified:
                 self._read()
-                self._state = state.st_mtime_ns
+                self._modified = state.st_mtime_ns
             lines = self._lines(time.time() - state.st_mtime)
         except (OSError, PsiError) as error:
             lines = [str(error)]
@@ -97,72 +97,70 @@ class GrowingStudy:
         self.progress = {"tests": len(self.tests), "lines": lines, "steered": steered}
 
     def _read(self) -> None:
-        """Read new tests, or all of them."""
+        """Read new tests, or all of them for another edition."""
         tests = self.tests
         with self.study.reading() as database:
             facts = database.facts
             numbers = database.test_numbers()
             key = repr([facts.head, len(facts.runs), facts.n_changes])
-            is_other = key != self._key
-            if is_other:
+            if key != self._key:
                 tests = TestTable.empty()
             new = numbers[~np.isin(numbers, tests.numbers)]
             first, last = new.min(initial=LAST), new.max(initial=0)
             columns = database.tests(int(first), int(last))
         stored = stored_tests(facts, columns)
         table = table_of(stored.head, stored.columns, self.study.path, is_derived=True)
-        self.tests = tests.extended(table.rows(np.isin(table.numbers, new)))
         self._facts = facts
         self._limits = stored.limits
-        self._key = key
-        if is_other or len(self.tests) >= _GROWTH * self._n_formed:
-            self._n_formed = len(self.tests)
-            form = form_of(designs_of_page(self.tests))
-            is_other = is_other or form != self._form
-            self._form = form
-        if is_other:
-            self._page = 0, ""
+        self.tests = tests.extended(table.rows(np.isin(table.numbers, new)))
+        if key != self._key or len(self.tests) >= _GROWTH * self._n_first:
+            self._key = key
+            self._n_first = len(self.tests)
             self.edition = secrets.token_hex(4)
 
     def page(self) -> str:
         """Return the page, which may lack the last tests; empty without a feasible design."""
-        n_tests, text = self._page
-        edition = self.edition  # first, as both may change: an older one is loaded anew
+        edition = (
+            self.edition
+        )  # first, as the tests may be those of the next one: it is loaded anew
         tests = self.tests
+        text = self._pages.get(edition, "")
         designs = designs_of_page(tests)
-        if len(designs) and len(tests) >= _GROWTH * n_tests:
+        if not text and len(designs):
             path = Path(self.study.path)
             page = page_of_tests(tests.under(limits=self._limits), designs, path.stem, path.name)
             place = f"{edition}-{len(tests)}"
             text = page.html({"from": place, "count": len(tests), "steer": self._steer})
-            self._page = len(tests), text
+            self._pages = {edition: text}
         return text
 
     def _lines(self, age: float) -> list[str]:
         """Return what the page says of the run, ``age`` seconds after the file has changed."""
-        facts = self._facts
         n_tests = len(self.tests)
-        n_planned = max(n_tests, sum(run.last for run in facts.runs))
-        for request in facts.steering:
+        n_planned = max(n_tests, sum(run.last for run in self._facts.runs))
+        for request in self._facts.steering:
             n_planned = max(n_planned, request.get("points", 0))
-        done = [request["action"] for request in facts.steering if request["answer"] == "done"]
-        self._counts.append((time.monotonic(), n_tests))
-        (began, n_then), (now, _) = self._counts[0], self._counts[-1]
-        rate = (n_tests - n_then) / max(now - began, _PAUSE)
-        n_left = n_planned - n_tests
-        if n_left == 0:  # of a problem that is recorded, nothing is planned
-            state = f"All planned tests are done, the last {age:.0f} s ago."
-        elif not _is_alive(*facts.process):
-            state = "No run is at work: it has ended or was killed. Its command continues it."
-        elif done[-1:] == ["pause"]:
-            state = "Paused."
-        elif rate > 0:
-            state = f"{rate:.2g} tests a second, {n_left / rate:.0f} s left."
-        else:
-            state = f"The study last changed {age:.0f} s ago."
         reasons = Counter(alike(self.tests.reasons.values())).most_common(3)
         failures = [f"failed {n} × {reason:.80}" for reason, n in reasons]
-        return [", ".join([f"{n_tests} of {n_planned} tests", *failures]), state]
+        counts = ", ".join([f"{n_tests} of {n_planned} tests", *failures])
+        return [counts, self._state(n_planned - n_tests, age)]
+
+    def _state(self, n_left: int, age: float) -> str:
+        """Return a sentence on the run, which has ``n_left`` planned tests to do."""
+        facts = self._facts
+        self._counts.append((time.monotonic(), len(self.tests)))
+        (began, n_then), (now, n_now) = self._counts[0], self._counts[-1]
+        rate = (n_now - n_then) / max(now - began, _PAUSE)
+        done = [request["action"] for request in facts.steering if request["answer"] == "done"]
+        if n_left == 0:  # of a problem that is recorded, nothing is planned
+            return f"All planned tests are done, the last {age:.0f} s ago."
+        if not _is_alive(*facts.process):
+            return "No run is at work: it has ended or was killed. Its command continues it."
+        if done[-1:] == ["pause"]:
+            return "Paused."
+        if rate > 0:
+            return f"{rate:.2g} tests a second, {n_left / rate:.0f} s left."
+        return f"The study last changed {age:.0f} s ago."
 
     def steer(self, content: bytes) -> None:
         """Write a request into the study, whose run checks what it says.
