@@ -10,9 +10,8 @@ from __future__ import annotations
 import time
 import zlib
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -252,11 +251,37 @@ class OneByOne(_Executor):
         return Block(points.numbers, tests, len(points), seconds)
 
 
+class PieceTask:
+    """Returns the tests of a piece that are needed, and the seconds of one of its points.
+
+    It is sent to processes, which are not those of an earlier run if the values of the problem
+    depend on something else.
+
+    Args:
+        model: The model.
+        kept: Returns the tests that are needed; ``None`` for all.
+    """
+
+    def __init__(self, model: Model, kept: BlockFilter | None) -> None:
+        self.problem = model.problem
+        self._model = model
+        self._kept = kept
+
+    def __call__(self, piece: Points) -> tuple[TestTable, float]:
+        """Evaluate the points of a piece."""
+        began = time.monotonic()
+        tests = self._model.evaluated(piece)
+        seconds = (time.monotonic() - began) / len(piece)
+        if self._kept is not None:
+            tests = self._kept(tests)
+        return tests, seconds
+
+
 class InPieces(_Executor):
     """Evaluates points by calls for many, in this process or in others.
 
     Args:
-        task: Returns the tests of a piece that are kept, and the seconds of one of its designs.
+        task: What evaluates a piece.
         smallest: The number of points in the smallest piece, and in the first ones.
         largest: The same for the largest one.
         seconds: What a piece takes; it shrinks or grows until it does.
@@ -265,7 +290,7 @@ class InPieces(_Executor):
 
     def __init__(
         self,
-        task: Callable[[Points], tuple[TestTable, float]],
+        task: PieceTask,
         smallest: int,
         largest: int,
         seconds: float,
@@ -375,7 +400,7 @@ def executor_of(
         rule = "called for one design at a time, as each test has its own seed, if it is noisy"
         remedy = "make an ElementwiseProblem with a runner of this package"
         raise invalid("problem", rule, model.inner, remedy)
-    task = partial(_tests_and_seconds, model, kept)
+    task = PieceTask(model, kept)
     if n_points is None:
         return InPieces(task, LAST, LAST, _SECONDS, runner)
     largest = _LARGEST
@@ -395,15 +420,3 @@ def executor_of(
     if not may_end_early:
         pieces.ahead = LAST
     return pieces
-
-
-def _tests_and_seconds(
-    model: Model, kept: BlockFilter | None, points: Points
-) -> tuple[TestTable, float]:
-    """Return the kept tests of a piece, and the seconds of one; it is sent to processes."""
-    began = time.monotonic()
-    tests = model.evaluated(points)
-    seconds = (time.monotonic() - began) / len(points)
-    if kept is not None:
-        tests = kept(tests)
-    return tests, seconds

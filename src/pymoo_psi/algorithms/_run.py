@@ -12,7 +12,6 @@ import json
 import sys
 import time
 from collections.abc import Callable, Generator, Sequence
-from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -20,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from pymoo_psi._validation import (
-    Designs,
     Mask,
     Numbers,
     Received,
@@ -81,20 +79,14 @@ class Run:
         self.executor = executor
         self.store = store
         self._repeats = repeats
-        # The queue has the points of the source, by number, whose tests no block has returned yet.
-        # Those up to number last_started are submitted, or their tests are stored; tests that are
-        # there are ready. Whoever asks for tests waits for the first n_awaited points.
-        self._queue = Points.none()
-        self._last_started = 0
-        self._ready: list[Block] = []
-        self._n_awaited = 0
-        self._work: Generator[list[Block]] | None = None
+        self._queue = _Queue()
+        self._work: Generator[None] | None = None  # the evaluation of the queue, while it goes on
         self._is_paused = False
         self._is_stopped = False
 
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
-        return self.__dict__ | {"_ready": [], "_work": None}
+        return self.__dict__ | {"_work": None}
 
     @property
     def n_left(self) -> int:
@@ -102,6 +94,8 @@ class Run:
         if self._is_stopped:
             return len(self._queue)
         return len(self._queue) + self.source.n_left
+
+    # Blocks of tests
 
     def tests(self) -> Generator[Block]:
         """Test all points; yield blocks as they are ready, in any order, those of a study too.
@@ -111,12 +105,12 @@ class Run:
         Raises:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._n_awaited = sys.maxsize
-        with closing(self._test_points()) as work:
-            for blocks in work:
-                for block in blocks:
-                    self._forget(block.numbers)
-                    yield block
+        self._queue.n_awaited = sys.maxsize
+        try:
+            while self._advance():
+                yield from self._queue.take_all()
+        finally:
+            self.close()
 
     def next_points(self, count: int | None) -> Points:
         """Return the points of the next block, the same ones until they are tested.
@@ -135,8 +129,8 @@ class Run:
             points = self.source.ask(least - len(self._queue), self._n_free)
             if len(points) == 0 and not self.source.wait():
                 break
-            self._queue = self._queue.joined(points)
-        return self._queue.at(slice(0, count))
+            self._queue.append(points)
+        return self._queue.points.at(slice(0, count))
 
     def block(self, count: int | None) -> Block:
         """Test the next points; tests are stored within a second or two.
@@ -148,30 +142,47 @@ class Run:
             All their tests, by number.
         """
         points = self.next_points(count)
-        last = points.numbers.max(initial=0)
-        self._n_awaited = len(points)
+        self._queue.n_awaited = len(points)
         with stored_at_termination(self.store):
             try:
-                while not self._are_ready(self._queue.numbers[: self._n_awaited]).all():
+                while not self._queue.are_ready(self._queue.awaited).all():
                     self._advance()
                 if self.executor.n_pending == 0:
                     self._end_work()  # which releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
-        block = self._take(last)
-        self._forget(block.numbers)  # all points, unless the run is stopped
-        return block
+        # all points, unless the run was stopped
+        blocks = self._queue.take(points.numbers.max(initial=0))
+        tests = by_number([block.tests for block in blocks] or [self.store.empty])
+        return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
 
-    def _advance(self) -> None:
-        """Test points until some are ready, or to the end."""
+    def tell(self, tests: TestTable) -> None:
+        """Take and store tests of the next points, which were evaluated elsewhere."""
+        self.store.keep(tests)
+        self._queue.drop(tests.numbers)
+        self.source.tell(tests)
+
+    def close(self) -> None:
+        """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
+        self._end_work()
+        self._queue.ready = []
+
+    def _advance(self) -> bool:
+        """Test points until some are ready; return whether there were any left."""
         if self._work is None:
             self._work = self._test_points()
-        blocks = next(self._work, None)
-        if blocks is None:
-            self._work = None
-        else:
-            self._ready += blocks
+        for _ in self._work:
+            return True
+        self._work = None
+        return False
+
+    def _end_work(self) -> None:
+        if self._work is not None:
+            self._work.close()
+        self._work = None
+
+    # What people ask for
 
     def _follow_requests(self) -> None:
         """Do what people ask of the run, and say so in the study."""
@@ -183,7 +194,7 @@ class Run:
             if changes["answer"] != request["answer"]:
                 self.store.answer(request | changes)
 
-    def _follow(self, request: dict[str, Any]) -> dict[str, Any]:
+    def _follow(self, request: Values) -> Values:
         """Do what one request asks, which may come again when the run goes on; return the answer.
 
         It comes with what else is to be known of the request from then on.
@@ -213,61 +224,24 @@ class Run:
         self.executor.hold(action != "continue")
         return {"answer": "done"}
 
-    def _forget(self, numbers: Numbers) -> None:
-        """Forget points whose tests are returned."""
-        # A stop may have dropped some of them.
-        self._queue = self._queue.at(~np.isin(self._queue.numbers, numbers))
-
-    def _are_ready(self, numbers: Numbers) -> Mask:
-        """``(n,)`` for which of n points the tests are ready."""
-        ready = [block.numbers for block in self._ready]
-        return np.isin(numbers, np.concatenate([[], *ready]))
-
-    def _take(self, last: int) -> Block:
-        """Take the tests of the points up to a number."""
-        blocks = []
-        later = []
-        for block in self._ready:
-            is_due = block.numbers <= last
-            blocks.append(block.rows(is_due))
-            if not is_due.all():
-                later.append(block.rows(~is_due))
-        self._ready = later
-        tests = by_number([block.tests for block in blocks] or [self.store.empty])
-        return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
-
-    def tell(self, tests: TestTable) -> None:
-        """Take and store tests of the next points, which were evaluated elsewhere."""
-        self.store.keep(tests)
-        self._queue = self._queue.at(slice(len(tests), None))
-        self.source.tell(tests)
-
-    def close(self) -> None:
-        """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
-        self._end_work()
-        self._ready = []
-
-    def _end_work(self) -> None:
-        if self._work is not None:
-            self._work.close()
-        self._work = None
+    # The work: from points to tests
 
     @property
     def _n_free(self) -> int:
         return self.executor.n_workers - self.executor.n_pending
 
-    def _test_points(self) -> Generator[list[Block]]:
-        """Test the awaited points, and some ahead; yield blocks as they are ready."""
+    def _test_points(self) -> Generator[None]:
+        """Test the awaited points, and some ahead; yield whenever tests are ready."""
         executor = self.executor
-        self._last_started = 0
+        self._queue.restart()
         if self._repeats is not None:
-            self._repeats.waiting.clear()
+            self._repeats.restart()
         with self.store.session() as recall:
             try:
                 self._follow_requests()
-                yield from self._start(recall, self._n_awaited)
+                yield from self._start(recall, self._queue.n_awaited)
                 if executor.n_pending:  # nothing ahead of points whose tests are all stored
-                    yield from self._start(recall, self._n_awaited + executor.ahead)
+                    yield from self._start(recall, self._queue.n_awaited + executor.ahead)
                 began = time.monotonic()
                 computed = 0.0
                 while executor.n_pending or self._is_paused:
@@ -277,15 +251,17 @@ class Run:
                         time.sleep(_MOMENT)
                     self._follow_requests()
                     if executor.n_evaluated and self._is_commit_due(began, computed):
-                        yield self._keep(executor.take())
+                        self._keep(executor.take())
+                        yield
                         began = time.monotonic()
                         computed = 0.0
-                    yield from self._start(recall, self._n_awaited + executor.ahead)
+                    yield from self._start(recall, self._queue.n_awaited + executor.ahead)
                 if self._is_stopped:  # points without a test are left
-                    self._queue = self._queue.at(self._are_ready(self._queue.numbers))
+                    is_ready = self._queue.are_ready(self._queue.points)
+                    self._queue.drop(self._queue.points.numbers[~is_ready])
             finally:
                 if executor.n_evaluated:
-                    self._keep(executor.take())  # nobody waits for the blocks
+                    self._keep(executor.take())
                 executor.close()
 
     def _is_commit_due(self, began: float, computed: float) -> bool:
@@ -294,130 +270,207 @@ class Run:
         # of a thousand workers, results of a second are stored together, not two of them
         much = max(COMPUTED, SECONDS * executor.n_workers)
         is_late = computed >= much or time.monotonic() - began >= SECONDS
-        last_awaited = self._queue.numbers[: self._n_awaited].max(initial=0)
+        last_awaited = self._queue.awaited.numbers.max(initial=0)
         is_complete = executor.n_pending == 0 or executor.first_pending > last_awaited
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 
-    def _start(self, recall: Recall, count: int) -> Generator[list[Block]]:
+    def _start(self, recall: Recall, count: int) -> Generator[None]:
         """Start the first ``count`` points: recall stored tests, and submit the other points."""
-        while True:
+        while not (self._is_paused or self._is_stopped):
             points = self._next_to_start(count)
             if len(points) == 0:
                 return
-            is_ready = self._are_ready(points.numbers)  # when the run was at work before
+            is_ready = self._queue.are_ready(points)  # when the run was at work before
             points = points.at(~is_ready)
             stored = recall(points)
             if len(stored):
                 points = points.at(~np.isin(points.numbers, stored.numbers))
-                yield self._report(Block(stored.numbers, stored))
-            if len(points):
-                yield self._submit(points)
+                self._report(Block(stored.numbers, stored))
+            self._submit(points)
+            yield
 
     def _next_to_start(self, count: int) -> Points:
         """Return points to start, ``count`` being started; ask the source for more if needed."""
-        n_started = int(np.count_nonzero(self._queue.numbers <= self._last_started))
+        n_started = self._queue.n_started
         n_new = min(count - n_started, self.executor.room)
-        if n_new <= 0 or self._is_paused or self._is_stopped:
+        if n_new <= 0:
             return Points.none()
         # a source that is eager to learn from tests knows all that are there before it is asked
         is_informed = not (self.source.eager and self.executor.n_evaluated)
         if n_started == len(self._queue) and self.source.n_left > 0 and is_informed:
-            points = self.source.ask(n_new, self._n_free)
-            self._queue = self._queue.joined(points)
-        points = self._queue.at(slice(n_started, n_started + n_new))
-        self._last_started = points.numbers.max(initial=self._last_started)
-        return points
+            self._queue.append(self.source.ask(n_new, self._n_free))
+        return self._queue.start(n_new)
 
-    def _submit(self, points: Points) -> list[Block]:
-        """Submit points; return tests of those that need no evaluation."""
-        blocks = []
-        if self.model.has_requirements:
+    def _submit(self, points: Points) -> None:
+        """Submit points; those that need no evaluation are answered."""
+        if self.model.has_requirements and len(points):
             violations = self.model.violations(points.matrix(self.model.space))
             is_unmet = (violations > 0).any(axis=1)
             n_unmet = np.count_nonzero(is_unmet)
             self.model.problem.n_not_run += n_unmet
-            if n_unmet:
-                blocks.append(self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet))
+            self._answer(points.at(is_unmet), [{"failure": ""}] * n_unmet)
             points = points.at(~is_unmet)
         if self._repeats is not None and len(points):
-            X = points.matrix(self.model.space)
-            new, known, values = self._repeats.split(points.numbers, X)
-            if values:
-                blocks.append(self._answer(points.at(known), values))
-            points = points.at(new)
+            points = self._repeats.new(points)
+            self._answer_repeats(self._repeats)
         if len(points):
             self.executor.submit(points)
+
+    def _keep(self, block: Block) -> None:
+        """Store and report tests."""
+        self.store.keep(block.tests, block.seconds)
+        self._report(block)
+
+    def _report(self, block: Block) -> None:
+        """Report stored tests to the source; they are ready, and those of their repetitions."""
+        self.source.tell(block.tests)
+        self._queue.ready.append(block)
+        if self._repeats is not None:
+            self._repeats.learn(block.tests)
+            self._answer_repeats(self._repeats)
+
+    def _answer_repeats(self, repeats: Repeats) -> None:
+        """Answer the points whose designs have a result."""
+        answers = repeats.take_answers()
+        rows = np.searchsorted(self._queue.points.numbers, [*answers])
+        self._answer(self._queue.points.at(rows), [*answers.values()])
+
+    def _answer(self, points: Points, values: Sequence[Values]) -> None:
+        """Store and report tests whose values are known without the model."""
+        if len(points):
+            self._keep(Block(points.numbers, self.model.tests(points, values)))
+
+
+class _Queue:
+    """The points of a run whose tests are not returned yet, by number.
+
+    The first of them are started: they are submitted, or their tests are stored.
+
+    Attributes:
+        points: The points.
+        n_awaited: How many of them, the first, are awaited.
+        ready: The tests of started points, as far as they are there.
+    """
+
+    def __init__(self) -> None:
+        self.points = Points.none()
+        self.n_awaited = 0
+        self.ready: list[Block] = []
+        self._last_started = 0
+
+    def __getstate__(self) -> Values:
+        """Copies have all points and no tests."""
+        return self.__dict__ | {"ready": []}
+
+    def __len__(self) -> int:
+        """Return how many points there are."""
+        return len(self.points)
+
+    @property
+    def awaited(self) -> Points:
+        """The points that are awaited."""
+        return self.points.at(slice(0, self.n_awaited))
+
+    @property
+    def n_started(self) -> int:
+        """How many points are started."""
+        return int(np.count_nonzero(self.points.numbers <= self._last_started))
+
+    def append(self, points: Points) -> None:
+        """Append points of higher numbers."""
+        self.points = self.points.joined(points)
+
+    def drop(self, numbers: Numbers) -> None:
+        """Drop points."""
+        self.points = self.points.at(~np.isin(self.points.numbers, numbers))
+
+    def start(self, count: int) -> Points:
+        """Start the first points that are not started; return them."""
+        first = self.n_started
+        points = self.points.at(slice(first, first + count))
+        self._last_started = points.numbers.max(initial=self._last_started)
+        return points
+
+    def restart(self) -> None:
+        """Let no point be started."""
+        self._last_started = 0
+
+    def are_ready(self, points: Points) -> Mask:
+        """``(n,)`` for which of n points the tests are ready."""
+        numbers = [block.numbers for block in self.ready]
+        return np.isin(points.numbers, np.concatenate([[], *numbers]))
+
+    def take(self, last: int) -> list[Block]:
+        """Take the tests of the points up to a number, each of which has one; drop these points."""
+        blocks = []
+        later = []
+        for block in self.ready:
+            is_due = block.numbers <= last
+            blocks.append(block.rows(is_due))
+            if not is_due.all():
+                later.append(block.rows(~is_due))
+        self.ready = later
+        # A stop may have dropped some of the points.
+        self.drop(np.concatenate([[], *[block.numbers for block in blocks]]))
         return blocks
 
-    def _keep(self, block: Block) -> list[Block]:
-        """Store tests and report them; see :meth:`_report`."""
-        self.store.keep(block.tests, block.seconds)
-        return self._report(block)
-
-    def _report(self, block: Block) -> list[Block]:
-        """Report stored tests to the source; return them, and those of repetitions that waited."""
-        self.source.tell(block.tests)
-        if self._repeats is None:
-            return [block]
-        numbers, values = self._repeats.learn(block.tests)
-        if not numbers:
-            return [block]
-        rows = np.searchsorted(self._queue.numbers, numbers)
-        return [block, self._answer(self._queue.at(rows), values)]
-
-    def _answer(self, points: Points, values: Sequence[Values]) -> Block:
-        """Store, report and return tests whose values are known without the model."""
-        block = Block(points.numbers, self.model.tests(points, values))
-        self.store.keep(block.tests, block.seconds)
-        self.source.tell(block.tests)
-        return block
+    def take_all(self) -> Generator[Block]:
+        """Take all tests that are ready, of which a filter may have left some out."""
+        while self.ready:
+            block = self.ready.pop(0)
+            self.drop(block.numbers)
+            yield block
 
 
 class Repeats:
     """The results of a run by design, where designs recur as no variable is real.
 
+    Points with the same design wait for the result of the first of them.
+
     Args:
         model: The model.
         tests: Known tests.
-
-    Attributes:
-        known: The values of every design that is known.
-        waiting: For each design being evaluated, the numbers of the other points with it.
     """
 
     def __init__(self, model: Model, tests: TestTable) -> None:
         self._model = model
-        self.known: dict[tuple[str, ...], Values] = {}
-        self.waiting: dict[tuple[str, ...], list[int]] = {}
+        self._values: dict[tuple[str, ...], Values] = {}  # of each design with a result
+        self._waiting: dict[tuple[str, ...], list[int]] = {}  # points, by design
+        self._answers: dict[int, Values] = {}  # the values of points that need not wait
         self.learn(tests)
 
-    def learn(self, tests: TestTable) -> tuple[list[int], list[Values]]:
-        """Learn the results of tests; return the points that waited for them, and their values."""
-        numbers = []
-        answers = []
-        for key, values in zip(design_keys(tests.X), self._model.values(tests), strict=True):
-            self.known.setdefault(key, values)
-            for number in self.waiting.pop(key, ()):
-                numbers.append(number)
-                answers.append(values)
-        return numbers, answers
+    def restart(self) -> None:
+        """Let no design be evaluated, and no point wait."""
+        self._waiting.clear()
 
-    def split(self, numbers: Numbers, X: Designs) -> tuple[list[int], list[int], list[Values]]:
-        """Return which points, with designs X, to evaluate; which are known; and their values."""
-        new = []
-        known = []
-        answers = []
-        for row, key in enumerate(design_keys(X)):
-            if key in self.known:
-                known.append(row)
-                answers.append(self.known[key])
-            elif key in self.waiting:
-                self.waiting[key].append(int(numbers[row]))
+    def learn(self, tests: TestTable) -> None:
+        """Learn the results of tests, for which points may wait."""
+        for key, values in zip(design_keys(tests.X), self._model.values(tests), strict=True):
+            self._values.setdefault(key, values)
+            for number in self._waiting.pop(key, ()):
+                self._answers[number] = values
+
+    def new(self, points: Points) -> Points:
+        """Return the points to evaluate; the others have a result, or wait for one."""
+        rows = []
+        keys = design_keys(points.matrix(self._model.space))
+        for row, key in enumerate(keys):
+            number = int(points.numbers[row])
+            if key in self._values:
+                self._answers[number] = self._values[key]
+            elif key in self._waiting:
+                self._waiting[key].append(number)
             else:
-                self.waiting[key] = []
-                new.append(row)
-        return new, known, answers
+                self._waiting[key] = []
+                rows.append(row)
+        return points.at(rows)
+
+    def take_answers(self) -> dict[int, Values]:
+        """Take the values of points that need not wait any more, by their numbers."""
+        answers = self._answers
+        self._answers = {}
+        return answers
 
 
 def run_of_sequence(

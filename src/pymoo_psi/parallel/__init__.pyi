@@ -1,6 +1,6 @@
 # The public names. `_names` reads this file when the subpackage is imported.
 
-from ._executor import ExecutorRunner as ExecutorRunner
+from ._engine import ExecutorRunner as ExecutorRunner
 from ._runner import JoblibRunner as JoblibRunner
 
 # Names that other subpackages share; they are no promise to users.

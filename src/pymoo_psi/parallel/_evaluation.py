@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined]
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import cloudpickle
 import numpy as np
@@ -31,6 +31,13 @@ Values = dict[str, Any]
 Function = Callable[[Any], Values]
 Waiting = deque[tuple[int, Any]]  # designs to be evaluated, each with its index
 Result = tuple[int, Any, float]  # a design's index, its values, the seconds of its evaluation
+
+
+class LostDesign(NamedTuple):
+    """Stands for the values of a design that was lost."""
+
+    reason: str
+
 
 MOMENT = 1e-3  # seconds between two measurements: long beside one, short beside sending a design
 # Seconds that a chunk of designs takes: long beside the message that brings it, some 0.1 ms.

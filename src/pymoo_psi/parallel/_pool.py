@@ -43,7 +43,7 @@ import cloudpickle
 
 from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
-from pymoo_psi.parallel._evaluation import Result, Waiting
+from pymoo_psi.parallel._evaluation import LostDesign, Result, Waiting
 
 _PATIENCE = 2.0  # seconds for a worker to end by itself, which takes some hundredths
 # Seconds for a guard to end its worker with all that was started there, as many as a busy machine
@@ -102,12 +102,6 @@ class Work(NamedTuple):
     lasting: float
 
 
-class LostDesign(NamedTuple):
-    """Stands for the values of a design that was lost."""
-
-    reason: str
-
-
 # Results of the designs that were evaluated, and the error that ended the evaluation.
 Answer = tuple[list[Result], EvaluationError | None]
 
@@ -162,34 +156,30 @@ class Processes:
             worker = self._hire()
             was_kept = worker.run != ""
             try:
-                kind, content = worker.evaluate(work, function, waiting, results)
+                failure = worker.evaluate(work, function, waiting, results)
+            except TimeoutError:
+                worker.end()
+                reason = f"timed out after {work.timeout:g} s"
+            except EOFError:
+                end = worker.end(_PATIENCE)
+                index, _ = waiting[0]
+                if worker.run != work.run:  # it has not loaded the function
+                    if was_kept:
+                        continue
+                    raise _cannot_load(f"the process ends before ({end})") from None
+                if tried != index:
+                    tried = index
+                    continue
+                reason = f"its worker process died ({end}, 2 times)"
             except BaseException:
                 worker.end()
                 raise
+            else:
+                _IDLE.append(worker)
+                return results, failure
             finally:
                 self._busy.discard(worker)
-            if kind in ("left", "raised"):
-                _IDLE.append(worker)
-                return results, content
-            patience = 0.0
-            if kind == "died":
-                patience = _PATIENCE
-            end = worker.end(patience)
-            if kind == "unusable":
-                raise _cannot_load(content)
             index, _ = waiting[0]
-            has_begun = worker.run == work.run  # it has loaded the function
-            if kind == "overdue":
-                reason = f"timed out after {work.timeout:g} s"
-            elif has_begun and tried == index:
-                reason = f"its worker process died ({end}, 2 times)"
-            elif has_begun:
-                tried = index
-                continue
-            elif was_kept:
-                continue
-            else:
-                raise _cannot_load(f"the process ends before ({end})")
             results.append((index, LostDesign(reason), 0.0))
             return results, None
         raise CancelledError
@@ -254,30 +244,35 @@ class _Worker:
 
     def evaluate(
         self, work: Work, function: bytes, waiting: Waiting, results: list[Result]
-    ) -> tuple[str, Any]:
-        """Let it evaluate designs, which leave the queue; return the last message.
+    ) -> EvaluationError | None:
+        """Let it evaluate designs, which move from the queue to the results.
 
-        Its kind is "left" where all is well; "overdue" after a design's time limit; "died" after
-        the end of the process. While the process loads the function, it has read all that was sent:
-        this one never waits for it.
+        While the process loads the function, it has read all that was sent: this one never waits
+        for it.
+
+        Returns:
+            The error that ended the evaluation, if there was one.
+
+        Raises:
+            TimeoutError: The first design that waits takes too long.
+            EOFError: The process has ended.
+            WorkerError: It cannot load the function.
         """
         to_load = None
         if self.run != work.run:
             to_load = function
         self.send((to_load, waiting, work.lasting))
-        kind, content = self.receive()
-        if kind != "ready":
-            return kind, content
+        problem = self.receive()
+        if problem:
+            raise _cannot_load(problem)
         self.run = work.run
         while waiting:
-            kind, content = self.receive(work.timeout)
-            if kind == "lost":
-                content = (waiting[0][0], LostDesign(content), 0.0)
-            elif kind != "done":
-                return kind, content
+            answer = self.receive(work.timeout)
+            if answer is None or isinstance(answer, EvaluationError):
+                return answer
             waiting.popleft()
-            results.append(content)
-        return "left", None
+            results.append(answer)
+        return None
 
     def send(self, content: Any) -> None:
         """Send a message; a process that is gone is noticed when its answer is read."""
@@ -286,15 +281,19 @@ class _Worker:
         with suppress(OSError):
             self.channel.send_bytes(data)
 
-    def receive(self, timeout: float | None = None) -> tuple[str, Any]:
-        """Return kind and content of the next message within some seconds."""
+    def receive(self, timeout: float | None = None) -> Any:
+        """Return the next message.
+
+        Raises:
+            TimeoutError: None has come within so many seconds.
+            EOFError: The process has ended.
+        """
         try:
-            if not self.channel.poll(timeout):
-                return "overdue", None
-            message: tuple[str, Any] = self.channel.recv()
-        except (EOFError, OSError):  # closed, or reset
-            return "died", None
-        return message
+            if self.channel.poll(timeout):
+                return self.channel.recv()
+        except OSError as error:  # it was reset
+            raise EOFError from error
+        raise TimeoutError
 
     def hang_up(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""

@@ -248,7 +248,7 @@ class JoblibRunner(Runner):
         if cluster is not None:
             yield from cluster.by_workers(f, waiting)
             return
-        from pymoo_psi.parallel._executor import Tasks
+        from pymoo_psi.parallel._engine import Tasks
 
         executor = None
         if sys.platform == "win32":
@@ -270,7 +270,7 @@ class JoblibRunner(Runner):
         if type(backend).__module__.startswith("joblib.") and not is_of_dask:
             return None
         if self._on_backend is None or self._on_backend[0] is not backend:
-            from pymoo_psi.parallel._executor import ExecutorRunner, executor_of_backend
+            from pymoo_psi.parallel._engine import ExecutorRunner, executor_of_backend
 
             workers = None if self.n_jobs == -1 else active_workers(self.n_jobs)
             executor = executor_of_backend(backend)

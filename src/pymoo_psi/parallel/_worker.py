@@ -9,9 +9,9 @@ guard also finds processes that left the worker's group.
 
 Messages to the worker: the path and the arguments of the program; then a pickled function, or None
 for the one that it has, designs, and the seconds that they may take; None at the end. Messages from
-it: ``("ready", None)`` when it has loaded a function, or ``("unusable", text)`` if it cannot; for
-each design, in turn and as soon as it is done, ``("done", Result)`` or ``("lost", reason)``; last
-``("raised", error)``, or ``("left", None)`` if it leaves the rest of the designs to other workers.
+it: when it has loaded a function, an empty text, or why it cannot; for each design, in turn and as
+soon as it is done, a ``Result``; last, if designs are left, the error of the one that raised, or
+None if it leaves them to other workers.
 
 A worker that has loaded a function before ends, before it loads another, if a module has changed
 that it has imported from the folders of users. It also ends when it has waited for some minutes.
@@ -225,13 +225,13 @@ def _serve(channel: Any) -> None:
     import cloudpickle
 
     from pymoo_psi.errors import EvaluationError
-    from pymoo_psi.parallel._evaluation import evaluate_here, one_line, sendable
+    from pymoo_psi.parallel._evaluation import LostDesign, evaluate_here, one_line, sendable
 
-    def send(kind: str, content: Any = None) -> None:
+    def send(message: Any) -> None:
         try:
-            data = pickle.dumps((kind, content))
+            data = pickle.dumps(message)
         except Exception:  # cloudpickle takes twice as long, and pickles more
-            data = cloudpickle.dumps((kind, content))
+            data = cloudpickle.dumps(message)
         channel.send_bytes(data)
 
     stamps: dict[str, _Stamp] = {}
@@ -248,22 +248,23 @@ def _serve(channel: Any) -> None:
             try:
                 function = cloudpickle.loads(pickled)
             except BaseException as error:  # a module may exit when it is imported
-                send("unusable", one_line(error))
+                send(one_line(error))
                 return
-        send("ready")
+        send("")
         _note_modules(stamps, began)
         try:
             is_late = partial(_is_past, perf_counter() + 2 * lasting)  # the rest is for others
             for result in evaluate_here(function, designs, enough=is_late, moment=0.0):
                 try:
-                    send("done", result)
+                    send(result)
                 except Exception as error:
-                    send("lost", f"its values cannot be sent between processes: {one_line(error)}")
+                    reason = f"its values cannot be sent between processes: {one_line(error)}"
+                    send((result[0], LostDesign(reason), 0.0))
         except EvaluationError as error:
-            send("raised", sendable(error))  # the last message, also where designs are left
+            send(sendable(error))
         else:
             if designs:
-                send("left")
+                send(None)
         _note_modules(stamps, began)
 
 

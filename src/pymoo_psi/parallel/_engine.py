@@ -36,6 +36,7 @@ from pymoo_psi.parallel._evaluation import (
     CHUNK,
     MOMENTS,
     Function,
+    LostDesign,
     Result,
     Waiting,
     evaluate_here,
@@ -44,7 +45,7 @@ from pymoo_psi.parallel._evaluation import (
     pickled_function,
     sendable,
 )
-from pymoo_psi.parallel._pool import Answer, LostDesign, Processes, Setting, Work
+from pymoo_psi.parallel._pool import Answer, Processes, Setting, Work
 from pymoo_psi.parallel._runner import Runner
 
 # What must agree in this process and in its workers, as functions and values travel by pickle.
@@ -360,14 +361,12 @@ def _unusable(error: BaseException) -> WorkerError:
 def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes]:
     """Return by what runs know that they may share workers; see :class:`Work`.
 
-    A worker may keep what a module has read from a file that the problem's fingerprint includes. A
+    A worker may keep what a module has read from a file that the fingerprint of the function's
+    ``problem`` includes. A
     class of the main module is sent by value: whatever of its last version is left in a worker, a
     call that is not of the same runner must not meet it.
     """
-    while isinstance(function, partial):
-        function = function.func
-    problem = getattr(getattr(function, "__self__", function), "problem", None)
-    fingerprint = getattr(problem, "fingerprint", None)
+    fingerprint = getattr(getattr(function, "problem", None), "fingerprint", None)
     parameters = None
     if callable(fingerprint):
         with suppress(Exception):  # which a run without a study does not need
