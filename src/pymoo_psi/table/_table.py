@@ -146,29 +146,39 @@ class TestTable(Tests, Shown):
         return self.tested._under(replace(formulation, **fields))
 
     def _under(self, formulation: Formulation) -> TestTable:
-        columns = {name: self.column(name) for name in self.layout.columns}
-        layout, columns = formulated(formulation, self.layout, columns)
-        former = self.formulation
-        if formulation.ranges is None:  # those of the tests, if they are of the same objectives
-            is_same = {*layout.objectives} == {*self.layout.objectives}
-            formulation = replace(formulation, ranges=former.ranges if is_same else {})
-        changes: Values = {"layout": layout, "formulation": formulation, "_tested": self}
-        # Failed for an objective, a design may count under others; failed in its evaluation, it
-        # has no values.
+        """Return these tests, which are as they were tested, under a formulation."""
         reasons = self._failed_in_evaluation()
+        table = self._with(formulation=formulation, _tested=self)
         if formulation.without_columns() != formulation:
-            blocks = blocks_of(layout, columns, len(self))
-            _fill_failed(blocks, np.isin(self.numbers, list(reasons)))
-            changes |= blocks
-            changes["problem"] = facts_of(self.problem, "sampling", "runs")
-        if layout.variables != self.layout.variables:
-            indices = [self.layout.variables.index(name) for name in layout.variables]
-            changes["X"] = design_matrix("X", self.X[:, indices])
-        table = self._with(**changes)
+            table = table._with(**self._rearranged(formulation, [*reasons]))
+        if formulation.ranges is None:  # those of the tests, if they are of the same objectives
+            ranges: Any = {}
+            if {*table.layout.objectives} == {*self.layout.objectives}:
+                ranges = self.formulation.ranges
+            table = table._with(formulation=replace(formulation, ranges=ranges))
         table._check_ranges()
         table._set_status(reasons)
         table._require_ranges()
         return table._with(remarks=(*self.remarks, *table._idle_limits()))
+
+    def _rearranged(self, formulation: Formulation, failed: list[int]) -> Values:
+        """Return the layout and the arrays of these tests as a formulation names their columns.
+
+        Args:
+            formulation: Objectives, relaxed constraints, computed columns.
+            failed: Numbers of the tests that failed in their evaluation, which have no values.
+        """
+        columns = {name: self.column(name) for name in self.layout.columns}
+        layout, columns = formulated(formulation, self.layout, columns)
+        arrays = blocks_of(layout, columns, len(self))
+        rows = np.isin(self.numbers, failed)
+        for name, value in _OF_FAILED.items():
+            values = arrays[name][rows]
+            arrays[name][rows] = np.where(np.isfinite(values), values, value)
+        variables = [self.layout.variables.index(name) for name in layout.variables]
+        arrays["X"] = design_matrix("X", self.X[:, variables])
+        problem = facts_of(self.problem, "sampling", "runs")
+        return {"layout": layout, "problem": problem, **arrays}
 
     def _require_ranges(self) -> None:
         """Refuse fixed ranges by which an objective would not count, though designs differ."""
@@ -772,16 +782,3 @@ class TestTable(Tests, Shown):
 
     read_csv = Renamed("read_table(path)")
     read_study = Renamed("read_table(path)")
-
-
-def _fill_failed(blocks: Mapping[str, Array], failed: Mask) -> None:
-    """Write the values of failed tests into blocks wherever a number is not finite."""
-    for name, value in _OF_FAILED.items():
-        values = blocks[name][failed]
-        blocks[name][failed] = np.where(np.isfinite(values), values, value)
-
-
-# The documentation shows the members of a class itself, not of a base that is private.
-for _name, _member in vars(Tests).items():
-    if not _name.startswith("_") and _name not in vars(TestTable):
-        setattr(TestTable, _name, _member)
