@@ -30,6 +30,8 @@ AnyArray = NDArray[Any]
 Names = Sequence[str]
 Entries = Mapping[str, Any]
 Values = dict[str, Any]
+Columns = dict[str, AnyArray]  # of a table: n cells each, by name
+Head = Mapping[str, Any]  # what the columns of a table mean, as values that JSON can hold
 FilePath = str | PathLike[str]
 Class = TypeVar("Class")
 

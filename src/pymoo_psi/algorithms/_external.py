@@ -21,6 +21,7 @@ import numpy as np
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import (
     AnyArray,
+    Columns,
     Designs,
     Entries,
     FilePath,
@@ -37,7 +38,7 @@ from pymoo_psi.algorithms._run import table_of_run
 from pymoo_psi.algorithms._sources import unit_points
 from pymoo_psi.algorithms._store import StudyStore
 from pymoo_psi.problems import Variable, requirements_of
-from pymoo_psi.study import Columns, Database, Proposal, Study
+from pymoo_psi.study import Database, Proposal, Study
 from pymoo_psi.table import (
     PROPOSAL_ROUND,
     Expression,

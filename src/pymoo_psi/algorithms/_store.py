@@ -9,22 +9,23 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Mask, Numbers, Values, invalid
+from pymoo_psi._validation import Columns, Head, Mask, Numbers, Values, invalid
 from pymoo_psi.algorithms._model import Model, warn_of_output
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.errors import StudyAccessError
 from pymoo_psi.problems import layers, requirement_texts
-from pymoo_psi.study import ADDED, LAST, LASTING, Columns, Proposal, Study, points_of
+from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, points_of
 from pymoo_psi.table import (
     POINT,
     RUN,
+    StoredTests,
     TestTable,
     columns_of,
     columns_of_designs,
@@ -32,11 +33,9 @@ from pymoo_psi.table import (
     kinds_of_columns,
     lacking,
     limits_of,
-    table_of,
 )
 
 Recall = Callable[[Points], TestTable]
-Head: TypeAlias = Values
 _OVER = "; over when the run began"
 _SECONDS = 0.5  # between two looks at what people ask, each of which takes about a millisecond
 
@@ -280,7 +279,8 @@ class StudyStore(Store):
         remarks = lacking(columns, needed)
         # Those that a test was made under may be others.
         columns = columns | self._model.requirement_columns(columns) | {POINT: columns[number]}
-        return table_of(head, columns, self.study.path, remarks, is_derived=True)
+        tests = StoredTests(head, columns, remarks, is_derived=True)
+        return tests.table(self.study.path)
 
     def keep(self, tests: TestTable, seconds: ArrayLike | None = None) -> None:
         """Store tests, and what each of them took; those that are stored already are left alone."""

@@ -78,7 +78,7 @@ from pymoo_psi.problems import (
     problem_layout,
 )
 from pymoo_psi.study import Study, write_study
-from pymoo_psi.table import TestTable, columns_of, design_matrix, head_of, table_of
+from pymoo_psi.table import StoredTests, TestTable, columns_of, design_matrix, head_of
 
 DEFAULT_ALGORITHMS = ("psi", "psi-scrambled", "nsga3", "psi+nsga3")
 
@@ -365,7 +365,7 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
                 "bounds or constants; give another folder"
             )
         task = Task(run.pop("algorithm"), run.pop("n_evaluations"), run.pop("seed"))
-        yield _run(task, table_of(head, columns, path), **run)
+        yield _run(task, StoredTests(head, columns).table(path), **run)
 
 
 def _head(tests: TestTable, problem: Any) -> Values:

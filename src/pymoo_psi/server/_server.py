@@ -27,7 +27,7 @@ from pymoo_psi._validation import known_name
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import designs_of_page, page_of_tests, rows_of
 from pymoo_psi.study import ACTIONS, LAST, LASTING, Facts, Study
-from pymoo_psi.table import TestTable, alike, stored_tests, table_of
+from pymoo_psi.table import TestTable, alike, stored_tests
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
@@ -109,7 +109,7 @@ class GrowingStudy:
             first, last = new.min(initial=LAST), new.max(initial=0)
             columns = database.tests(int(first), int(last))
         stored = stored_tests(facts, columns)
-        table = table_of(stored.head, stored.columns, self.study.path, is_derived=True)
+        table = stored._replace(remarks=(), limits={}).table(self.study.path)
         self._facts = facts
         self._limits = stored.limits
         self.tests = tests.extended(table.rows(np.isin(table.numbers, new)))

@@ -15,15 +15,13 @@ import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Integers, Mask, Received, Values, counted, invalid
+from pymoo_psi._validation import Columns, Head, Integers, Mask, Received, Values, counted, invalid
 from pymoo_psi.errors import StudyVersionError
 from pymoo_psi.study._facts import (
     NOT_VALUES,
     NUMBERS,
     ROOM,
-    Columns,
     Facts,
-    Head,
     Renaming,
     StudyRun,
     columns_of_head,

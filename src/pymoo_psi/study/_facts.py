@@ -9,12 +9,13 @@ import secrets
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, timezone
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pymoo_psi._validation import (
-    AnyArray,
+    Columns,
+    Head,
     Integers,
     Names,
     Received,
@@ -25,12 +26,6 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.errors import StudyMismatchError
-
-Head: TypeAlias = Mapping[str, Any]
-"""What the columns of tests mean, as values that JSON can hold; see :meth:`Study.begin`."""
-
-Columns: TypeAlias = dict[str, AnyArray]
-"""Tests: arrays of n cells by the name of their column."""
 
 ADDED = ("test", "run", "origin", "seconds")  # columns of a study that no table of a model has
 NUMBERS = ("test", "run", "test_point")

@@ -36,7 +36,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pymoo_psi._validation import FilePath, Integers, Received, identity_text, invalid, wrong_type
+from pymoo_psi._validation import (
+    Columns,
+    FilePath,
+    Head,
+    Integers,
+    Received,
+    identity_text,
+    invalid,
+    wrong_type,
+)
 from pymoo_psi.errors import ArgumentValueError, StudyAccessError, StudyMismatchError
 from pymoo_psi.study._database import (
     LAST,
@@ -50,9 +59,7 @@ from pymoo_psi.study._database import (
 from pymoo_psi.study._facts import (
     ROOM,
     SUFFIX,
-    Columns,
     Facts,
-    Head,
     Renaming,
     Share,
     StudyRun,

@@ -42,6 +42,7 @@ from ._formulation import limit_text as limit_text
 from ._formulation import limits_of as limits_of
 from ._formulation import limits_on as limits_on
 from ._formulation import sides_of_text as sides_of_text
+from ._head import StoredTests as StoredTests
 from ._head import choice_texts as choice_texts
 from ._head import choice_values as choice_values
 from ._head import columns_of as columns_of
@@ -51,7 +52,6 @@ from ._head import head_of as head_of
 from ._head import kinds_of_columns as kinds_of_columns
 from ._head import lacking as lacking
 from ._head import stored_tests as stored_tests
-from ._head import table_of as table_of
 from ._joining import difference as difference
 from ._layout import POINT as POINT
 from ._layout import PROPOSAL_ROUND as PROPOSAL_ROUND

@@ -607,9 +607,8 @@ def convergence(table: TestTable) -> Convergence:
     """
     table, _ = even_part(table, ordered=True)
     if len(table) < _FIRST:
-        raise invalid(
-            "the table", f"of {_FIRST} tests or more", Received(counted(len(table), "test"))
-        )
+        received = Received(counted(len(table), "test"))
+        raise invalid("the table", f"of {_FIRST} tests or more", received, "test more points")
     # What the first n tests decide: their front, and their optimum or -1.
     sizes = [len(table)]
     while sizes[-1] // 2 >= _FIRST:

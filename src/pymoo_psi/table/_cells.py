@@ -29,7 +29,7 @@ import numpy as np
 
 from pymoo_psi._validation import (
     Array,
-    Values,
+    Head,
     counted,
     invalid,
 )
@@ -109,7 +109,7 @@ class Cells:
     columns: dict[str, list[Any]]
     lines: Sequence[int] = ()
     separator: str = ""
-    head: Values = field(default_factory=dict)
+    head: Head = field(default_factory=dict)
     label: str | None = None
     rows: Sequence[int] = ()
     metadata: str = ""
@@ -188,7 +188,7 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
     header, columns = _divided(rows)
     names = _names(header)
     if len(rows) < 2:
-        raise UnfitError("it holds column names, but no row")
+        raise UnfitError("it holds column names, but no row", "add a line for each design")
     cells = {}
     for name, column in zip(names, columns, strict=True):
         if name == "":
@@ -204,7 +204,7 @@ def cells_of_rows(rows: RowsByLine, separator: str = "") -> Cells:
     return Cells(cells, [*rows][1:], separator)
 
 
-def cells_as_written(rows: RowsByLine, head: Values) -> Cells:
+def cells_as_written(rows: RowsByLine, head: Head) -> Cells:
     """Return the rows of a file of ours as columns under the names in the first row, as they are.
 
     Raises:

@@ -28,7 +28,7 @@ import numpy as np
 
 from pymoo_psi._output import Shown, whole_file
 from pymoo_psi._validation import (
-    AnyArray,
+    Columns,
     FilePath,
     Received,
     Values,
@@ -48,8 +48,6 @@ from pymoo_psi.table._layout import RESERVED, Layout, column_names, real_column,
 
 if TYPE_CHECKING:
     import pandas as pd
-
-Columns: TypeAlias = Mapping[str, AnyArray]
 
 _VERSION = 2  # of the file; 1 had no positions
 
@@ -398,7 +396,7 @@ ATTRIBUTES = [attribute.name for attribute in fields(Formulation)]
 
 def formulated(
     formulation: Formulation, layout: Layout, columns: Columns
-) -> tuple[Layout, dict[str, AnyArray]]:
+) -> tuple[Layout, Columns]:
     """Return the layout that a formulation gives a table, and its columns.
 
     Args:

@@ -1,9 +1,15 @@
-"""A test table outside Python: a head, which JSON can hold, and columns.
+"""A test table outside Python: its columns, and a head that says what they mean.
 
-    table_of(head_of(table), columns_of(table)) is the table.
+    StoredTests(head_of(table), columns_of(table)).table("a file") is the table.
 
-The head says what the columns mean. A file or a database stores both and need not know more: the
-columns are arrays of float64, int64, bool, or texts.
+A :class:`TestTable` has matrices, a :class:`Layout` and a :class:`Formulation`. Files and studies
+hold the same as ``Columns``, an array of float64, int64, bool or texts for each name, and a
+``Head``: the layout, the formulation and the identity of the problem, as values that JSON can hold.
+
+- From a table: :func:`head_of`, :func:`columns_of`.
+- Back to one: :class:`StoredTests`; :func:`stored_tests` of a study, :func:`tests_of_cells` of the
+  cells of a file.
+- A file of designs has a shorter head, as not all of its columns are known: :func:`designs_head`.
 """
 
 from __future__ import annotations
@@ -13,13 +19,24 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pymoo_psi._kinds import DTYPES, Kind
-from pymoo_psi._validation import AnyArray, Entries, Names, Received, Values, counted, invalid
+from pymoo_psi._validation import (
+    AnyArray,
+    Columns,
+    Entries,
+    Head,
+    Integers,
+    Names,
+    Received,
+    Values,
+    counted,
+    invalid,
+)
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table._cells import Cells, UnfitError, in_a_line
 from pymoo_psi.table._formulation import Formulation
@@ -37,9 +54,6 @@ if TYPE_CHECKING:
     from pymoo_psi.study import Facts
     from pymoo_psi.table._table import TestTable
 
-Head: TypeAlias = dict[str, Any]
-Columns: TypeAlias = dict[str, AnyArray]
-
 MARK = "pymoo_psi_test_table"  # in the head of a file of tests
 DESIGNS_MARK = "pymoo_psi_designs"  # in that of a file of designs, whose columns are not all known
 MARKS = (MARK, DESIGNS_MARK)
@@ -55,10 +69,12 @@ class StoredTests(NamedTuple):
 
     Attributes:
         head: As :func:`head_of` returns it.
-        columns: As :func:`columns_of` returns them.
+        columns: As :func:`columns_of` returns them, in any order; further ones are not read.
         remarks: What a reader must know about the rows, in sentences.
         limits: Under which they are asked, if their ``status`` is that without limits.
-        is_derived: Whether their ``status`` says only which tests failed; see :func:`table_of`.
+        is_derived: Whether the status follows from the head, which may be another one than that
+            under which the tests were made; only those that failed have failed. Otherwise the
+            status is checked.
     """
 
     head: Head
@@ -68,18 +84,49 @@ class StoredTests(NamedTuple):
     is_derived: bool = False
 
     def table(self, where: object) -> TestTable:
-        """Return the table, as :func:`table_of` does, under its limits."""
-        head, columns, remarks, limits, is_derived = self
-        table = table_of(head, columns, where, remarks, is_derived=is_derived)
-        if limits:
-            return table.under(limits=limits)
+        """Return the table.
+
+        Args:
+            where: What the tests come from, such as the path of a file, for messages.
+
+        Raises:
+            ArgumentValueError: They are those of no table; the message says where.
+        """
+        from pymoo_psi.table._table import TestTable  # which stands above this module
+
+        columns = self.columns
+        with described(where):
+            layout = _layout_of(self.head)
+            extra = self.head.get("extra", ())
+            numbers = np.asarray(columns[number_column(extra)], dtype=np.int64)
+            n = len(numbers)
+            blocks: Any = blocks_of(layout, columns, n)
+            if n:  # units of outputs that no test has brought say nothing any more
+                layout = replace(layout, units=units_of(layout.columns, layout.units))
+            table = TestTable(
+                layout,
+                numbers,
+                _designs(layout, columns, n),
+                **blocks,
+                reasons=_reasons(columns, numbers),
+                problem=self.head.get("problem"),
+                extra={name: choice_values(columns[name]) for name in extra},
+                formulation=formulation_of_head(self.head),
+                remarks=self.remarks,
+            )
+            if self.is_derived:
+                table = _without_rejected(table, columns["status"])
+            else:
+                _require_status(table, columns["status"])
+        if self.limits:
+            return table.under(limits=self.limits)
         return table
 
 
 # From a table to a head and columns
 
 
-def head_of(table: Any) -> Head:
+def head_of(table: Any) -> Values:
     """Return what is not in the columns of a :class:`TestTable`, as values that JSON can hold.
 
     Returns:
@@ -91,7 +138,7 @@ def head_of(table: Any) -> Head:
         ``normalize`` if it is false and ``chosen``, the name of a design and why; and ``problem``.
     """
     layout = table.layout
-    head: Head = {field.name: getattr(layout, field.name) for field in fields(layout)}
+    head: Values = {field.name: getattr(layout, field.name) for field in fields(layout)}
     for side in ("lower", "upper"):  # in JSON there is no NaN, but null
         bounds = head[side].astype(object)
         bounds[bounds != bounds] = None
@@ -108,9 +155,9 @@ def head_of(table: Any) -> Head:
     return head | formulation_head(table.formulation)
 
 
-def formulation_head(formulation: Formulation) -> Head:
+def formulation_head(formulation: Formulation) -> Values:
     """Return the entries of a head for a formulation: what no column shows."""
-    head: Head = {}
+    head: Values = {}
     if formulation.limits:
         head["limits"] = formulation.limits
     if formulation.ranges:
@@ -140,7 +187,7 @@ def formulation_of_head(head: Head) -> Formulation:
     )
 
 
-def marked(table: Any) -> Head:
+def marked(table: Any) -> Values:
     """Return the head of a file of a table."""
     return {MARK: _FORMAT, "tests": len(table), **head_of(table)}
 
@@ -281,7 +328,7 @@ def stored_tests(facts: Facts, columns: Columns) -> StoredTests:
 # The head of a file of designs, whose columns are not all known
 
 
-def designs_head(designs: Any, columns: Collection[str]) -> Head:
+def designs_head(designs: Any, columns: Collection[str]) -> Values:
     """Return the head of a file of designs, with which :func:`read_table` reads what was written.
 
     Args:
@@ -301,7 +348,7 @@ def designs_head(designs: Any, columns: Collection[str]) -> Head:
     }
 
 
-def checked_designs_head(head: Head) -> Head:
+def checked_designs_head(head: Head) -> Values:
     """Return the head of designs in full, empty where a source says nothing of its columns."""
     checked: Values = {"normalize": head.get("normalize") is not False}
     try:
@@ -325,77 +372,40 @@ def units_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]
 # From a head and columns to a table
 
 
-def table_of(
-    head: Head,
-    columns: Columns,
-    where: object,
-    remarks: tuple[str, ...] = (),
-    *,
-    is_derived: bool = False,
-) -> TestTable:
-    """Return the table of a head and the columns of :func:`columns_of`.
+def _reasons(columns: Columns, numbers: Integers) -> dict[int, str]:
+    """Return why tests failed, by number; other tests have no reason that counts."""
+    reasons = {}
+    for i in np.flatnonzero(columns["status"] == "failed").tolist():
+        reasons[int(numbers[i])] = columns["reason"][i]
+    return reasons
 
-    Args:
-        head: As :func:`head_of` returns it.
-        columns: In any order; further ones are not read.
-        where: What they come from, such as the path of a file, for messages.
-        remarks: What a reader must know about the rows, in sentences.
-        is_derived: Whether the status follows from the head, which may be another one than that
-            under which the tests were made; only those that failed have failed. Otherwise the
-            status is checked.
 
-    Raises:
-        ArgumentValueError: They are those of no table; the message says where.
-    """
-    from pymoo_psi.table._table import TestTable  # which stands above this module
+def _designs(layout: Layout, columns: Columns, n: int) -> AnyArray:
+    """Return the ``(n, n_var)`` designs in columns."""
+    kinds = _kinds(layout)
+    X = np.empty((n, len(kinds)), dtype=common_dtype(kinds))
+    for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
+        column = columns[name]
+        if kind is Kind.CHOICE:
+            column = choice_values(column)
+        X[:, j] = column
+    return X
 
-    with described(where):
-        layout = _layout_of(head)
-        extra = head.get("extra", ())
-        numbers = np.asarray(columns[number_column(extra)], dtype=np.int64)
-        status: Any = np.array(list(columns["status"]), dtype=str)
-        # A reason is kept for what has failed only; "" stands for none in a column of texts.
-        reasons = {}
-        for i in np.flatnonzero(status == "failed").tolist():
-            reasons[int(numbers[i])] = columns["reason"][i]
-        kinds = _kinds(layout)
-        X = np.empty((len(numbers), len(kinds)), dtype=common_dtype(kinds))
-        for j, (name, kind) in enumerate(zip(layout.variables, kinds, strict=True)):
-            column = columns[name]
-            if kind is Kind.CHOICE:
-                column = choice_values(column)
-            X[:, j] = column
-        if len(numbers):  # units of outputs that no test has brought say nothing any more
-            known = layout.columns
-            units = {name: unit for name, unit in layout.units.items() if name in known}
-            layout = replace(layout, units=units)
-        table = TestTable(
-            layout,
-            numbers,
-            X,
-            **blocks_of(layout, columns, len(numbers)),
-            reasons=reasons,
-            problem=head.get("problem"),
-            extra={name: choice_values(columns[name]) for name in extra},
-            formulation=formulation_of_head(head),
-            remarks=remarks,
-            decimal=".",
-        )
-        if is_derived:
-            return _without_rejected(table, columns["status"])
-        differing = np.flatnonzero(status != table.status)
-        if len(differing):  # a file in which the status or a value was edited
-            row = differing[0]
-            rule = "ok where constraints and limits are met, infeasible where not, or failed"
-            received = Received(f"{str(status[row])!r} for test point {numbers[row]}")
-            raise invalid("status", rule, received)
-        return table
+
+def _require_status(table: TestTable, status: AnyArray) -> None:
+    """Refuse a file in which the status or a value was edited."""
+    differing = np.flatnonzero(status != table.status)
+    if len(differing):
+        row = differing[0]
+        rule = "ok where constraints and limits are met, infeasible where not, or failed"
+        received = Received(f"{str(status[row])!r} for test point {table.numbers[row]}")
+        raise invalid("status", rule, received)
 
 
 def _without_rejected(table: TestTable, stored_status: AnyArray) -> TestTable:
     """Return tests without designs that never ran, for requirements that do not hold any more."""
     is_unknown = ~np.isfinite(table.F).any(axis=1) & np.isnan(table.outputs).all(axis=1)
-    is_rejected = (table.status == "failed") & (stored_status != "failed") & is_unknown
+    is_rejected = table.failed() & (stored_status != "failed") & is_unknown
     if not is_rejected.any():
         return table
     return table.rows(~is_rejected)
@@ -427,7 +437,7 @@ def described(where: object) -> Iterator[None]:
 
 
 def kinds_of_columns(layout: Layout, extra: Collection[str] = ()) -> dict[str, Kind]:
-    """Return the kind of every column that :func:`table_of` needs; texts are those of a choice."""
+    """Return the kind of every column that a table needs; texts are those of a choice."""
     kinds = {number_column(extra): Kind.INTEGER}
     kinds |= zip(layout.variables, _kinds(layout), strict=True)
     kinds |= dict.fromkeys(layout.objectives + layout.constraints + layout.outputs, Kind.REAL)

@@ -116,11 +116,8 @@ class Layout:
         self._set("maximize", tuple(name for name in columns if name in self.maximize))
         for name, count in Counter((*RESERVED, *self.columns)).items():
             if count > 1:
-                raise invalid(
-                    "the names of a test table",
-                    f"distinct, and none of {', '.join(RESERVED)}",
-                    name,
-                )
+                rule = f"distinct, and none of {', '.join(RESERVED)}"
+                raise invalid("the names of a test table", rule, name, "give it another name")
 
     @property
     def words(self) -> Words:

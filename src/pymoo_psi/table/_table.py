@@ -21,6 +21,7 @@ from pymoo_psi._names import Renamed
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import (
     Array,
+    Columns,
     FilePath,
     Mask,
     Received,
@@ -53,7 +54,7 @@ from pymoo_psi.table._formulation import (
     formulated,
     limit_text,
 )
-from pymoo_psi.table._head import Columns, blocks_of, columns_of
+from pymoo_psi.table._head import blocks_of, columns_of
 from pymoo_psi.table._joining import (
     combined,
     difference,

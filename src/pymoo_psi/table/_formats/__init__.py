@@ -11,7 +11,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from pymoo_psi._validation import FilePath, invalid
-from pymoo_psi.table._cells import UnfitError
 from pymoo_psi.table._formats._format import FileFormat, SourceFile, StudyFile, tests_of_folder
 from pymoo_psi.table._formats._texts import CsvFile, JsonFile, cells_of_text, metadata_path
 from pymoo_psi.table._formats._xlsx import WorkbookFile
@@ -41,15 +40,11 @@ any text could be CSV, and what begins like JSON is JSON: insert a further forma
 
 
 def recognized(file: SourceFile) -> FileFormat:
-    """Return the format of a file that is to be read.
-
-    Raises:
-        ArgumentValueError: No format recognizes the file.
-    """
+    """Return the format of a file that is to be read; any text may be CSV."""
     for file_format in FORMATS:
         if file_format.recognizes(file):
             return file_format
-    raise UnfitError("its format is unknown")
+    return CSV
 
 
 def format_of(path: FilePath, content: str) -> FileFormat:

@@ -12,10 +12,10 @@ from typing import IO, Any
 import numpy as np
 
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import Entries, FilePath, invalid
+from pymoo_psi._validation import Entries, FilePath, Head, invalid
 from pymoo_psi.table._cells import Cells, UnfitError
 from pymoo_psi.table._formulation import limits_of
-from pymoo_psi.table._head import Head, StoredTests, columns_of, head_of, marked, stored_tests
+from pymoo_psi.table._head import StoredTests, columns_of, head_of, marked, stored_tests
 from pymoo_psi.table._layout import POINT, RUN
 
 _START = 1024  # bytes by which a format is recognized

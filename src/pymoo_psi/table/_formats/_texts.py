@@ -25,7 +25,7 @@ from typing import Any, TypeAlias
 from urllib.parse import quote
 
 from pymoo_psi._output import is_marked, whole_file
-from pymoo_psi._validation import Entries, FilePath, Values, counted, distinct, invalid
+from pymoo_psi._validation import Entries, FilePath, Head, Values, counted, distinct, invalid
 from pymoo_psi.table._cells import (
     EMPTY,
     Cells,
@@ -43,7 +43,6 @@ from pymoo_psi.table._formats._format import (
 from pymoo_psi.table._head import (
     HEAD_REMEDY,
     MARKS,
-    Head,
     is_of_tests,
 )
 from pymoo_psi.table._layout import headings_of

@@ -11,14 +11,23 @@ from typing import Any
 from warnings import catch_warnings, simplefilter
 from zipfile import ZipFile, is_zipfile
 
-from pymoo_psi._validation import Entries, FilePath, Names, counted, invalid, known_name
+from pymoo_psi._validation import (
+    Entries,
+    FilePath,
+    Head,
+    Names,
+    Values,
+    counted,
+    invalid,
+    known_name,
+)
 from pymoo_psi.errors import PsiError
 from pymoo_psi.table._cells import Cells, RowsByLine, UnfitError, cells_as_written, cells_of_rows
 from pymoo_psi.table._formats._format import (
     FileFormat,
     SourceFile,
 )
-from pymoo_psi.table._head import Head, is_of_tests
+from pymoo_psi.table._head import is_of_tests
 from pymoo_psi.table._layout import headings_of
 
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
@@ -194,7 +203,7 @@ def _title(titles: Names, name: str | None) -> str:
     return titles[0]
 
 
-def _sheet_head(rows: Iterable[Sequence[Any]]) -> Head:
+def _sheet_head(rows: Iterable[Sequence[Any]]) -> Values:
     """Return what the second sheet says of the columns on the first one.
 
     Raises:
