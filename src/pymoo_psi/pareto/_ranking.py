@@ -589,24 +589,16 @@ def front_of(ranking: EfficiencyRanking) -> tuple[Rows, Array]:
     return front, without_rounding(objectives.values[front] * objectives.sign)
 
 
-def nearest_to_ideal(
-    F: Array, normalize: bool, ideal: Array | None = None, nadir: Array | None = None
-) -> Rows:
+def nearest_to_ideal(F: Array, frame: UtopianFrame) -> Rows:
     """Return the Salukvadze optimum of :func:`rank_of_efficiency` alone, which takes less time.
 
     Args:
         F: ``(n, m)`` objective values, minimised.
-        normalize: As for :func:`rank_of_efficiency`.
-        ideal: As for :func:`rank_of_efficiency`.
-        nadir: As for :func:`rank_of_efficiency`.
+        frame: That of a ranking of such values: whether they are normalised, and fixed points.
     """
     front = np.flatnonzero(nondominated(F))
     optimal = without_rounding(F[front])
-    if ideal is None:
-        ideal = optimal.min(axis=0)
-    if nadir is None:
-        nadir = optimal.max(axis=0)
-    frame = UtopianFrame(ideal, nadir, normalize)
+    frame = frame.around(optimal)
     measured, units = frame.measured(optimal)
     noise = frame.noise(optimal, units)
     return np.asarray(front[levels(measured[:, 0], noise[0]) == 0])
@@ -682,6 +674,12 @@ class UtopianFrame:
         self.line = np.where(self._varying, nadir - ideal, 0.0) / self.scale
         line = self.line / (self.line.max() or 1.0)
         self._direction = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
+
+    def around(self, front: Array) -> UtopianFrame:
+        """Return the frame of another ``(k, m)`` Pareto set: this one if its points are fixed."""
+        if self.is_fixed:
+            return self
+        return UtopianFrame(front.min(axis=0), front.max(axis=0), self.normalize)
 
     def scaled(self, F: Array) -> Array:
         """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""

@@ -6,15 +6,23 @@ differences between tests of the same design, as far as designs do not differ in
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Integers, Mask, Received, counted, invalid, known_name
+from pymoo_psi._validation import (
+    Array,
+    Integers,
+    Mask,
+    Received,
+    Rows,
+    counted,
+    invalid,
+    known_name,
+)
 from pymoo_psi.pareto import (
-    UtopianFrame,
     listed,
     nondominated,
     percent,
@@ -22,7 +30,15 @@ from pymoo_psi.pareto import (
     unit_lengths,
 )
 from pymoo_psi.table._joining import blank, unequal
-from pymoo_psi.table._layout import POINT, PROPOSAL_ROUND, RUN, design_keys, first_of, first_rows
+from pymoo_psi.table._layout import (
+    POINT,
+    PROPOSAL_ROUND,
+    RUN,
+    Layout,
+    design_keys,
+    first_of,
+    first_rows,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,64 +70,122 @@ def error_column(objective: str) -> str:
     return f"{objective} standard error"
 
 
+@dataclass(frozen=True)
+class _Groups:
+    """Which of n tests are of the same of k designs.
+
+    Attributes:
+        column: The column whose values are equal for tests of a design, or "variables".
+        first: ``(k,)`` row of the first test of each design.
+        design: ``(n,)`` the design of each test, 0 to k - 1.
+        usable: ``(n,)`` which tests have values.
+    """
+
+    column: str
+    first: Rows
+    design: Rows
+    usable: Mask
+
+    @classmethod
+    def of(cls, table: TestTable, by: str | None) -> _Groups:
+        """Return the groups of the tests of a table; see :meth:`TestTable.averaged`.
+
+        Raises:
+            ArgumentValueError: No value recurs, or equal values have different variables.
+        """
+        column, labels = _labels(table, by)
+        first, design = np.unique(first_of(labels), return_inverse=True)
+        usable = ~table.failed() & np.isfinite(table.F).all(axis=1)
+        groups = cls(column, first, design, usable)
+        if groups.counts.max(initial=0) < 2:
+            rule = "a column in which a value recurs"
+            raise invalid("repeats", rule, column, "it has none that does")
+        keys = design_keys(table.X)
+        for row, i in enumerate(first[design].tolist()):
+            if keys[row] != keys[i]:
+                received = Received(f"{column} {labels[row]} with different ones")
+                raise invalid(
+                    "repeats", "a column whose equal values have equal variables", received
+                )
+        return groups
+
+    @property
+    def counts(self) -> Integers:
+        """``(k,)`` how many usable tests each design has."""
+        return np.bincount(self.design[self.usable], minlength=len(self.first))
+
+    def sums(self, values: Array) -> Array:
+        """Return ``(k, m)`` sums of the ``(n, m)`` values of usable tests."""
+        sums = np.zeros((len(self.first), values.shape[1]))
+        np.add.at(sums, self.design[self.usable], values[self.usable])
+        return sums
+
+    def means(self, values: Array) -> Array:
+        """Return ``(k, m)`` means of ``(n, m)`` values; of the first test if none is usable."""
+        counts = self.counts[:, None]
+        with np.errstate(invalid="ignore"):
+            return np.where(counts == 0, values[self.first], self.sums(values) / counts)
+
+    def standard_errors(self, F: Array) -> Array:
+        """Return the ``(k, m)`` standard errors of the means of ``(n, m)`` objectives."""
+        with np.errstate(invalid="ignore"):  # of tests that are not usable
+            deviations = F - self.means(F)[self.design]
+        deviations[np.abs(deviations) <= _ROUNDED * np.abs(F)] = 0.0
+        squares = self.sums(deviations**2)
+        counts = self.counts
+        variances = np.column_stack([_variances(column, counts - 1) for column in squares.T])
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.sqrt(variances / counts[:, None]))
+
+
 def averaged(table: TestTable, by: str | None) -> TestTable:
     """Return :meth:`TestTable.averaged`."""
     tested = table.tested
-    layout = tested.layout
-    column, labels = _labels(tested, by)
-    first, group = np.unique(first_of(labels), return_inverse=True)
-    usable = (tested.status != "failed") & np.isfinite(tested.F).all(axis=1)
-    counts = np.bincount(group[usable], minlength=len(first))
-    if counts.max(initial=0) < 2:
-        rule = "a column in which a value recurs"
-        raise invalid("repeats", rule, column, "it has none that does")
-    keys = design_keys(tested.X)
-    for row, i in enumerate(first[group].tolist()):
-        if keys[row] != keys[i]:
-            rule = "a column whose equal values have equal variables"
-            raise invalid("repeats", rule, Received(f"{column} {labels[row]} with different ones"))
-
+    groups = _Groups.of(tested, by)
+    first = groups.first
     means: dict[str, Any] = {}
     for name in ("F", "G", "H", "outputs"):
-        means[name] = _means(getattr(tested, name), first, group, usable)
-    if PROPOSAL_ROUND in layout.outputs:  # a design is of the round that proposed it first
-        rounds = layout.outputs.index(PROPOSAL_ROUND)
+        means[name] = groups.means(getattr(tested, name))
+    if PROPOSAL_ROUND in tested.layout.outputs:  # a design is of the round that proposed it first
+        rounds = tested.layout.outputs.index(PROPOSAL_ROUND)
         means["outputs"][:, rounds] = tested.outputs[first, rounds]
-    errors = _standard_errors(tested.F[usable], means["F"], group[usable])
-    means["outputs"] = np.column_stack([means["outputs"], counts, errors])
-    names = tuple(map(error_column, layout.objectives))
-    units = dict(layout.units)
-    for objective, name in zip(layout.objectives, names, strict=True):
-        if objective in units:
-            units[name] = units[objective]
-    reasons = {}
-    is_lost = (counts == 0) & (tested.status[first] == "failed")  # others were not run
-    for number in tested.numbers[first[is_lost]].tolist():
-        reasons[number] = tested.reasons.get(number, "failed in all tests")
-    extra, varying = _common_cells(tested, first[group])
-    label = layout.label
-    if column in extra:
-        label = column
-    elif label not in extra:
-        label = None
+    errors = groups.standard_errors(tested.F)
+    means["outputs"] = np.column_stack([means["outputs"], groups.counts, errors])
+    extra, varying = _common_cells(tested, first[groups.design])
+    lost = tested.numbers[first[groups.counts == 0]].tolist()
 
     size = f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}"
-    remarks = [*tested.remarks, f"{size}: rows with the same {column} are tests of one design."]
-    if not usable.all():
-        remarks.append(f"{counted((~usable).sum(), 'test')} have no values and do not count.")
+    remarks = [*tested.remarks]
+    remarks.append(f"{size}: rows with the same {groups.column} are tests of one design.")
+    n_unusable = int((~groups.usable).sum())
+    if n_unusable:
+        remarks.append(f"{counted(n_unusable, 'test')} have no values and do not count.")
     if varying:
         remarks.append(f"Left out, as tests of one design differ in it: {', '.join(varying)}.")
-    outputs = (*layout.outputs, N_TESTS, *names)
     designs = replace(
         tested.rows(first),
-        layout=replace(layout, outputs=outputs, units=units, label=label),
+        layout=_layout_of_means(tested.layout, [groups.column, tested.layout.label], extra),
         problem=None,  # no run continues a study of means
-        reasons=reasons,
+        reasons={number: tested.reasons[number] for number in lost if number in tested.reasons},
         extra=extra,
         remarks=tuple(remarks),
         **means,
     )
     return table._asked_as_before(designs)
+
+
+def _layout_of_means(
+    layout: Layout, labels: Sequence[str | None], extra: Collection[str]
+) -> Layout:
+    """Return a layout with the columns of means, and the first of some labels that is there."""
+    outputs = [*layout.outputs, N_TESTS]
+    units = dict(layout.units)
+    for objective in layout.objectives:
+        outputs.append(error_column(objective))
+        if objective in units:
+            units[error_column(objective)] = units[objective]
+    label = next((label for label in labels if label in extra), None)
+    return replace(layout, outputs=tuple(outputs), units=units, label=label)
 
 
 def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
@@ -127,27 +201,6 @@ def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
         row = int(gaps.argmax()) + 1
         raise invalid("repeats", "a column without gaps", Received(f"none in row {row} of {by}"))
     return by, list(cells.tolist())
-
-
-def _means(values: Array, first: Integers, group: Integers, usable: Mask) -> Array:
-    """Return the means of the usable rows of each group; without any, its first row."""
-    sums = np.zeros((len(first), values.shape[1]))
-    np.add.at(sums, group[usable], values[usable])
-    counts = np.bincount(group[usable], minlength=len(first))[:, None]
-    with np.errstate(invalid="ignore"):
-        return np.where(counts == 0, values[first], sums / counts)
-
-
-def _standard_errors(F: Array, means: Array, group: Integers) -> Array:
-    """Return the ``(k, m)`` standard errors of means; ``group`` says of which each row of F is."""
-    deviations = F - means[group]
-    deviations[np.abs(deviations) <= _ROUNDED * np.abs(F)] = 0.0
-    squares = np.zeros(means.shape)
-    np.add.at(squares, group, deviations**2)
-    counts = np.bincount(group, minlength=len(means))
-    variances = np.column_stack([_variances(column, counts - 1) for column in squares.T])
-    with np.errstate(divide="ignore"):
-        return np.asarray(np.sqrt(variances / counts[:, None]))
 
 
 def _variances(squares: Array, degrees: Integers) -> Array:
@@ -177,7 +230,7 @@ def _variances(squares: Array, degrees: Integers) -> Array:
     return np.asarray((2 * typical + squares) / (2 * y + degrees))
 
 
-def _common_cells(table: TestTable, first: Integers) -> tuple[dict[str, Any], list[str]]:
+def _common_cells(table: TestTable, first: Rows) -> tuple[dict[str, Any], list[str]]:
     """Return the extra columns in which all tests of each design agree, and the names of others.
 
     Args:
@@ -197,7 +250,7 @@ def _common_cells(table: TestTable, first: Integers) -> tuple[dict[str, Any], li
 
 def averaged_repeats(table: TestTable) -> TestTable:
     """Return the tests of a noisy model, those of the same design averaged if there are any."""
-    keys = design_keys(table.X[table.status != "failed"])
+    keys = design_keys(table.X[~table.failed()])
     if len(set(keys)) == len(keys):
         return table
     return table.averaged()
@@ -250,11 +303,7 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
             steps *= np.sqrt(degrees / generator.chisquare(degrees))
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
         pareto = nondominated(sample)
-        frame = ranking.frame
-        if not table.formulation.ranges:
-            front = sample[pareto]
-            frame = UtopianFrame(front.min(axis=0), front.max(axis=0), frame.normalize)
-        distance = frame.distances(sample)[:, 0]
+        distance = ranking.frame.around(sample[pareto]).distances(sample)[:, 0]
         least = distance[pareto].min()
         is_best = pareto & (distance <= least * (1 + _ROUNDING))
         chances += pareto, is_best, distance <= least * (1 + NEAR_BEST)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from pymoo_psi.table._formulation import OPEN, ends
 if TYPE_CHECKING:
     import pandas as pd
 
+    from pymoo_psi.pareto import UtopianFrame
     from pymoo_psi.table._table import TestTable
 
 Position: TypeAlias = Mapping[str, Any]
@@ -49,7 +50,32 @@ _TIE = 1e-9  # regrets that differ by less are equal
 _GREATEST_FACTOR = 1024.0  # of a weight
 _DOUBLINGS = 10  # of a weight on which two may agree
 
-_COLUMNS = ("kind", "column", "end", "direction", "present", "value", "design", "exact")
+
+class _Change(NamedTuple):
+    """A row of :func:`switching_values`."""
+
+    kind: str
+    column: str
+    end: str
+    direction: str
+    present: float
+    value: float
+    design: str | None
+    exact: bool
+
+
+class _First(NamedTuple):
+    """The first step at which a design is recommended no more.
+
+    Attributes:
+        value: The value there, NaN if there is none.
+        design: The name of the design that is recommended there, None if there is none.
+        exact: Whether every step before was tried.
+    """
+
+    value: float
+    design: str | None
+    exact: bool
 
 
 def switching_values(
@@ -101,19 +127,19 @@ def switching_values(
     for kind in kinds:
         known_name("kinds", kind, ("limit", "value", "weight"))
     preference = {"weights": weights or {}, "aspiration": aspiration or {}}
-    for name, wanted in preference.items():
-        for column in mapping(name, wanted, "objectives to numbers"):
+    for name, values in preference.items():
+        for column in mapping(name, values, "objectives to numbers"):
             known_name(name, column, table.layout.objectives)
     search = _Search(table)
-    rows: list[tuple[Any, ...]] = []
+    changes: list[_Change] = []
     if "limit" in kinds:
-        rows += search.of_limits()
+        changes += search.of_limits()
     if "value" in kinds:
-        rows += search.of_values()
+        changes += search.of_values()
     if "weight" in kinds and (weights or aspiration):
-        rows += search.of_weights(preference)
-    frame = pd.DataFrame(rows, columns=list(_COLUMNS))
-    designs = [row[_COLUMNS.index("design")] for row in rows]
+        changes += search.of_weights(preference)
+    frame = pd.DataFrame(changes, columns=_Change._fields)
+    designs = [change.design for change in changes]
     frame["design"] = pd.Series(designs, index=frame.index, dtype=object)  # None stays None
     return frame
 
@@ -124,6 +150,7 @@ class _Search:
     Attributes:
         kept: ``(n,)`` which tests are recommendable under all limits.
         optimal: ``(n,)`` which of them are Pareto optimal.
+        frame: The points U and N and the scale of its ranking.
         best: Row of the test that is recommended.
     """
 
@@ -133,8 +160,9 @@ class _Search:
         self.F = table.F
         self.kept = table.eligible()
         self.optimal = self._optimal(self.kept)
-        self.ranking = table.feasible_ranking()
-        self.best = self.ranking.rows[self.ranking.salukvadze[0]]
+        ranking = table.feasible_ranking()
+        self.frame = ranking.frame
+        self.best = ranking.rows[ranking.salukvadze[0]]
 
     def _optimal(self, kept: Mask) -> Mask:
         """Return ``(n,)`` which tests of a mask are Pareto optimal among them."""
@@ -142,17 +170,13 @@ class _Search:
         optimal[kept] = nondominated(self.F[kept])
         return optimal
 
-    def first_change(self, steps: Array, at: At, best: int) -> tuple[float, str | None, bool]:
+    def first_change(self, steps: Array, at: At, best: int) -> _First:
         """Return the first of some steps at which a design is recommended no more.
 
         Args:
             steps: ``(k,)`` values in the order in which they are tried.
             at: Returns what is recommended at a value.
             best: Row of the design.
-
-        Returns:
-            The value, NaN if there is none; the name of the design that is recommended there, None
-            if there is none; and whether every step before was tried.
         """
         count = len(steps)
         is_exact = count <= _MOST_STEPS
@@ -173,11 +197,13 @@ class _Search:
                     before = middle
                 else:
                     step, rows = middle, rows_there
-            names = [str(self.table.names[row]) for row in rows[:1]]
-            return float(steps[step]), next(iter(names), None), is_exact
-        return np.nan, None, is_exact
+            design = None
+            if len(rows):
+                design = str(self.table.names[rows[0]])
+            return _First(float(steps[step]), design, is_exact)
+        return _First(np.nan, None, is_exact)
 
-    def of_limits(self) -> Iterator[tuple[Any, ...]]:
+    def of_limits(self) -> Iterator[_Change]:
         """Yield the changes as limits are tightened, set or loosened."""
         for name in dict.fromkeys([*self.layout.objectives, *self.layout.columns]):
             pair = self._limit(name)
@@ -204,7 +230,7 @@ class _Search:
 
     def of_limit(
         self, name: str, end: str, limit: float, candidates: Mask, direction: str
-    ) -> tuple[Any, ...]:
+    ) -> _Change:
         """Return the change as a limit moves over the values that candidates have.
 
         Args:
@@ -227,11 +253,13 @@ class _Search:
             within = values <= value
             if direction == "tighter":  # at each step the designs with its value leave
                 within &= values < value
-            return _recommended(self.table, candidates & within, self.F)
+            return _recommended(self.frame, candidates & within, self.F)
 
-        value, *change = self.first_change(steps, at, self.best)
-        present = limit if np.isfinite(limit) else np.nan
-        return ("limit", name, end, direction, present, sign * value, *change)
+        value, design, exact = self.first_change(steps, at, self.best)
+        present = np.nan
+        if np.isfinite(limit):
+            present = limit
+        return _Change("limit", name, end, direction, present, sign * value, design, exact)
 
     def _limit(self, name: str) -> tuple[float, float]:
         """Return the ends of the limit on a column, open ones for texts and without a limit."""
@@ -240,7 +268,7 @@ class _Search:
             return OPEN
         return limit
 
-    def of_values(self) -> Iterator[tuple[Any, ...]]:
+    def of_values(self) -> Iterator[_Change]:
         """Yield the changes as an objective of the recommended design is another one."""
         # Designs that neither are Pareto optimal nor dominated by this one never count.
         candidates = self.optimal | (self.kept & (self.F[self.best] <= self.F).all(axis=1))
@@ -250,29 +278,27 @@ class _Search:
                 yield self.moved(j, name, "better", -length, candidates)
                 yield self.moved(j, name, "worse", length, candidates)
 
-    def moved(
-        self, j: int, name: str, direction: str, length: float, candidates: Mask
-    ) -> tuple[Any, ...]:
+    def moved(self, j: int, name: str, direction: str, length: float, candidates: Mask) -> _Change:
         """Return the change as objective j of the recommended design moves by up to a length."""
         sign = self.layout.sign[j]
         start = self.F[self.best, j]
         low, high = self._limit(name)
         steps = start + length * _FINE
-        for ideal in _fixed_ends(self.table)[:1]:  # nothing is better than a fixed range
-            steps = steps[steps >= ideal[j]]
+        if self.frame.is_fixed:  # nothing is better than a fixed range
+            steps = steps[steps >= self.frame.ideal[j]]
 
         def at(value: float) -> Rows:
             F = self.F.copy()
             F[self.best, j] = value
             mask = candidates.copy()
             mask[self.best] = low <= sign * value <= high
-            return _recommended(self.table, mask, F)
+            return _recommended(self.frame, mask, F)
 
-        value, *change = self.first_change(steps, at, self.best)
+        value, design, exact = self.first_change(steps, at, self.best)
         value -= length * _FINE[0]  # up to which it stays
-        return ("value", name, "", direction, sign * start, sign * value, *change)
+        return _Change("value", name, "", direction, sign * start, sign * value, design, exact)
 
-    def of_weights(self, preference: Position) -> Iterator[tuple[Any, ...]]:
+    def of_weights(self, preference: Position) -> Iterator[_Change]:
         """Yield the changes of the first design by weights and aspirations."""
         first = _first_by_weights(self.table, preference)
         for name in self.layout.objectives:
@@ -286,31 +312,21 @@ class _Search:
                         continue
                     steps = _FINE
                 change = self.first_change(steps, at, best)
-                yield ("weight", name, "", direction, present, *change)
+                yield _Change("weight", name, "", direction, present, *change)
 
 
-def _recommended(table: TestTable, mask: Mask, F: Array) -> Rows:
+def _recommended(frame: UtopianFrame, mask: Mask, F: Array) -> Rows:
     """Return the rows that are recommended of the tests of a mask; none if there are none.
 
     Args:
-        table: The tests.
+        frame: That of a ranking of the tests.
         mask: ``(n,)`` which of them count.
         F: ``(n, m)`` their objectives, minimised.
     """
     rows = np.flatnonzero(mask)
     if len(rows) == 0:
         return rows
-    nearest = nearest_to_ideal(F[rows], table.formulation.normalize, *_fixed_ends(table))
-    return np.asarray(rows[nearest])
-
-
-def _fixed_ends(table: TestTable) -> Sequence[Array]:
-    """Return the points U and N of fixed ranges, minimised; nothing if none are fixed."""
-    ranges = table.formulation.ranges
-    if not ranges:
-        return ()
-    pairs = np.array([ranges[name] for name in table.layout.objectives], dtype=float)
-    return [*np.sort(pairs.T * table.layout.sign, axis=0)]
+    return np.asarray(rows[nearest_to_ideal(F[rows], frame)])
 
 
 def _first_by_weights(table: TestTable, preference: Position) -> Callable[[str, float], Rows]:
@@ -321,12 +337,12 @@ def _first_by_weights(table: TestTable, preference: Position) -> Callable[[str, 
         preference: Other ``weights``, and ``aspiration``, by objective.
     """
     ranking = table.feasible_ranking()
-    wanted = dict(zip(table.layout.objectives, ranking.ideal.tolist(), strict=True))
-    point = np.array([*(wanted | preference["aspiration"]).values()])
+    ideal = dict(zip(table.layout.objectives, ranking.ideal.tolist(), strict=True))
+    point = np.array([*(ideal | preference["aspiration"]).values()])
     terms = terms_from(ranking, point * table.layout.sign)
 
     def first(name: str, weight: float) -> Rows:
-        weights = dict.fromkeys(wanted, 1.0) | preference["weights"] | {name: weight}
+        weights = dict.fromkeys(ideal, 1.0) | preference["weights"] | {name: weight}
         shares = np.array([*weights.values()])
         return np.asarray(ranking.rows[least_weighted(*terms, shares / shares.max())])
 
@@ -387,13 +403,15 @@ def group_sentences(table: TestTable) -> list[str]:
 def position_sentences(positions: Sequence[Position]) -> list[str]:
     """Return what each name holds since when, and what it held before."""
     sentences = []
-    for held in latest_positions(positions):
-        history = [one for one in positions if one["name"] == held["name"]]
-        former = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
-        design = held["chosen"] or "none"
-        if former:
-            design += f", before {', '.join(former)}"
-        text = sentence("position", name=held["name"], date=held["date"][:10], design=design)
+    for latest in latest_positions(positions):
+        before = []
+        for position in positions:
+            if position["name"] == latest["name"] and position is not latest:
+                before.append(f"{position['chosen'] or 'none'} ({position['date'][:10]})")
+        design = latest["chosen"] or "none"
+        if before:
+            design += f", before {', '.join(before)}"
+        text = sentence("position", name=latest["name"], date=latest["date"][:10], design=design)
         sentences.append(text)
     return sentences
 
@@ -416,17 +434,14 @@ def separation_sentences(table: TestTable) -> list[str]:
         return []
     free = table.under(limits={}).feasible_ranking()
     rows = {free.name_of(row): row for row in range(len(free.rows))}
-    held = []
-    for one in latest_positions(table.formulation.positions):
-        if one["chosen"] in rows:
-            held.append(one)
+    latest = latest_positions(table.formulation.positions)
+    positions = [position for position in latest if position["chosen"] in rows]
     sentences = []
-    for k, one in enumerate(held):
-        for other in held[:k]:
+    for k, one in enumerate(positions):
+        for other in positions[:k]:
             if one["chosen"] == other["chosen"]:
                 continue
-            places = [rows[other["chosen"]], rows[one["chosen"]]]
-            pair = compare_designs(free, rows=places)
+            pair = compare_designs(free, rows=[rows[other["chosen"]], rows[one["chosen"]]])
             text = sentence(
                 "apart",
                 name=one["name"],
@@ -436,16 +451,16 @@ def separation_sentences(table: TestTable) -> list[str]:
                 difference=pair.difference(1),
             )
             sentences.append(text)
-            sentences.append(_reconciled(table, one, other, pair.gains[1] < 0))
-            sentences.append(_reconciled(table, other, one, pair.gains[1] > 0))
+            sentences.append(_reconciled(table, free.frame, one, other, pair.gains[1] < 0))
+            sentences.append(_reconciled(table, free.frame, other, one, pair.gains[1] > 0))
     if sentences and table.eligible().any():
-        choices = [free.objectives.minimized[rows[one["chosen"]]] for one in held]
-        sentences.append(_least_regret(table, held, choices, free.lengths))
+        choices = free.objectives.minimized[[rows[one["chosen"]] for one in positions]]
+        sentences.append(_least_regret(table, positions, choices, free.lengths))
     return sentences
 
 
 def _least_regret(
-    table: TestTable, held: Sequence[Position], choices: Sequence[Array], lengths: Array
+    table: TestTable, positions: Sequence[Position], choices: Array, lengths: Array
 ) -> str:
     """Return which design all regret least.
 
@@ -454,29 +469,31 @@ def _least_regret(
 
     Args:
         table: The tests.
-        held: The positions.
-        choices: Their choices, each ``(m,)`` objectives, minimised.
+        positions: The p positions.
+        choices: ``(p, m)`` objectives of their choices, minimised.
         lengths: ``(m,)`` the ranges.
     """
     ranking = table.feasible_ranking()
     front = ranking.objectives.minimized[ranking.pareto]
-    values = without_rounding(np.vstack([*choices, front]))
+    values = without_rounding(np.vstack([choices, front]))
     columns = []
-    for one, choice in zip(held, values, strict=False):
-        weights = np.array([one["weights"].get(name, 1.0) for name in table.layout.objectives])
-        losses = (values[len(held) :] - choice) / lengths * (weights / (weights.max() or 1.0))
+    for position, choice in zip(positions, values, strict=False):
+        weights = np.array([position["weights"].get(name, 1.0) for name in table.layout.objectives])
+        losses = (values[len(positions) :] - choice) / lengths * (weights / (weights.max() or 1.0))
         columns.append(losses.max(axis=1, initial=0.0) + 0.0)  # no -0
     regrets = np.column_stack(columns)
     keys = (regrets.sum(axis=1), regrets.max(axis=1))
     best = np.lexsort(tuple(np.round(key / _TIE) for key in keys))[0]
-    texts = [
-        f"{one['name']} {percent(share)}" for one, share in zip(held, regrets[best], strict=True)
-    ]
+    texts = []
+    for position, regret in zip(positions, regrets[best], strict=True):
+        texts.append(f"{position['name']} {percent(regret)}")
     design = capital(ranking.name_of(int(np.flatnonzero(ranking.pareto)[best])))
     return sentence("least regret", design=design, regrets=", ".join(texts))
 
 
-def _reconciled(table: TestTable, one: Position, other: Position, is_better: Mask) -> str:
+def _reconciled(
+    table: TestTable, frame: UtopianFrame, one: Position, other: Position, is_better: Mask
+) -> str:
     """Return the limit or the weight with which the choice of another comes first for one.
 
     Tried are a limit at each value in which that choice is better, then twice to 1024 times the
@@ -484,6 +501,7 @@ def _reconciled(table: TestTable, one: Position, other: Position, is_better: Mas
 
     Args:
         table: The tests.
+        frame: That of a ranking of them.
         one: A position.
         other: Another one.
         is_better: ``(m,)`` in which objectives the choice of the other is better.
@@ -504,7 +522,7 @@ def _reconciled(table: TestTable, one: Position, other: Position, is_better: Mas
         if low > high:  # the other end rejects that choice
             continue
         kept = table.under(limits={**one["limits"], name: [low, high]}).eligible()
-        if row in _recommended(table, kept, table.F):
+        if row in _recommended(frame, kept, table.F):
             unit = layout.units.get(name, "")
             limit = f"{name} {words} {number(value, 6)} {unit}".strip()
             return sentence("by limit", **names, limit=limit)

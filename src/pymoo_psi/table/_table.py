@@ -39,7 +39,6 @@ from pymoo_psi.pareto import (
     EfficiencyRanking,
     Explanation,
     Objectives,
-    UtopianFrame,
     competes,
     decimal_mark,
     explain,
@@ -316,12 +315,10 @@ class TestTable(Tests, Shown):
         rows = rows[~self._repeated(rows)]
         names = self.names
         ranking = self._ranking_of(rows, self.pareto()[rows], [names[row] for row in rows])
-        if not self.limits or self.formulation.ranges:
+        if not self.limits or ranking.frame.is_fixed:
             return ranking
         free = self.under(limits={})
-        front = free.F[free.pareto()]
-        whole = UtopianFrame(front.min(axis=0), front.max(axis=0), self.formulation.normalize)
-        return replace(ranking, whole=whole)
+        return replace(ranking, whole=ranking.frame.around(free.F[free.pareto()]))
 
     def _ranking_of(self, rows: Rows, pareto: Mask, labels: Any) -> EfficiencyRanking:
         """Return the ranking of some rows; ``pareto`` marks the Pareto-optimal ones of them."""
