@@ -328,40 +328,92 @@ def explain(
     if row is not None:
         if design is not None:
             raise invalid("design", "left out where row is given", design)
-        row = _place_of_row("row", row, F, ranking)
+        row = _row_of_row("row", row, F, ranking)
     elif design is not None:
-        row = _place_of_design(design, F, ranking)
+        row = _row_of_design(design, F, ranking)
     else:
         row = int(ranking.salukvadze[0])
 
-    front, values, (own,), lengths = _measured(ranking, [row])
-    behind = own - values.min(axis=0)
-    losses, distances = _losses(own, values, lengths)
-    neighbours = np.full(len(own), -1, dtype=np.intp)
-    for j in range(len(own)):
-        candidates = _better(own[j] - values[:, j], lengths[j])
-        if len(candidates):
-            candidates = _least(candidates, losses, distances, _TIE)
-            best = candidates[values[candidates, j].argmin()]
-            neighbours[j] = front[best]
+    view = _View.of(ranking, row)
+    m = len(view.design)
+    neighbours = np.array([view.neighbour(j) for j in range(m)], dtype=np.intp)
     dominated_by = -1
     if not ranking.pareto[row]:
-        # The least loss need not be 0: a value in a chain of close ones may be in another group
-        # here than among all designs, where the dominance was found.
-        nearest = _least(np.arange(len(front)), losses, distances, 0.0)
-        dominated_by = int(front[nearest[0]])
-    others = list(dict.fromkeys(neighbours[neighbours >= 0].tolist()))
-    steps = _compared(ranking, [row, *others])
-    shares = _shares(behind, lengths)
+        dominated_by = view.dominating()
+    steps = _compared(ranking, list(dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])))
     switching = ()
     decimal = ""
     if is_table(F):
         decimal = F.decimal
         if row in ranking.salukvadze:
             switching = tuple(F.switching())
+    behind = view.design - view.values.min(axis=0)
+    shares = _shares(behind, ranking.lengths)
     return Explanation(
         ranking, row, behind, shares, neighbours, steps, dominated_by, switching, decimal
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """The Pareto set as seen from a design; values that are equal up to rounding coincide.
+
+    Attributes:
+        design: ``(m,)`` the objectives of the design, minimised.
+        front: ``(k,)`` rows of the Pareto-optimal designs.
+        values: ``(k, m)`` their objectives.
+        lengths: ``(m,)`` the ranges of the objectives, infinite for one that is constant.
+        losses: ``(k,)`` the greatest loss of a step to each of them, in shares of the ranges.
+        distances: ``(k,)`` how far each of them is, in the same unit.
+    """
+
+    design: Array
+    front: Rows
+    values: Array
+    lengths: Array
+    losses: Array
+    distances: Array
+
+    @classmethod
+    def of(cls, ranking: EfficiencyRanking, row: int) -> _View:
+        """Return the view from a row of a ranking."""
+        front = np.flatnonzero(ranking.pareto)
+        values = _values(ranking, np.append(row, front))
+        design = values[0]
+        steps = (values[1:] - design) / ranking.lengths
+        distances = np.sqrt((steps**2).sum(axis=1))
+        distances[np.isnan(distances)] = np.inf
+        losses = np.fmax(steps, 0).max(axis=1)
+        return cls(design, front, values[1:], ranking.lengths, losses, distances)
+
+    def neighbour(self, j: int) -> int:
+        """Return the row of the design that is better in objective j and gives up least, or -1.
+
+        Those count that are better by a step or more, or if there is none, better at all.
+        """
+        gains = self.design[j] - self.values[:, j]
+        better = gains > 0
+        clearly = better & (gains >= _STEP * self.lengths[j])  # a step of a tiny range is 0
+        if clearly.any():
+            better = clearly
+        candidates = np.flatnonzero(better)
+        if len(candidates) == 0:
+            return -1
+        candidates = self._nearest(candidates, _TIE)
+        return int(self.front[candidates[self.values[candidates, j].argmin()]])
+
+    def dominating(self) -> int:
+        """Return the row of the nearest design that is nowhere worse."""
+        # The least loss need not be 0: a value in a chain of close ones may be in another group
+        # here than among all designs, where the dominance was found.
+        return int(self.front[self._nearest(np.arange(len(self.front)), 0.0)[0]])
+
+    def _nearest(self, candidates: Rows, tie: float) -> Rows:
+        """Return the nearest of the candidates that give up least, all of them if several tie."""
+        losses = self.losses[candidates]
+        candidates = candidates[losses <= losses.min() + tie]
+        distances = self.distances[candidates]
+        return np.asarray(candidates[distances <= distances.min() * (1 + _TIE)])
 
 
 def compare_designs(
@@ -404,20 +456,20 @@ def compare_designs(
     ranking = with_units(ranking, units)
     if rows is None:
         entries = collection("designs", designs, "a list of designs")
-        places = [_place_of_design(design, F, ranking) for design in entries]
+        ranked = [_row_of_design(design, F, ranking) for design in entries]
     elif designs is None:
-        places = [_place_of_row("rows", row, F, ranking) for row in rows]
+        ranked = [_row_of_row("rows", row, F, ranking) for row in rows]
     else:
         raise invalid("designs", "left out where rows are given", designs)
-    return _compared(ranking, places)
+    return _compared(ranking, ranked)
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def _compared(ranking: EfficiencyRanking, rows: Sequence[int]) -> DesignComparison:
     """Return the comparison of one design or more with the first."""
-    _, _, values, lengths = _measured(ranking, rows)
+    values = _values(ranking, np.append(rows, np.flatnonzero(ranking.pareto)))[: len(rows)]
     gains = values[0] - values + 0.0  # no -0.0
-    shares = _shares(gains, lengths)
+    shares = _shares(gains, ranking.lengths)
     return DesignComparison(ranking, np.array(rows, dtype=np.intp), gains, shares)
 
 
@@ -446,43 +498,10 @@ def alternative(ranking: EfficiencyRanking, chosen: Rows, row: int) -> str:
     return text
 
 
-def _measured(ranking: EfficiencyRanking, rows: Sequence[int]) -> tuple[Rows, Array, Array, Array]:
-    """Return the Pareto set and some designs, minimised; values equal up to rounding coincide.
-
-    Returns:
-        ``(k,)`` rows of the Pareto-optimal designs, ``(k, m)`` their values, ``(d, m)`` those of
-        the designs, and ``(m,)`` the ranges of the objectives, infinite for one that is constant.
-    """
-    front = np.flatnonzero(ranking.pareto)
+def _values(ranking: EfficiencyRanking, rows: Rows) -> Array:
+    """Return the objectives of designs, minimised; values equal up to rounding coincide."""
     objectives = ranking.objectives
-    every = np.concatenate([front, np.array(rows, dtype=np.intp)])
-    values = without_rounding(objectives.values[every] * objectives.sign)
-    return front, values[: len(front)], values[len(front) :], ranking.lengths
-
-
-def _losses(own: Array, values: Array, lengths: Array) -> tuple[Array, Array]:
-    """Return the ``(k,)`` greatest losses from a design to others, and the distances to them."""
-    steps = (values - own) / lengths
-    distances = np.sqrt((steps**2).sum(axis=1))
-    distances[np.isnan(distances)] = np.inf
-    return np.fmax(steps, 0).max(axis=1), distances
-
-
-def _better(gains: Array, length: float) -> Rows:
-    """Return the rows that are better by a step or more, or if there is none, better at all."""
-    better = gains > 0
-    clearly = better & (gains >= _STEP * length)  # a step of a tiny range is 0
-    if clearly.any():
-        return np.flatnonzero(clearly)
-    return np.flatnonzero(better)
-
-
-def _least(rows: Rows, losses: Array, distances: Array, tie: float) -> Rows:
-    """Return the nearest of the rows that give up least, all of them if several tie."""
-    least = losses[rows].min()
-    rows = rows[losses[rows] <= least + tie]
-    nearest = distances[rows].min()
-    return np.asarray(rows[distances[rows] <= nearest * (1 + _TIE)])
+    return without_rounding(objectives.values[rows] * objectives.sign)
 
 
 def _shares(differences: Array, lengths: Array) -> Array:
@@ -492,7 +511,7 @@ def _shares(differences: Array, lengths: Array) -> Array:
     return shares
 
 
-def _place_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int:
+def _row_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a design by its label or its number."""
     if not is_table(F):
         return ranking.row_of(design)
@@ -503,7 +522,7 @@ def _place_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> i
     return int(rows.index(row))
 
 
-def _place_of_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
+def _row_of_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a row of F; of a table only the feasible rows are ranked."""
     rows = list(range(len(ranking.rows)))
     if is_table(F):

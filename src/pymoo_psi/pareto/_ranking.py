@@ -73,6 +73,112 @@ RANKING_NAMES = (*RANKING_COLUMNS, "rank")
 """Names that other columns cannot have; files of 0.3 call the rank of efficiency ``rank``."""
 
 
+# The geometry
+
+
+class UtopianFrame:
+    """The points U and N and the scale in which distances are measured.
+
+    Attributes:
+        ideal: ``(m,)`` the positive utopian point U.
+        nadir: ``(m,)`` the negative utopian point N, nowhere below U.
+        normalize: Measure every objective in units of N − U; an objective with N = U does not
+            distinguish designs and has no weight.
+        is_fixed: Whether U or N is given, so that it stays where it is without any design.
+        scale: ``(m,)`` the length by which each objective is divided.
+        line: ``(m,)`` the vector from U to N in the scale; 0 in a constant objective.
+    """
+
+    def __init__(
+        self, ideal: Array, nadir: Array, normalize: bool, *, is_fixed: bool = False
+    ) -> None:
+        self.ideal = ideal
+        self.nadir = nadir
+        self.normalize = normalize
+        self.is_fixed = is_fixed
+        lengths = unit_lengths(ideal, nadir)
+        self._varying = np.isfinite(lengths)
+        self.scale = np.ones_like(ideal)
+        if normalize:
+            self.scale = lengths
+        self.line = np.where(self._varying, nadir - ideal, 0.0) / self.scale
+        line = self.line / (self.line.max() or 1.0)
+        self._direction = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
+
+    def around(self, front: Array) -> UtopianFrame:
+        """Return the frame of another ``(k, m)`` Pareto set: this one if its points are fixed."""
+        if self.is_fixed:
+            return self
+        return UtopianFrame(front.min(axis=0), front.max(axis=0), self.normalize)
+
+    def scaled(self, F: Array) -> Array:
+        """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
+        return (F - self.ideal) / self.scale
+
+    def distances(self, F: Array) -> Array:
+        """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
+        measured, units = self.measured(F)
+        return measured * units
+
+    def measured(self, F: Array) -> tuple[Array, Array]:
+        """Return the criteria of points in units in which no square over- or underflows.
+
+        Args:
+            F: ``(n, m)`` points.
+
+        Returns:
+            ``(n, 3)`` criteria μ1, μ2, μ3 and the ``(3,)`` units by which to multiply them.
+        """
+        e = self._direction
+        line = self.line
+        longest = line.argmax()
+        with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
+            d = self.scaled(F)
+            unit = line[longest]
+            if unit == 0:  # N = U
+                unit = np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0
+            across_unit = np.delete(line, longest).max(initial=0.0) or unit
+            # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
+            # small ones in the rounding error of the large one. Here the point of the line with
+            # the same value of the largest is subtracted first, and no objective's difference
+            # meets another's.
+            across = d - (d[:, longest] / unit)[:, None] * line
+            across -= (across @ e)[:, None] * e
+            d /= unit
+            measured = np.column_stack([_row_norm(d), _row_norm(across / across_unit), d @ e])
+        measured[np.isnan(measured)] = np.inf
+        return measured, np.array([unit, across_unit, unit])
+
+    def noise(self, F: Array, units: Array) -> Array:
+        """Bound the rounding errors of the ``(3,)`` criteria of the ``(n, m)`` points ``F``.
+
+        An error in one objective moves a point along its axis. The part of it along UN is an error
+        of μ3, the part across UN one of μ2; the error of μ1 is at most all of it.
+
+        Args:
+            F: The points.
+            units: ``(3,)`` the units of the criteria, from :meth:`measured`.
+        """
+        e2 = self._direction**2
+        across = np.sqrt([np.delete(e2, j).sum() for j in range(len(e2))])  # not 1 − e2: it cancels
+        parts = np.array([np.ones_like(e2), across, self._direction])
+        terms = parts * self.sizes(F) / units[:, None]
+        return np.asarray(LAST_PLACES * np.hypot.reduce(terms, axis=1))
+
+    def sizes(self, F: Array) -> Array:
+        """Return ``(m,)`` the size of values in the scale: ``LAST_PLACES`` of it is noise."""
+        ends = np.maximum(np.abs(self.ideal), np.abs(self.nadir))
+        size = np.maximum(np.abs(F).max(axis=0), ends)
+        return np.where(self._varying, size / self.scale, 0.0)
+
+
+def _row_norm(rows: Array) -> Array:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", rows, rows)))
+
+
+# What is ranked
+
+
 @dataclass(frozen=True, eq=False)
 class Objectives:
     """The objective values of n designs in the original units and directions, with their names.
@@ -182,6 +288,9 @@ def _numbers(frame: Any) -> Array:
             remedy = f"give F[[...]], the objectives; F.set_index({name!r}) names the designs"
             raise wrong_type(f"column {name!r} of F", "of real numbers", received, remedy)
     return np.asarray(frame.to_numpy(dtype=np.float64, na_value=np.nan))
+
+
+# The ranking
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -545,6 +654,9 @@ def _ranks(mu1: Levels, mu2: Levels, mu3: Levels) -> NDArray[np.int64]:
     return rank
 
 
+# Of rankings, for the rest of the package
+
+
 def ranking_frame(
     ranking: EfficiencyRanking, columns: Mapping[Any, Any], index: Any = None
 ) -> pd.DataFrame:
@@ -644,103 +756,3 @@ def least_weighted(
         rows = rows[best]
         terms = terms[best]
     return rows
-
-
-class UtopianFrame:
-    """The points U and N and the scale in which distances are measured.
-
-    Attributes:
-        ideal: ``(m,)`` the positive utopian point U.
-        nadir: ``(m,)`` the negative utopian point N, nowhere below U.
-        normalize: Measure every objective in units of N − U; an objective with N = U does not
-            distinguish designs and has no weight.
-        is_fixed: Whether U or N is given, so that it stays where it is without any design.
-        scale: ``(m,)`` the length by which each objective is divided.
-        line: ``(m,)`` the vector from U to N in the scale; 0 in a constant objective.
-    """
-
-    def __init__(
-        self, ideal: Array, nadir: Array, normalize: bool, *, is_fixed: bool = False
-    ) -> None:
-        self.ideal = ideal
-        self.nadir = nadir
-        self.normalize = normalize
-        self.is_fixed = is_fixed
-        lengths = unit_lengths(ideal, nadir)
-        self._varying = np.isfinite(lengths)
-        self.scale = np.ones_like(ideal)
-        if normalize:
-            self.scale = lengths
-        self.line = np.where(self._varying, nadir - ideal, 0.0) / self.scale
-        line = self.line / (self.line.max() or 1.0)
-        self._direction = line / (np.linalg.norm(line) or 1.0)  # e, or zero if N = U
-
-    def around(self, front: Array) -> UtopianFrame:
-        """Return the frame of another ``(k, m)`` Pareto set: this one if its points are fixed."""
-        if self.is_fixed:
-            return self
-        return UtopianFrame(front.min(axis=0), front.max(axis=0), self.normalize)
-
-    def scaled(self, F: Array) -> Array:
-        """Return ``(n, m)`` points as d = f − U in the scale; if normalised, N is at 1."""
-        return (F - self.ideal) / self.scale
-
-    def distances(self, F: Array) -> Array:
-        """Return the ``(n, 3)`` criteria (μ1, μ2, μ3) of the ``(n, m)`` points ``F``."""
-        measured, units = self.measured(F)
-        return measured * units
-
-    def measured(self, F: Array) -> tuple[Array, Array]:
-        """Return the criteria of points in units in which no square over- or underflows.
-
-        Args:
-            F: ``(n, m)`` points.
-
-        Returns:
-            ``(n, 3)`` criteria μ1, μ2, μ3 and the ``(3,)`` units by which to multiply them.
-        """
-        e = self._direction
-        line = self.line
-        longest = line.argmax()
-        with np.errstate(over="ignore", invalid="ignore"):  # far outside UN: an infinite distance
-            d = self.scaled(F)
-            unit = line[longest]
-            if unit == 0:  # N = U
-                unit = np.abs(d[np.isfinite(d)]).max(initial=0.0) or 1.0
-            across_unit = np.delete(line, longest).max(initial=0.0) or unit
-            # Off the line UN. Where objectives differ much in size, d − (d·e) e would drown the
-            # small ones in the rounding error of the large one. Here the point of the line with
-            # the same value of the largest is subtracted first, and no objective's difference
-            # meets another's.
-            across = d - (d[:, longest] / unit)[:, None] * line
-            across -= (across @ e)[:, None] * e
-            d /= unit
-            measured = np.column_stack([_row_norm(d), _row_norm(across / across_unit), d @ e])
-        measured[np.isnan(measured)] = np.inf
-        return measured, np.array([unit, across_unit, unit])
-
-    def noise(self, F: Array, units: Array) -> Array:
-        """Bound the rounding errors of the ``(3,)`` criteria of the ``(n, m)`` points ``F``.
-
-        An error in one objective moves a point along its axis. The part of it along UN is an error
-        of μ3, the part across UN one of μ2; the error of μ1 is at most all of it.
-
-        Args:
-            F: The points.
-            units: ``(3,)`` the units of the criteria, from :meth:`measured`.
-        """
-        e2 = self._direction**2
-        across = np.sqrt([np.delete(e2, j).sum() for j in range(len(e2))])  # not 1 − e2: it cancels
-        parts = np.array([np.ones_like(e2), across, self._direction])
-        terms = parts * self.sizes(F) / units[:, None]
-        return np.asarray(LAST_PLACES * np.hypot.reduce(terms, axis=1))
-
-    def sizes(self, F: Array) -> Array:
-        """Return ``(m,)`` the size of values in the scale: ``LAST_PLACES`` of it is noise."""
-        ends = np.maximum(np.abs(self.ideal), np.abs(self.nadir))
-        size = np.maximum(np.abs(F).max(axis=0), ends)
-        return np.where(self._varying, size / self.scale, 0.0)
-
-
-def _row_norm(rows: Array) -> Array:
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", rows, rows)))
