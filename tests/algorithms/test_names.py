@@ -9,6 +9,7 @@ from pymoo_psi import PSI, FailureTolerant, investigate
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.study import Study
 from pymoo_psi.table import read_table
+from tests.refusals import refused
 
 NAMES = {"x1": "width", "f2": "gain", "g1": "stress"}
 TOLD = {"names": NAMES, "maximize": ["gain"], "units": {"width": "mm", "heat": "K"}}
@@ -71,10 +72,8 @@ def test_attributes_of_the_problem_and_arguments_say_the_same():
     ],
 )  # fmt: skip
 def test_what_cannot_be_meant_is_refused(told, error, message):
-    with pytest.raises(error, match=message):
-        investigate(Model(), 4, **told)
-    with pytest.raises(error, match=message):
-        minimize(Model(**told), PSI(4))
+    refused(message, investigate, Model(), 4, error=error, **told)
+    refused(message, minimize, Model(**told), PSI(4), error=error)
 
 
 def test_no_direction_of_the_problem_is_lost_to_an_argument():

@@ -18,6 +18,7 @@ from pymoo_psi import (
     lp_tau,
 )
 from pymoo_psi.table import read_table
+from tests.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4, model="rolling")
 
@@ -91,14 +92,14 @@ def test_telling_something_else_is_refused():
     algorithm = PSI(100, block_size=40)
     algorithm.setup(CHUTE)
     first = algorithm.ask()
-    with pytest.raises(PsiError, match="infills must be the test points .* and evaluated"):
-        algorithm.tell(infills=first)
+    refused("infills must be the test points .* and evaluated", algorithm.tell, infills=first)
     algorithm.evaluator.eval(CHUTE, first)
     with pytest.raises(PsiError, match="infills must be the test points asked for, from number 1"):
         algorithm.tell(infills=first[::-1])
     algorithm.tell(infills=first)
-    with pytest.raises(PsiError, match="infills must be the test points asked for, from number 41"):
-        algorithm.tell(infills=first)
+    refused(
+        "infills must be the test points asked for, from number 41", algorithm.tell, infills=first
+    )
 
 
 class Heated(ElementwiseProblem):
@@ -190,8 +191,7 @@ def test_a_run_with_a_limit_on_an_output_that_no_test_has_finds_nothing_before_i
         assert len(algorithm.opt) == 1  # the least infeasible one, as nothing is feasible
         assert np.isinf(algorithm.pop.get("CV")).all()
     algorithm.next()
-    with pytest.raises(PsiError, match="a limit must be one of .*'heat'"):
-        algorithm.result()
+    refused("a limit must be one of .*'heat'", algorithm.result)
 
 
 @pytest.mark.parametrize("keep", ["all", "feasible", "pareto"])
@@ -236,8 +236,7 @@ def test_mistakes(n, options, message):
         lambda: minimize(CHUTE, PSI(n, **options)),
         lambda: investigate(CHUTE, n, **options),
     ):
-        with pytest.raises(PsiError, match=message):
-            run()
+        refused(message, run)
 
 
 @pytest.mark.parametrize(
@@ -254,8 +253,7 @@ def test_mistakes(n, options, message):
     ],
 )
 def test_other_mistakes(run, message):
-    with pytest.raises(PsiError, match=message):
-        run()
+    refused(message, run)
 
 
 @pytest.mark.parametrize(("termination", "most"), [(None, 4), (("n_gen", 64), 64)])

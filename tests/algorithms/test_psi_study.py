@@ -22,6 +22,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.errors import StudyMismatchError
 from pymoo_psi.table import read_table
+from tests.refusals import refused
 
 
 class Counted(ElementwiseProblem):
@@ -78,8 +79,7 @@ def test_another_problem_is_refused(tmp_path, other, options, message):
     path = tmp_path / "s.db"
     run(SphereChute(0.4), 16, path)
     before = path.read_bytes()
-    with pytest.raises(StudyMismatchError, match=message):
-        run(other, 16, path, **options)
+    refused(message, run, other, 16, path, error=StudyMismatchError, **options)
     assert path.read_bytes() == before
 
 
@@ -100,8 +100,7 @@ def test_the_arguments_of_a_problem_are_part_of_what_it_is(tmp_path, wrap):
     path = tmp_path / "s.db"
     run(wrap(Scaled()), 16, path)
     for other, message in [({"k": 2}, "parameters.k"), ({"table": (1.0, 3.0)}, "table")]:
-        with pytest.raises(StudyMismatchError, match=message):
-            run(wrap(Scaled(**other)), 16, path)
+        refused(message, run, wrap(Scaled(**other)), 16, path, error=StudyMismatchError)
     again = Scaled(k=1, name="b", table=[1.0, 2.0])  # a name that it does not keep says nothing
     run(wrap(again), 16, path)
     assert again.seen == []

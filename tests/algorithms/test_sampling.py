@@ -23,6 +23,7 @@ from pymoo_psi import (
     lp_tau,
 )
 from pymoo_psi.errors import StudyMismatchError
+from tests.refusals import refused
 
 PROBLEM = get_problem("zdt1", n_var=4)
 
@@ -65,8 +66,7 @@ def test_a_continued_sequence_is_the_whole_one():
 
 
 def test_bad_arguments():
-    with pytest.raises(ValueError, match="got 'soboll'; did you mean 'sobol'"):
-        QMCSampling("soboll")
+    refused("got 'soboll'; did you mean 'sobol'", QMCSampling, "soboll", error=ValueError)
     with pytest.raises(ValueError, match="at most 51 for LPτ, got 60; use QMCSampling"):
         LPTauSampling().do(get_problem("zdt1", n_var=60), 10)
     with pytest.raises(PsiError, match="n_samples must be at most .* use another engine"):
@@ -133,5 +133,4 @@ def test_points_outside_the_cube_are_refused():
         def unit_points(self, *args, **kwargs):
             return super().unit_points(*args, **kwargs) + 0.5
 
-    with pytest.raises(PsiError, match="unit_points of sampling must be 8 points"):
-        investigate(PROBLEM, 8, sampling=Outside())
+    refused("unit_points of sampling must be 8 points", investigate, PROBLEM, 8, sampling=Outside())

@@ -8,8 +8,8 @@ from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, QMCSampling, VectorizedSphereChute, investigate
-from pymoo_psi.errors import PsiError
 from pymoo_psi.table import read_table
+from tests.refusals import refused
 
 CHUTE = VectorizedSphereChute(0.4)
 
@@ -73,8 +73,7 @@ def test_a_share_is_continued_and_extended(tmp_path):
 def test_mistakes(tmp_path, monkeypatch, options, message):
     monkeypatch.chdir(tmp_path)
     of_investigate(8, study="s.db")
-    with pytest.raises(PsiError, match=message):
-        of_investigate(8, **options)
+    refused(message, of_investigate, 8, **options)
 
 
 def test_a_merged_table_goes_on_as_a_study(tmp_path):

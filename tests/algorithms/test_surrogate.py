@@ -17,7 +17,6 @@ from pymoo_psi import (
     PSI,
     Formulation,
     JoblibRunner,
-    PsiError,
     Recorded,
     SurrogatePSI,
     TestTable,
@@ -29,6 +28,7 @@ from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
 from pymoo_psi.table import Expression, Layout, read_table
 from tests.processes import posix
+from tests.refusals import refused
 
 
 class Mixed(ElementwiseProblem):
@@ -350,8 +350,7 @@ def test_other_proposals_are_another_run_of_a_study_that_learns_from_the_first(t
     ],
 )
 def test_what_cannot_be_is_told(options, message):
-    with pytest.raises(PsiError, match=message):
-        SurrogatePSI(**{"n_evaluations": 8, **options})
+    refused(message, SurrogatePSI, **{"n_evaluations": 8, **options})
 
 
 def test_tests_of_psi_are_its_first_where_both_are_recorded(tmp_path):

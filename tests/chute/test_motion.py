@@ -13,6 +13,7 @@ from scipy.integrate import simpson, solve_ivp
 from pymoo_psi.chute import ChuteParameters, Motion, criteria, motion
 from tests.chute import designs
 from tests.chute.designs import design, solve, wide
+from tests.refusals import refused
 
 REFERENCE = Path(__file__).parent / "reference"
 FIELDS = tuple(field.name for field in fields(Motion) if field.name not in ("u1", "v_p"))
@@ -220,5 +221,4 @@ def test_rolling_closed_form_is_the_integral_of_its_equations(u1, v_p, p):
     ],
 )
 def test_bad_parameters(options, message):
-    with pytest.raises(ValueError, match=message):
-        ChuteParameters(**options)
+    refused(message, ChuteParameters, error=ValueError, **options)

@@ -123,6 +123,20 @@ def run(capsys, tmp_path, monkeypatch):
 
 
 @pytest.fixture
+def said(run):
+    """Run the command; return all that it says. A mistake is one line and nothing else."""
+
+    def command(*words, code=0):
+        ended, printed, err = run(*words)
+        assert ended == code, err
+        if code == 2:
+            assert (printed, err.count("\n")) == ("", 1)
+        return printed + err
+
+    return command
+
+
+@pytest.fixture
 def undrawn(monkeypatch):
     """Leave the pictures of reports out, which take most of the time."""
     monkeypatch.setattr(Figure, "savefig", saved_empty)

@@ -19,9 +19,8 @@ def drawn(monkeypatch):
     return drawn
 
 
-def test_the_papers_tables_are_written_and_printed(run, drawn, tmp_path):
-    code, printed, err = run("reproduce", "--out", "new/folder", "--points", 64)
-    assert (code, err) == (0, "")
+def test_the_papers_tables_are_written_and_printed(said, drawn, tmp_path):
+    printed = said("reproduce", "--out", "new/folder", "--points", 64)
     assert sorted(drawn) == ["folder", "rolling"]
     out = tmp_path / "new" / "folder"
     assert sorted(path.name for path in out.glob("*.csv")) == ["table_6_1.csv", "table_6_2.csv"]
@@ -31,7 +30,7 @@ def test_the_papers_tables_are_written_and_printed(run, drawn, tmp_path):
     assert printed.count("1.9829") == (table["paper_f1"] == 1.9829).sum()
 
 
-def test_other_bounds_have_no_printed_values_beside_them(run, drawn, tmp_path):
+def test_other_bounds_have_no_printed_values_beside_them(said, drawn, tmp_path):
     words = [
         "reproduce",
         "--points",
@@ -43,17 +42,17 @@ def test_other_bounds_have_no_printed_values_beside_them(run, drawn, tmp_path):
         "--upper",
         "1,4",
     ]
-    assert run(*words, "--out", "other")[0] == 0
+    said(*words, "--out", "other")
     table = pd.read_csv(tmp_path / "other" / "table_6_1.csv")
     assert table["paper_f1"].isna().all()
     result = reproduce(64, models=["rolling"], lower=[0, 0.2], upper=[1, 4])
     assert table["f1"].tolist() == pytest.approx(result.table_6_1()["f1"].tolist())
     for case in result.cases:
         assert (case.table.X <= [1, 4]).all()
-    assert run("reproduce", "--lower", "1", "--out", "other")[0] == 2
+    said("reproduce", "--lower", "1", "--out", "other", code=2)
 
 
-def test_a_comparison_is_the_librarys_and_goes_on(run, tmp_path):
+def test_a_comparison_is_the_librarys_and_goes_on(run, said, tmp_path):
     words = ["compare", "bnh", "--evaluations", "16,32", "--seeds", 2, "--out", "tables"]
     code, printed, err = run(*words, "--algorithms", "psi,nsga3")
     assert (code, err.splitlines()[0]) == (0, "BNH: 6 runs of 144 evaluations in all")
@@ -67,7 +66,7 @@ def test_a_comparison_is_the_librarys_and_goes_on(run, tmp_path):
     assert "BNH: medians over the runs" in printed
     for name in ("summary.csv", "tests.csv", "runs"):
         assert (tmp_path / "tables" / name).exists()
-    assert run(*words, "--algorithms", "psi,nsga3,psi-scrambled")[0] == 0
+    said(*words, "--algorithms", "psi,nsga3,psi-scrambled")
     assert len(pd.read_csv(tmp_path / "tables" / "runs.csv")) == len(runs) + 4
 
 

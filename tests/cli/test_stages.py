@@ -46,18 +46,6 @@ def log(tmp_path, monkeypatch):
     return log
 
 
-@pytest.fixture
-def said(run):
-    """Run the command; return all that it says."""
-
-    def command(*words, code=0):
-        ended, printed, err = run(*words)
-        assert ended == code, err
-        return printed + err
-
-    return command
-
-
 def edit(old, new):
     text = Path("beam.toml").read_text()
     assert old in text

@@ -15,6 +15,7 @@ from pymoo_psi.pareto import SENTENCES, nondominated
 from pymoo_psi.table import Layout
 from tests.beams import OBJECTIVES, beams, page_of_beams
 from tests.page.documents import column_of, payload_of
+from tests.refusals import refused
 
 
 def test_all_designs_are_there_in_their_order_with_every_digit():
@@ -86,8 +87,7 @@ def test_existing_designs_have_names_of_their_own():
 
 def test_what_cannot_be_ranked_has_no_page():
     frame = pd.DataFrame({"a": [-1.7e308, 1.7e308], "b": [1.0, 0.0]})
-    with pytest.raises(PsiError, match="finite range"):
-        decision_page(frame, ["a", "b"])
+    refused("finite range", decision_page, frame, ["a", "b"])
 
 
 def test_it_opens_with_a_formulation_and_further_limits():
@@ -163,8 +163,7 @@ def test_hostile_and_foreign_decisions_are_refused(tmp_path, made):
     ],
 )
 def test_mistakes(change, message):
-    with pytest.raises(PsiError, match=message):
-        page_of_beams(**change)
+    refused(message, page_of_beams, **change)
 
 
 @pytest.mark.parametrize(

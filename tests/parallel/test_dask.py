@@ -15,6 +15,7 @@ from pymoo_psi.cli import main
 from pymoo_psi.errors import ArgumentValueError, WorkerError
 from pymoo_psi.table import read_table
 from tests.processes import posix, until
+from tests.refusals import refused
 
 Client = pytest.importorskip("distributed").Client
 pytestmark = posix
@@ -72,8 +73,7 @@ def test_workers_that_are_killed_and_a_scheduler_that_is_gone(cluster, tmp_path)
     np.testing.assert_array_equal(run.table.F, plain.F)
     assert until(lambda: runner.n_workers == 1)
     scheduler.kill()
-    with pytest.raises(WorkerError, match="takes no more work"):
-        investigate(problem, 192, study=path)
+    refused("takes no more work", investigate, problem, 192, error=WorkerError, study=path)
     stored = read_table(path)
     assert len(stored) >= 96
     assert not stored.reasons

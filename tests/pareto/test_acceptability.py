@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from pymoo_psi import CompromiseProgramming, acceptability
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import Acceptability
+from tests.refusals import refused
 
 # Two and three objectives whose range over the Pareto set is 0 to 1, and one in other units.
 TWO = np.array([[0.0, 1.0], [0.1, 0.7], [0.25, 0.4], [0.6, 0.15], [1.0, 0.0]])
@@ -99,5 +100,4 @@ def test_many_designs():
 
 @pytest.mark.parametrize("wrong", [{"factor": 1}, {"p": 0.5}, {"p": 40}, {"places": 0}])
 def test_wrong_arguments_are_refused_by_name(wrong):
-    with pytest.raises(ArgumentValueError, match=f"^{next(iter(wrong))} must be"):
-        acceptability(TWO, **wrong)
+    refused(f"^{next(iter(wrong))} must be", acceptability, TWO, error=ArgumentValueError, **wrong)

@@ -22,6 +22,7 @@ from pymoo_psi import (
     investigate,
     nsga3,
 )
+from tests.refusals import refused
 
 
 class Mixture(Problem):
@@ -188,8 +189,7 @@ def test_a_design_of_others_may_be_rounded_but_not_wrong():
     ],
 )
 def test_other_equalities_are_refused(requirements):
-    with pytest.raises(PsiError, match="equalit"):
-        investigate(Mixture(*THREE[:2], requirements), 4)
+    refused("equalit", investigate, Mixture(*THREE[:2], requirements), 4)
 
 
 class Mixed(ElementwiseProblem):
@@ -216,10 +216,8 @@ def test_algorithms_that_search_between_bounds_are_refused(tmp_path):
     problem = Mixture(*THREE[:3])
     recorded = Recorded(problem, study=tmp_path / "s.db")
     for searched in (Required(problem), FailureTolerant(problem), recorded):
-        with pytest.raises(PsiError, match="search it by PSI"):
-            minimize(searched, NSGA2(pop_size=10), ("n_gen", 2), seed=1)
-    with pytest.raises(PsiError, match="search it by PSI"):
-        nsga3(problem, 20, seed=1)
+        refused("search it by PSI", minimize, searched, NSGA2(pop_size=10), ("n_gen", 2), seed=1)
+    refused("search it by PSI", nsga3, problem, 20, seed=1)
     with pytest.raises(PsiError, match="search it by PSI"):
         compare(problem, n_evaluations=16, seeds=1, algorithms=["nsga3"], progress=False)
     assert len(minimize(problem, PSI(20)).algorithm.table) == 20

@@ -10,7 +10,6 @@ from pymoo.optimize import minimize
 from pymoo_psi import (
     PSI,
     LogScaled,
-    PsiError,
     QMCSampling,
     Restricted,
     SurrogatePSI,
@@ -19,6 +18,7 @@ from pymoo_psi import (
 )
 from pymoo_psi.plots import plot_table
 from pymoo_psi.table import histogram, read_table, sensitivities
+from tests.refusals import refused
 
 
 def values(exponent, height):
@@ -133,5 +133,4 @@ def test_analysis_is_that_of_the_logarithm(tmp_path):
     [(["aera"], "did you mean 'area'"), (["height"], "above 0"), ("area", "a list of variables")],
 )
 def test_wrong_scales_are_refused(log, match):
-    with pytest.raises(PsiError, match=match):
-        investigate(Wide(log=()), 4, log=log)
+    refused(match, investigate, Wide(log=()), 4, log=log)

@@ -15,6 +15,7 @@ from pymoo.optimize import minimize
 from pymoo_psi import PSI, JoblibRunner, ProgramProblem, PsiError, investigate
 from pymoo_psi.errors import StudyMismatchError
 from tests.processes import gone, posix, until
+from tests.refusals import refused
 from tests.study.studies import as_version_0_3, edit
 
 # A solver as one writes it: reads a deck, prints a log, leaves a table and JSON.
@@ -271,8 +272,7 @@ def test_all_that_a_run_copies_counts_for_a_study(tmp_path):
     for changed in (linked / "data", tmp_path / "template" / ".hidden"):
         before = changed.read_text()
         changed.write_text("2")
-        with pytest.raises(StudyMismatchError, match="template is"):
-            investigate(problem, 2, study=study)
+        refused("template is", investigate, problem, 2, error=StudyMismatchError, study=study)
         changed.write_text(before)
     as_version_0_3(study)
     entry = "$.problem.parameters.template"
@@ -376,8 +376,7 @@ def test_only_plain_numbers_are_numbers_also_those_of_fortran(tmp_path, text):
     ],
 )
 def test_a_wrong_file_is_refused_before_any_run(beam, tmp_path, changes, deck, match):
-    with pytest.raises(PsiError, match=match):
-        beam(*changes, **({} if deck is None else {"deck": deck}))
+    refused(match, beam, *changes, **{} if deck is None else {"deck": deck})
     assert runs(tmp_path) == []
 
 
@@ -388,8 +387,9 @@ def test_the_study_knows_the_template_and_the_key(beam, tmp_path):
     hidden.mkdir()
     (hidden / "solver.pyc").write_text("compiled")
     assert investigate(beam(), 2, study=study).equals(first)
-    with pytest.raises(StudyMismatchError, match="key"):
-        investigate(beam(("mesh 3", "mesh 4")), 2, study=study)
+    refused(
+        "key", investigate, beam(("mesh 3", "mesh 4")), 2, error=StudyMismatchError, study=study
+    )
     other = "width={width}\nheight={height}\nmode={mode}\nother=1\n"
     with pytest.raises(StudyMismatchError):
         investigate(beam(deck=other), 2, study=study)

@@ -9,6 +9,7 @@ import pytest
 
 from pymoo_psi import ProgramProblem, PsiError
 from tests.mutations import mutated, toml_file
+from tests.refusals import refused
 
 FILE = {
     "name": "beam",
@@ -105,8 +106,7 @@ def test_a_wrong_value_is_refused_by_path_and_rule(read, where, value, message):
     for name in path:
         section = section[name]
     section[key] = value
-    with pytest.raises(PsiError, match=f"beam.toml: .*{message}"):
-        read(toml_file(content))
+    refused(f"beam.toml: .*{message}", read, toml_file(content))
 
 
 @pytest.mark.parametrize(
@@ -120,8 +120,7 @@ def test_a_wrong_value_is_refused_by_path_and_rule(read, where, value, message):
     ],
 )
 def test_wrong_syntax_is_refused_by_its_line(read, text, message):
-    with pytest.raises(PsiError, match=message):
-        read(text)
+    refused(message, read, text)
 
 
 def test_a_byte_order_mark_is_none_of_the_text(read):

@@ -8,7 +8,6 @@ from scipy import stats
 
 from pymoo_psi import (
     PSI,
-    PsiError,
     Restricted,
     Robust,
     SphereChute,
@@ -18,6 +17,7 @@ from pymoo_psi import (
     nsga3,
 )
 from pymoo_psi.errors import StudyMismatchError
+from tests.refusals import refused
 
 A = np.array([[1.0, 2.0], [-3.0, 0.5]])
 
@@ -192,6 +192,4 @@ CHUTE = SphereChute()
     ],
 )  # fmt: skip
 def test_mistakes(problem, options, kind, message):
-    with pytest.raises(kind, match=message) as caught:
-        Robust(problem, **options)
-    assert isinstance(caught.value, PsiError)
+    refused(message, Robust, problem, error=kind, **options)

@@ -23,6 +23,7 @@ from pymoo_psi import (
     investigate,
 )
 from pymoo_psi.problems import WrappedProblem
+from tests.refusals import refused
 
 
 class Mirrored(WrappedProblem):
@@ -142,8 +143,7 @@ def test_a_wrapper_may_evaluate_in_its_own_way():
 def test_a_study_tells_wrappers_with_other_arguments_apart(tmp_path):
     study = tmp_path / "run.db"
     investigate(Priced(Model(), 3.0), 4, study=study)
-    with pytest.raises(pymoo_psi.PsiError, match="price"):
-        investigate(Priced(Model(), 4.0), 4, study=study)
+    refused("price", investigate, Priced(Model(), 4.0), 4, error=pymoo_psi.PsiError, study=study)
 
 
 def test_no_place_of_the_package_asks_for_the_class_of_a_wrapper():

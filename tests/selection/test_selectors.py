@@ -15,11 +15,11 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     CompromiseProgramming,
     EfficientSubset,
-    PsiError,
     SalukvadzeOptimum,
     rank_of_efficiency,
 )
 from pymoo_psi.selection import compare_selectors
+from tests.refusals import refused
 
 with warnings.catch_warnings():  # pymoo.mcdm imports scipy.spatial.ckdtree, which is deprecated
     warnings.simplefilter("ignore", DeprecationWarning)
@@ -52,8 +52,7 @@ def test_selectors_follow_pymoos_convention():
     selector = SalukvadzeOptimum()
     assert selector(F).tolist() == selector.do(F).tolist() == [1]
     assert selector.do(F[1:2]).tolist() == [0]
-    with pytest.raises(ValueError, match="rank must be 3, 4, 5 or 6, got 7"):
-        EfficientSubset(7)
+    refused("rank must be 3, 4, 5 or 6, got 7", EfficientSubset, 7, error=ValueError)
 
 
 def by_hand(F, p, weights, normalize):
@@ -148,6 +147,4 @@ def test_given_ranges_of_a_ranking_are_those_of_selectors():
     ],
 )
 def test_bad_selectors(selectors, kind, message):
-    with pytest.raises(kind, match=message) as caught:
-        compare_selectors(F3, selectors)
-    assert isinstance(caught.value, PsiError)
+    refused(message, compare_selectors, F3, selectors, error=kind)

@@ -21,10 +21,10 @@ from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
 from pymoo_psi import Recorded, investigate, live, read_table
-from pymoo_psi.errors import PsiError
 from pymoo_psi.study import Study
 from tests.page.test_page_browser import browser  # noqa: F401
 from tests.processes import LONG, posix
+from tests.refusals import refused
 
 Error = pytest.importorskip("playwright.sync_api", reason="playwright is missing").Error
 
@@ -205,8 +205,7 @@ def test_requests_of_others_are_refused_and_everything_is_bounded(tmp_path):
     with live(path) as view:  # without steer
         own = f"http://{urlsplit(view.address).netloc}"
         assert answers(view.address, f"{home}steer", "POST", request, Origin=own) == 400
-        with pytest.raises(PsiError, match="cannot start"):
-            live(path, port=urlsplit(view.address).port)
+        refused("cannot start", live, path, port=urlsplit(view.address).port)
 
 
 def test_a_page_has_values_that_stored_tests_get_later(tmp_path):

@@ -16,6 +16,7 @@ from pymoo_psi.errors import (
 )
 from pymoo_psi.study import Study
 from tests.processes import posix
+from tests.refusals import refused
 from tests.study.studies import HEAD, as_version_0_3, begun, bits, block, contents, edit, read
 
 PAGE = 4096
@@ -44,8 +45,7 @@ def calls(path):
 def test_reading_creates_nothing(tmp_path):
     read, _, append, columns = calls(tmp_path / "none.db")
     for call in (read, append, columns):
-        with pytest.raises(StudyAccessError, match=r"none.db does not exist; check the name"):
-            call()
+        refused(r"none.db does not exist; check the name", call, error=StudyAccessError)
     assert os.listdir(tmp_path) == []
 
 
@@ -64,10 +64,7 @@ def test_a_foreign_file_is_left_alone(tmp_path, make):
     make(path)
     before = contents(tmp_path)
     for call in calls(path):
-        with pytest.raises(
-            StudyCorruptError, match=r"mine.db is no study of .*; it was left as it is"
-        ):
-            call()
+        refused(r"mine.db is no study of .*; it was left as it is", call, error=StudyCorruptError)
     assert contents(tmp_path) == before
 
 
@@ -80,8 +77,7 @@ def test_a_replaced_study_is_noticed(study, tmp_path):
     os.replace(tmp_path / "other", study.path)
     before = contents(tmp_path)
     for call in (lambda: study.append(block(13, 4)), lambda: study.contents(1, 8)[1]):
-        with pytest.raises(StudyMismatchError, match="has taken its place, and was left as it is"):
-            call()
+        refused("has taken its place, and was left as it is", call, error=StudyMismatchError)
     assert contents(tmp_path) == before
 
 
@@ -93,10 +89,9 @@ def test_another_version_is_said_to_be_one(study, version):
     edit(study.path, f"PRAGMA user_version = {version}", "DROP TABLE study")
     before = contents(Path(study.path).parent)
     for call in calls(study.path):
-        with pytest.raises(
-            StudyVersionError, match=f"door has format {version}, but .*version that made it"
-        ):
-            call()
+        refused(
+            f"door has format {version}, but .*version that made it", call, error=StudyVersionError
+        )
     assert contents(Path(study.path).parent) == before
 
 
@@ -122,8 +117,7 @@ def test_what_else_a_study_holds_is_refused_by_name(study, what):
     edit(study.path, *FURTHER[what])
     before = contents(Path(study.path).parent)
     for call in calls(study.path):
-        with pytest.raises(StudyCorruptError, match=what):
-            call()
+        refused(what, call, error=StudyCorruptError)
     assert contents(Path(study.path).parent) == before
 
 
@@ -137,8 +131,7 @@ def test_a_full_disk_is_named_and_what_is_stored_is_kept(study, tmp_path, monkey
 
     monkeypatch.setattr(sqlite3, "connect", full)
     said = "door cannot be used: .* full; .* disk is not full, .*what was stored before is kept"
-    with pytest.raises(StudyAccessError, match=said):
-        study.append(block(9, 5000))
+    refused(said, study.append, block(9, 5000), error=StudyAccessError)
     assert bits(read(study.path)[1]) == bits(block(1, 8))
 
 
@@ -205,8 +198,7 @@ def test_edits_by_hand_that_cannot_be_read_are_reported(tmp_path, whole, stateme
     edit(path, statement)
     before = path.read_bytes()
     for call in (lambda: read(path), lambda: Study(path).append(block(1, 200))):
-        with pytest.raises(StudyError, match=r"s.db"):
-            call()
+        refused(r"s.db", call, error=StudyError)
     assert path.read_bytes() == before
 
 
@@ -224,8 +216,7 @@ def test_a_cell_with_another_value_is_reported(tmp_path, whole, name):
     path.write_bytes(whole[0])
     edit(path, f"UPDATE tests SET {name} = {other.get(name, f'{name} + 1')} WHERE test = 8")
     before = path.read_bytes()
-    with pytest.raises(StudyCorruptError, match="1 test changed, the first (1008|8);"):
-        read(path)
+    refused("1 test changed, the first (1008|8);", read, path, error=StudyCorruptError)
     if name != "test_point":
         with pytest.raises(StudyCorruptError, match="1 test changed, the first 8;"):
             Study(path).append(block(1, 200))
@@ -244,8 +235,7 @@ def test_a_cell_with_another_value_is_reported(tmp_path, whole, name):
 def test_facts_and_proposals_with_another_value_are_reported(study, statement):
     study.propose([(9, 1, "surrogate", {"x": 0.5})])
     edit(study.path, statement)
-    with pytest.raises(StudyCorruptError, match="changed|it holds the table"):
-        study.proposals(9, 1)
+    refused("changed|it holds the table", study.proposals, 9, 1, error=StudyCorruptError)
 
 
 def test_a_study_of_version_0_3_is_read_and_continued(study, tmp_path):
@@ -260,5 +250,4 @@ def test_a_study_of_version_0_3_is_read_and_continued(study, tmp_path):
     assert bits(read(study.path)[1]) == bits(block(1, 12))
     assert study.proposals(9, 1) == [(9, 1, "surrogate", {"x": 0.5})]
     edit(study.path, "UPDATE tests SET f1 = 0.5 WHERE test = 3")
-    with pytest.raises(StudyCorruptError, match="1 test changed, the first 3"):
-        read(study.path)
+    refused("1 test changed, the first 3", read, study.path, error=StudyCorruptError)

@@ -8,6 +8,7 @@ import pytest
 from pymoo_psi.errors import StudyAccessError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.sequences import lp_tau
 from pymoo_psi.study import Share, Study, read_folder, write_study
+from tests.refusals import refused
 from tests.study.studies import HEAD, begun, bits, block, of_one_run, read, rows
 
 
@@ -91,8 +92,9 @@ def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_rea
     shares(tmp_path / "a", 2, 10, [1])
     with pytest.raises(StudyMismatchError, match=r"share-1-of-2.db is a share of other points"):
         shares(tmp_path / "a", 2, 10, [2], other)
-    with pytest.raises(StudyMismatchError, match="is one of 2 shares, not of 3"):
-        shares(tmp_path / "a", 3, 10, [2])
+    refused(
+        "is one of 2 shares, not of 3", shares, tmp_path / "a", 3, 10, [2], error=StudyMismatchError
+    )
     shares(tmp_path / "b", 2, 10, [2], other)
     shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path / "a")
     with pytest.raises(
@@ -105,15 +107,15 @@ def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_rea
 def test_a_damaged_file_of_a_folder_is_named(tmp_path, content):
     shares(tmp_path, 3, 12)
     (tmp_path / "share-2-of-3.db").write_bytes(content)
-    with pytest.raises(StudyCorruptError, match=r"share-2-of-3.db .*move (it|this one) away"):
-        read_folder(tmp_path)
+    refused(
+        r"share-2-of-3.db .*move (it|this one) away", read_folder, tmp_path, error=StudyCorruptError
+    )
     (tmp_path / "share-2-of-3.db").unlink()
     (tmp_path / "notes.txt").write_bytes(b"these are none")
     assert len(read_folder(tmp_path)[1]["x"]) == 8
     for file in tmp_path.glob("*.db"):
         file.unlink()
-    with pytest.raises(StudyAccessError, match="holds no study"):
-        read_folder(tmp_path)
+    refused("holds no study", read_folder, tmp_path, error=StudyAccessError)
 
 
 def test_a_study_is_written_at_once_and_never_over_another(tmp_path):

@@ -9,6 +9,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import Formulation, PsiError, TestTable, investigate, rank_of_efficiency
 from pymoo_psi.table import Layout, read_table
+from tests.refusals import refused
 
 LAYOUT = Layout.of(1, ["mass", "gain"], 1, lower=[0.0], upper=[1.0], maximize=["gain"])
 COARSE = TestTable.of(
@@ -76,8 +77,7 @@ def test_what_is_not_one_problem_is_refused():
         ),
         ([table], "experiments must be tables by name"),
     ]:
-        with pytest.raises(PsiError, match=message):
-            TestTable.combined(tables)
+        refused(message, TestTable.combined, tables)
     named = TestTable.of([1], [[0.1]], [[1.0]], layout=Layout.of(["number"], 1))
     with pytest.raises(
         PsiError, match="an extra column must be .* named unlike other columns, got 'number'"

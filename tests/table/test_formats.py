@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pymoo_psi import PsiError, VectorizedSphereChute, investigate
+from pymoo_psi import VectorizedSphereChute, investigate
 from pymoo_psi.cli import main
 from pymoo_psi.table import (
     FORMATS,
@@ -15,6 +15,7 @@ from pymoo_psi.table import (
     read_table,
     suffixes_for,
 )
+from tests.refusals import refused
 
 
 class Records(FileFormat):
@@ -87,13 +88,10 @@ def test_other_suffixes_are_refused_by_those_that_there_are(command, tmp_path):
     rule = "a file with the suffix .csv or .xlsx or .records"
     assert rule in command("rank", "set.csv", "--out", "o.json", code=2)
     assert suffixes_for("tests") == [".csv", ".xlsx", ".db", ".records"]
-    with pytest.raises(PsiError, match=rule):
-        format_of("o.json", "designs")
+    refused(rule, format_of, "o.json", "designs")
     table = read_table("set.csv")
-    with pytest.raises(PsiError, match=r"path must be a file with the suffix \.xlsx"):
-        table.to_xlsx("o.records")
-    with pytest.raises(PsiError, match="sheet must be left out"):
-        read_table("set.csv", sheet="S1")
+    refused(r"path must be a file with the suffix \.xlsx", table.to_xlsx, "o.records")
+    refused("sheet must be left out", read_table, "set.csv", sheet="S1")
 
 
 def test_a_file_that_the_reader_of_a_format_did_not_expect_is_refused(tmp_path):
@@ -106,7 +104,6 @@ def test_a_file_that_the_reader_of_a_format_did_not_expect_is_refused(tmp_path):
     FORMATS.insert(0, Odd())
     try:
         (tmp_path / "a.odd").touch()
-        with pytest.raises(PsiError, match=r"a.odd: it cannot be read as .odd: IndexError"):
-            read_table(tmp_path / "a.odd")
+        refused(r"a.odd: it cannot be read as .odd: IndexError", read_table, tmp_path / "a.odd")
     finally:
         FORMATS.pop(0)

@@ -9,6 +9,7 @@ from pymoo_psi.cli import main
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table import Layout
 from tests.page.documents import payload_of
+from tests.refusals import refused
 
 COST = {"A": [10.0, 12.0, 11.0], "B": [20.0, 21.0, 22.0], "C": [15.0, 16.0]}
 MASS = {"A": [5.0, 5.4, 5.2], "B": [2.0, 2.4, 2.2], "C": [3.0, 3.2]}
@@ -49,8 +50,9 @@ def test_computed_columns_and_limits_are_of_means(file):
     asked = Formulation(
         objectives=["cost", "ratio"], computed={"ratio": "mass / cost"}, limits={"mass": 5.1}
     )
-    with pytest.raises(ArgumentValueError, match="ratio"):
-        read_table(file, asked, repeats="variant").confidence()
+    refused(
+        "ratio", read_table(file, asked, repeats="variant").confidence, error=ArgumentValueError
+    )
     table = read_table(file, ASKED, repeats="variant").under(limits={"mass": 5.1})
     assert sorted(np.array(table.names)[table.feasible()]) == ["B", "C"]  # A has 5.2 on average
 
@@ -91,8 +93,7 @@ def test_a_column_that_does_not_tell_designs_is_refused(column, rule):
 
 def test_labels_that_never_recur_are_refused():
     frame = FRAME.assign(variant=list("abcdefgh"))
-    with pytest.raises(ArgumentValueError, match="recurs"):
-        read_table(frame, ASKED, repeats="variant")
+    refused("recurs", read_table, frame, ASKED, error=ArgumentValueError, repeats="variant")
 
 
 def test_repeats_that_are_not_declared_are_reported():
@@ -210,7 +211,5 @@ def test_shrunk_means_are_nearer_to_the_truth_than_the_tests():
 
 def test_confidence_needs_errors_of_every_objective():
     table = TestTable.of([1, 2], np.zeros((2, 0)), [[0.0, 1.0], [1.0, 0.0]])
-    with pytest.raises(ArgumentValueError, match="standard errors"):
-        table.confidence()
-    with pytest.raises(ArgumentValueError, match="^noise must be"):
-        table.confidence(noise={"f1": 1.0})
+    refused("standard errors", table.confidence, error=ArgumentValueError)
+    refused("^noise must be", table.confidence, error=ArgumentValueError, noise={"f1": 1.0})

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table import Formulation, Layout, TestTable, constraint_costs, histogram
+from tests.refusals import refused
 
 # Few values, so that designs are equal in a criterion and limits are met exactly.
 VALUES = st.sampled_from([-2.0, -1.0, -0.0, 0.0, 0.5, 1.0, 3.0, np.inf, -np.inf, np.nan])
@@ -102,8 +103,7 @@ def test_an_output_that_only_a_later_table_has_keeps_its_sense_and_unit():
         assert judged.rows(judged.pareto()).column("gain").tolist() == [6]
     # Two that contradict each other are refused, also beside a table that knows neither.
     other = replace(new, numbers=[5, 6], layout=replace(layout, maximize=()))
-    with pytest.raises(ArgumentValueError, match="direction of gain max against min"):
-        old.extended(new, other)
+    refused("direction of gain max against min", old.extended, new, other, error=ArgumentValueError)
     other = replace(new, layout=replace(layout, units={"gain": "kW"}))
     with pytest.raises(ArgumentValueError, match="unit of gain W against kW"):
         TestTable.combined({"a": old, "b": new, "c": other})

@@ -1,0 +1,12 @@
+"""What is asked of every refusal: an error of the package, which says what is wrong."""
+
+import pytest
+
+from pymoo_psi import PsiError
+
+
+def refused(message, call, *args, error=PsiError, **options):
+    """Require that a call is refused by an error of the package with such a message."""
+    with pytest.raises(error, match=message) as caught:
+        call(*args, **options)
+    assert isinstance(caught.value, PsiError)
