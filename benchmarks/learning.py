@@ -505,7 +505,7 @@ def _marks(ours: Array, rivals: list[Array]) -> list[str]:
     p = np.full(len(rivals), np.nan)
     for k, theirs in enumerate(rivals):
         if len(theirs) > 0:
-            p[k] = p_value(ours, theirs, fixed=(False, False))
+            p[k] = p_value(ours, theirs)
     marks = []
     for theirs, corrected in zip(rivals, holm(p), strict=True):
         mark = ""

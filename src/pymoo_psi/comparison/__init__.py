@@ -41,7 +41,7 @@ from pymoo_psi.comparison._comparison import effect_size as effect_size
 from pymoo_psi.comparison._comparison import holm as holm
 from pymoo_psi.comparison._comparison import p_value as p_value
 from pymoo_psi.comparison._runs import DEFAULT_ALGORITHMS as DEFAULT_ALGORITHMS
-from pymoo_psi.comparison._runs import Run as Run
+from pymoo_psi.comparison._runs import RunResult as RunResult
 
 __all__ = [
     "Comparison",

@@ -13,7 +13,6 @@ than a run of the other, with ties counted half.
 from __future__ import annotations
 
 import itertools
-import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
@@ -39,12 +38,12 @@ from pymoo_psi._validation import (
 from pymoo_psi.comparison._runs import (
     DEFAULT_ALGORITHMS,
     SEARCHES,
-    Run,
+    RunResult,
     Search,
     Task,
     perform,
     searches,
-    stored_runs,
+    stored_results,
 )
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.pareto import (
@@ -207,7 +206,7 @@ class Comparison(Shown):
     """
 
     problem: str
-    runs: tuple[Run, ...]
+    runs: tuple[RunResult, ...]
     reference: Reference
     measures: pd.DataFrame
 
@@ -366,7 +365,7 @@ def compare(
             of this package, because a seed may give other designs there.
         n_jobs: Number of processes, -1 for one per core; each performs whole runs. Times are
             comparable if there are no more processes than idle cores.
-        progress: Print the number of runs before the first one, then show a progress bar.
+        progress: Show a progress bar.
 
     Returns:
         The comparison.
@@ -402,35 +401,31 @@ def compare(
     n_jobs = job_count("n_jobs", n_jobs)
     by_name = searches(algorithms)
     tasks = _tasks(by_name, n_evaluations, seeds)
-    runs = {}
+    results = {}
     path = None
     if folder is not None:
         path = Path(folder)
-        for run in stored_runs(path, problem):
-            if run.task in tasks:
-                runs[run.task] = run
-    missing = [task for task in tasks if task not in runs]
+        for result in stored_results(path, problem):
+            if result.task in tasks:
+                results[result.task] = result
+    missing = [task for task in tasks if task not in results]
     # The longest first, so that all processes end at about the same time; and one of each
     # algorithm, so that one that does not suit the problem is found early.
     missing.sort(key=lambda task: (-task.n_evaluations, task.seed or 0))
-    name = problem_name(problem)
-    if progress and missing:
-        n_missing = sum(task.n_evaluations for task in missing)
-        work = f"{counted(len(missing), 'run')} of {counted(n_missing, 'evaluation')} in all"
-        print(f"{name}: {work}", file=sys.stderr, flush=True)
 
-    def performed(task: Task) -> Run:
+    def performed(task: Task) -> RunResult:
         # The process that performs a run stores it, even if its parent process ends before.
         return perform(problem, by_name[task.algorithm], task, path)
 
     with progress_bar(progress) as bar:
-        bar(len(runs) / len(tasks))
-        for _, run in in_parallel(performed, missing, n_jobs):
-            runs[run.task] = run
-            bar(len(runs) / len(tasks))
-    counted_runs = tuple(_without_repeats([runs[task] for task in tasks]))
-    reference = Reference.of([*(run.F for run in counted_runs), *fronts])
-    return Comparison(name, counted_runs, reference, _measures(counted_runs, reference, n_jobs))
+        bar(len(results) / len(tasks))
+        for _, result in in_parallel(performed, missing, n_jobs):
+            results[result.task] = result
+            bar(len(results) / len(tasks))
+    runs = tuple(_independent([results[task] for task in tasks]))
+    reference = Reference.of([*(run.F for run in runs), *fronts])
+    measures = _measures(runs, reference, n_jobs)
+    return Comparison(problem_name(problem), runs, reference, measures)
 
 
 def _tasks(
@@ -466,26 +461,27 @@ def _integers(name: str, values: Any, *, minimum: int) -> list[int]:
     return sorted({integer(name, value, minimum=minimum) for value in several})
 
 
-def _without_repeats(runs: Sequence[Run]) -> Iterator[Run]:
-    """Yield the runs, but one per budget for an algorithm whose runs do not depend on the seed.
+def _independent(results: Sequence[RunResult]) -> Iterator[RunResult]:
+    """Yield results, but one per budget of an algorithm whose results do not depend on the seed.
 
     The tests assume that runs are independent: with eleven copies of one run, any difference would
     be significant.
     """
-    for _, group in itertools.groupby(runs, lambda run: run.task.algorithm):
-        runs_of_algorithm = list(group)
-        by_budget = {run.task.n_evaluations: run for run in runs_of_algorithm}
-        results = {(run.task.n_evaluations, run.F.tobytes()) for run in runs_of_algorithm}
-        is_repeated = len(results) == len(by_budget) < len(runs_of_algorithm)
-        # Runs without any feasible design are equal but show nothing.
-        if not is_repeated or not any(len(run.F) for run in runs_of_algorithm):
-            yield from runs_of_algorithm
+    for _, group in itertools.groupby(results, lambda result: result.task.algorithm):
+        results_of_algorithm = list(group)
+        by_budget = {result.task.n_evaluations: result for result in results_of_algorithm}
+        is_repeated = len(by_budget) < len(results_of_algorithm)
+        for result in results_of_algorithm:
+            is_repeated &= np.array_equal(result.F, by_budget[result.task.n_evaluations].F)
+        # Results without any feasible design are equal but show nothing.
+        if not is_repeated or not any(len(result.F) for result in results_of_algorithm):
+            yield from results_of_algorithm
             continue
-        for run in by_budget.values():
-            yield replace(run, task=replace(run.task, seed=None))
+        for result in by_budget.values():
+            yield replace(result, task=replace(result.task, seed=None))
 
 
-def _measures(runs: Sequence[Run], reference: Reference, n_jobs: int) -> pd.DataFrame:
+def _measures(runs: Sequence[RunResult], reference: Reference, n_jobs: int) -> pd.DataFrame:
     """Return the table of :meth:`Comparison.to_frame`."""
     import pandas as pd
 
@@ -544,30 +540,28 @@ def effect_size(a: Array, b: Array) -> float:
         >>> effect_size(np.array([1.0, 3.0]), np.array([1.0, 2.0]))
         0.625
     """
-    above = (a[:, None] > b).mean()
-    equal = (a[:, None] == b).mean()
+    above = np.greater.outer(a, b).mean()
+    equal = np.equal.outer(a, b).mean()
     return float(above + 0.5 * equal)
 
 
-def p_value(a: Array, b: Array, *, fixed: tuple[bool, bool]) -> float:
+def p_value(a: Array, b: Array) -> float:
     """Return the two-sided p value for the hypothesis that two algorithms do not differ.
 
     Args:
-        a: Values of the runs of one.
-        b: Values of the runs of the other.
-        fixed: Which of the two are deterministic; NaN is returned if both are.
+        a: ``(k,)`` values of the runs of one; of a deterministic algorithm ``()`` its value.
+        b: The same of the other. If both are deterministic, NaN is returned.
 
     Example:
-        >>> round(p_value(np.arange(5.0), np.arange(5.0) + 10, fixed=(False, False)), 4)  # 2 / 252
+        >>> round(p_value(np.arange(5.0), np.arange(5.0) + 10), 4)  # 2 / 252
         0.0079
     """
-    a_fixed, b_fixed = fixed
-    if a_fixed and b_fixed:
+    if a.ndim == b.ndim == 0:
         return np.nan
-    if a_fixed:
-        return _sign_test(b, a[0])
-    if b_fixed:
-        return _sign_test(a, b[0])
+    if a.ndim == 0:
+        return _sign_test(b, float(a))
+    if b.ndim == 0:
+        return _sign_test(a, float(b))
     return _rank_sum_test(a, b)
 
 
@@ -621,25 +615,25 @@ def pairwise_tests(measures: pd.DataFrame, indicator: str) -> pd.DataFrame:
     """
     import pandas as pd
 
-    sign = INDICATORS[indicator]  # turns values so that more is better
     rows = []
     for budget, runs_of_budget in measures.groupby("evaluations", sort=True):
         by_name = dict(iter(runs_of_budget.groupby("algorithm", sort=False)))
-        for names in itertools.combinations(by_name, 2):
-            better, worse = names
-            a = sign * by_name[better][indicator].to_numpy(float)
-            b = sign * by_name[worse][indicator].to_numpy(float)
-            fixed = (_deterministic(by_name[better]), _deterministic(by_name[worse]))
-            p = p_value(a, b, fixed=fixed)
+        for one, other in itertools.combinations(by_name, 2):
+            a = _values(by_name[one], indicator)
+            b = _values(by_name[other], indicator)
             effect = effect_size(a, b)
+            better, worse = one, other
             if effect < 0.5:
-                worse, better = names
+                better, worse = other, one
                 effect = 1 - effect
-            rows.append((budget, better, worse, effect, p))
+            rows.append((budget, better, worse, effect, p_value(a, b)))
     frame = pd.DataFrame(rows, columns=["evaluations", "better", "worse", "effect", "p"])
     return frame.assign(p_holm=holm(frame["p"].to_numpy(float)))
 
 
-def _deterministic(runs: pd.DataFrame) -> bool:
-    """Return whether the runs of an algorithm have no seeds."""
-    return bool(runs["seed"].isna().all())
+def _values(runs: pd.DataFrame, indicator: str) -> Array:
+    """Return an indicator of the runs of an algorithm, of which more is better, for `p_value`."""
+    values: Array = INDICATORS[indicator] * runs[indicator].to_numpy(float)
+    if runs["seed"].isna().all():  # deterministic
+        return values[0, ...]
+    return values

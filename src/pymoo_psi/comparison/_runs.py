@@ -205,7 +205,7 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class RunResult:
     """The results of a run.
 
     Attributes:
@@ -220,7 +220,7 @@ class Run:
         >>> from pymoo.problems import get_problem
         >>> from pymoo_psi import compare
         >>> compare(get_problem("bnh"), n_evaluations=16, algorithms=["psi"]).runs[0]
-        Run(psi, 16 evaluations: 11 non-dominated designs)
+        RunResult(psi, 16 evaluations: 11 non-dominated designs)
     """
 
     task: Task
@@ -232,16 +232,16 @@ class Run:
 
     def __repr__(self) -> str:
         """Return the task and the number of non-dominated designs."""
-        return f"Run({self.task}: {len(self.F)} non-dominated designs)"
+        return f"RunResult({self.task}: {len(self.F)} non-dominated designs)"
 
 
-def _run(task: Task, tests: TestTable, **seconds: float) -> Run:
+def _result(task: Task, tests: TestTable, **seconds: float) -> RunResult:
     """Return a run from the table of all its designs and its times."""
     best = tests.pareto()
-    return Run(task, tests.X[best], tests.F[best], len(tests), **seconds)
+    return RunResult(task, tests.X[best], tests.F[best], len(tests), **seconds)
 
 
-def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Run:
+def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> RunResult:
     """Perform a run, and store it as a study in a folder if there is one.
 
     Raises:
@@ -268,7 +268,7 @@ def perform(problem: Any, search: Search, task: Task, folder: Path | None) -> Ru
     if folder is not None:
         head = {**_head(tests, problem), "run": {**asdict(task), **times}}
         write_study(folder / _file_name(task), head, columns_of(tests))
-    return _run(task, tests, **times)
+    return _result(task, tests, **times)
 
 
 def _file_name(task: Task) -> str:
@@ -345,7 +345,7 @@ class BudgetSpentError(PsiError):
 # parallel processes need no lock. In addition to the tests, the head has a "run".
 
 
-def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
+def stored_results(folder: Path, problem: Any) -> Iterator[RunResult]:
     """Yield the runs in a folder, which is created if it does not exist.
 
     Raises:
@@ -365,7 +365,7 @@ def stored_runs(folder: Path, problem: Any) -> Iterator[Run]:
                 "bounds or constants; give another folder"
             )
         task = Task(run.pop("algorithm"), run.pop("n_evaluations"), run.pop("seed"))
-        yield _run(task, StoredTests(head, columns).table(path), **run)
+        yield _result(task, StoredTests(head, columns).table(path), **run)
 
 
 def _head(tests: TestTable, problem: Any) -> Values:

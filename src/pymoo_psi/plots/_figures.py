@@ -118,16 +118,15 @@ def plot_table(
         6
     """
     layout = require_table(table).layout
-    tops = _known("variables", variables, layout.variables, layout)
-    rows = _known("objectives", objectives, layout.objectives, layout)
+    tops = _column_names("variables", variables, layout.variables, layout)
+    rows = _column_names("objectives", objectives, layout.objectives, layout)
     if not tops:
         raise invalid("variables", "one or more", Received("none"))
     if max(len(tops), len(rows)) > MATRIX:
         rows = []
-    drawn = []
+    points = points_of_table(table, [])
     if rows:
-        drawn = [*tops, *rows]
-    points = points_of_table(table, drawn)
+        points = points_of_table(table, [*tops, *rows])
     histograms = [histogram(table, name) for name in tops]
     n_columns = min(len(tops), MATRIX)
     with panels(len(tops) * (1 + len(rows)), n_columns) as (figure, axes):
@@ -146,7 +145,7 @@ def plot_table(
     return figure
 
 
-def _known(argument: str, names: Names | None, default: Names, layout: Layout) -> list[str]:
+def _column_names(argument: str, names: Names | None, default: Names, layout: Layout) -> list[str]:
     """Return the names of columns of a table, by default those given."""
     if names is None:
         names = default
@@ -266,13 +265,13 @@ def plot_objectives(
         3
     """
     layout = require_table(table).layout
-    names = _known("objectives", objectives, layout.objectives, layout)
+    names = _column_names("objectives", objectives, layout.objectives, layout)
     if not 2 <= len(names) <= MATRIX + 1:
         rule = f"from 2 to {MATRIX + 1} to draw in pairs"
         raise invalid("objectives", rule, len(names), "name those to be drawn")
     chosen = None
     if design is not None:
-        chosen = table.rows([table.row_of(design)])
+        chosen = table.row_of(design)
     points = points_of_table(table, names, chosen)
     if shares is not None:
         points = replace(points, groups=shaded_groups(table, finite_array("shares", shares)))
@@ -340,34 +339,24 @@ def plot_ranking(
     low = minimized[ranking.pareto].min(axis=0)
     high = minimized[ranking.pareto].max(axis=0)
     shares = (minimized - low) / unit_lengths(low, high)
-    best = [number(value) for value in objectives.original(low).tolist()]
-    worst = [number(value) for value in objectives.original(high).tolist()]
     names = [literal(name, 30) for name in objectives.headings()]
-    n = len(names)
-    rotation = 0
-    if len("".join(names)) + 2 * n > _LETTERS:
-        rotation = 90
     height = 60.0
-    if n > MATRIX:
+    if len(names) > MATRIX:
         height = 90.0
     with panels(1, 1, height=height) as (figure, (ax,)):
         legend = []
         for name, group in groups_by_place(ranking).items():
-            own = shares[group.mask]
-            ax.add_collection(_lines(own, group))
-            label = f"{name} ({len(own)})"
+            lines = shares[group.mask]
+            ax.add_collection(_lines(lines, group))
+            label = f"{name} ({len(lines)})"
             legend.append(Line2D([], [], color=group.marker.colour, label=label))
-        named = [int(ranking.salukvadze[0])]
+        marked = [int(ranking.salukvadze[0])]
         if row is not None and row not in ranking.salukvadze:
             style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
-            ax.plot(np.arange(n), shares[row], "k--", label="chosen", zorder=7.0, **style)
-            named.append(row)
-        _name_ends(ax, {ranking.name_of(one): shares[one, -1] for one in named})
-        ax.set(xlim=(-0.4, n - 0.9), ylim=(-0.05, 1.05))
-        ax.set_ylabel("share of the range (0 is best)")
-        ends = [f"{value}\n{name}" for value, name in zip(best, names, strict=True)]
-        ax.set_xticks(np.arange(n), ends, rotation=rotation)
-        ax.secondary_xaxis("top").set_xticks(np.arange(n), worst)
+            ax.plot(shares[row], "k--", label="chosen", zorder=7.0, **style)
+            marked.append(row)
+        _name_ends(ax, {ranking.name_of(one): shares[one, -1] for one in marked})
+        _name_objectives(ax, names, objectives.original(low), objectives.original(high))
         legend_of(figure, [ax], *legend)
         optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
         figure.describe(
@@ -397,6 +386,19 @@ def _lines(shares: Array, group: Group) -> LineCollection:
         zorder=group.marker.level,
         rasterized=n > _MANY,
     )
+
+
+def _name_objectives(axes: Axes, names: list[str], best: Array, worst: Array) -> None:
+    """Write names and best values below parallel coordinates, the worst values on top."""
+    places = np.arange(len(names))
+    rotation = 0
+    if len("".join(names)) + 2 * len(names) > _LETTERS:
+        rotation = 90
+    below = [f"{number(value)}\n{name}" for value, name in zip(best, names, strict=True)]
+    axes.set_xticks(places, below, rotation=rotation)
+    axes.secondary_xaxis("top").set_xticks(places, [number(value) for value in worst])
+    axes.set(xlim=(-0.4, len(names) - 0.9), ylim=(-0.05, 1.05))
+    axes.set_ylabel("share of the range (0 is best)")
 
 
 def _name_ends(axes: Axes, ends: Mapping[str, float]) -> None:

@@ -6,7 +6,7 @@ Every design is in one group. Groups differ in marker and lightness.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,7 +115,6 @@ class Column:
         log: Whether the axis is logarithmic.
         limits: The lower and the upper limit, infinite where there is none.
         name: Name of the column in the legend of its limits.
-        mark: Place of the chosen design; NaN if there is none.
     """
 
     places: Array
@@ -125,7 +124,6 @@ class Column:
     log: bool = False
     limits: Ends = _OPEN
     name: str = ""
-    mark: float = np.nan
 
     @property
     def visible(self) -> Mask:
@@ -207,13 +205,13 @@ class Points:
     Attributes:
         columns: Columns by name.
         groups: Groups of designs by name.
-        chosen: Name of the design that is marked.
+        chosen: The name of the design that is marked, by its row; empty if none is.
         people: The names of those by whose weights a design is the best, by its row.
     """
 
     columns: Mapping[str, Column]
     groups: Mapping[str, Group]
-    chosen: str = ""
+    chosen: Mapping[int, str] = field(default_factory=dict)
     people: Mapping[int, Names] = field(default_factory=dict)
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
@@ -222,10 +220,10 @@ class Points:
         y = self.columns[second]
         visible = x.visible & y.visible
         for name, group in self.groups.items():
-            drawn = group.mask & visible
-            axes.plot(x.places[drawn], y.places[drawn], **group.style(name))
-        if not np.isnan(x.mark):
-            axes.plot(x.mark, y.mark, label=self.chosen, **_CHOSEN)
+            rows = group.mask & visible
+            axes.plot(x.places[rows], y.places[rows], **group.style(name))
+        for row, name in self.chosen.items():
+            axes.plot(x.places[row], y.places[row], label=literal(name), **_CHOSEN)
         for i, (row, names) in enumerate(self.people.items(), 1):
             point = x.places[row], y.places[row]
             label = f"{i}: {literal(', '.join(names))}"
@@ -264,23 +262,18 @@ def require_table(table: object) -> TestTable:
 # Test tables
 
 
-def points_of_table(
-    table: TestTable,
-    names: Names,
-    chosen: TestTable | None = None,
-) -> Points:
+def points_of_table(table: TestTable, names: Names, chosen: int | None = None) -> Points:
     """Return the tests over columns.
 
     Args:
         table: The tests.
         names: Names of the columns.
-        chosen: A table of the chosen design; None if there is none.
+        chosen: Row of the design that is marked; None if none is.
     """
     columns = {name: _column(table, name, chosen) for name in names}
-    name = ""
-    if chosen is not None:
-        name = literal(chosen.names[0])
-    return Points(columns, _groups(table), name)
+    if chosen is None:
+        return Points(columns, _groups(table))
+    return Points(columns, _groups(table), {chosen: table.names[chosen]})
 
 
 def _groups(table: TestTable) -> dict[str, Group]:
@@ -319,48 +312,53 @@ def shaded_groups(table: TestTable, shares: Array) -> dict[str, Group]:
     return groups
 
 
-def _column(table: TestTable, name: str, chosen: TestTable | None) -> Column:
+def _column(table: TestTable, name: str, chosen: int | None) -> Column:
+    """Return a column of tests, whose axis shows the chosen row, if there is one."""
     layout = table.layout
-    options = ()
-    mark = np.nan
-    if name in layout.variables:
-        places, ends, options = _places_of_variable(table, name)
-    else:
+    if name not in layout.variables:
         places = table.column(name)
+        mark = np.nan
         if chosen is not None:
-            mark = chosen.column(name)[0]
-        ends = _ends_of_dependent(places, table.feasible(), mark)
-    label = layout.label_of(name)
+            mark = places[chosen]
+        column = Column(places, _ends_of_dependent(places, table.feasible(), mark))
+    elif table.kinds[layout.variable(name)] in (Kind.BINARY, Kind.CHOICE):
+        column = _column_of_options(table, name)
+    else:
+        column = _column_of_numbers(table, name)
     limits = table.limits.get(name, _OPEN)
-    if isinstance(limits, list):
+    if isinstance(limits, list):  # of texts
         limits = _OPEN
-    return Column(places, ends, label, options, layout.is_log(name), limits, name, mark)
+    return replace(
+        column, label=layout.label_of(name), log=layout.is_log(name), limits=limits, name=name
+    )
 
 
-def _places_of_variable(table: TestTable, name: str) -> tuple[Array, Ends, tuple[Any, ...]]:
-    """Return places, ends and options; options and whole numbers have half a step on each side."""
+def _column_of_options(table: TestTable, name: str) -> Column:
+    """Return a choice or binary variable, whose options have a step each."""
+    options, places = value_ranks(table.column(name))
+    aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
+    return Column(places + aside, (-0.5, len(options) - 0.5), options=tuple(options))
+
+
+def _column_of_numbers(table: TestTable, name: str) -> Column:
+    """Return a variable of numbers, whose axis shows its bounds; few whole numbers have a step."""
     layout = table.layout
     j = layout.variable(name)
-    kind = table.kinds[j]
-    if not kind.real and kind is not Kind.INTEGER:
-        options, places = value_ranks(table.X[:, j])
-        aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
-        return places + aside, (-0.5, len(options) - 0.5), tuple(options)
-    x = table.X[:, j].astype(np.float64)
+    x = table.column(name).astype(np.float64)
     bounds = np.array([layout.lower[j], layout.upper[j]])
     bounds = bounds[np.isfinite(bounds)]
     values = np.append(x, bounds)
     ends = view(x, *bounds)
-    if kind is Kind.LOG:
+    if table.kinds[j] is Kind.LOG:
         low, high = np.exp(view(np.log(x), *np.log(bounds))).tolist()
         ends = (low, high)
-    elif kind is Kind.INTEGER and len(x) and np.ptp(values) <= 30:
+    elif table.kinds[j] is Kind.INTEGER and len(x) and np.ptp(values) <= 30:
         ends = values.min() - 0.5, values.max() + 0.5
-    return x, ends, ()
+    return Column(x, ends)
 
 
 def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
-    """Return the ends of an axis around the feasible designs.
+    """Return the ends of an axis around the feasible designs and a marked value.
 
     An axis that shows every infeasible design would show nothing else: designs farther from the
     feasible ones than their range are outside.

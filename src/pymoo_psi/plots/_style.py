@@ -167,8 +167,8 @@ def legend_of(figure: Figure, axes: Iterable[Axes], *handles: Any, **layout: Any
     """
     entries: dict[Any, Any] = {}
     for ax in axes:
-        drawn, labels = ax.get_legend_handles_labels()
-        entries.update(zip(labels, drawn, strict=True))
+        artists, labels = ax.get_legend_handles_labels()
+        entries.update(zip(labels, artists, strict=True))
     for handle in handles:
         entries[handle.get_label()] = handle
     # Two columns have room in the width of a column of a journal.
@@ -213,12 +213,12 @@ def view(values: ArrayLike, *further: float) -> tuple[float, float]:
         is_few = len(near) - len(core) <= max(1, _OUTLIERS * len(near))
         if is_few and np.ptp(core) < _FLAT * np.ptp(near):
             near = core
-    shown = np.append(near, further)
-    shown = shown[np.abs(shown) < _HUGE]
-    if len(shown) == 0:
+    inside = np.append(near, further)
+    inside = inside[np.abs(inside) < _HUGE]
+    if len(inside) == 0:
         return 0.0, 1.0
-    low = float(shown.min())
-    high = float(shown.max())
+    low = float(inside.min())
+    high = float(inside.max())
     pad = 0.05 * (high - low)  # as matplotlib's own margins
     # One value but for rounding has a margin of its size.
     if not high - low > 1e-9 * max(abs(low), abs(high)):
