@@ -382,35 +382,43 @@ def _rows_of(
     kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE}
     kinds |= dict.fromkeys(requests.results, Kind.REAL)
     kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
-    by_column = []
+    values_by_name = {}
     for name, kind in kinds.items():
         if name not in columns:
             rule = "those of the file that was written for these tests"
             remedy = "'ask --points 0' writes pending tests again"
             raise invalid("the columns", rule, Received(f"none named {name!r}"), remedy)
-        by_column.append(_read(cells, columns[name], kind, requests.choices.get(name)))
-    for i, row_values in enumerate(zip(*by_column, strict=True)):
-        values = {name: v for name, v in zip(kinds, row_values, strict=True) if v is not None}
-        place = cells.where(i)
-        test = values.pop(TEST, None)
-        reason = values.pop(FAILURE, "")
-        measured = values.keys() & {*requests.results}
-        if not measured and not reason:
-            continue
-        if measured and reason:
-            raise invalid(place, "either results or the reason of a failure", Received(reason))
-        request = requests.by_number.get(test)
-        if request is None or request.original != test:
-            rule = "that of a test that was asked for and is not cancelled"
-            raise invalid(f"{place}, {TEST}", rule, test)
-        if len(measured) < len(requests.results) and not reason:
-            remarks.append(f"Test {test} stays pending, as it lacks some results.")
-            continue
-        for name, value in request.design.items():
-            if _text(values.get(name, value)) == _text(value):
-                values[name] = value  # with all its digits
-        unknown = dict.fromkeys(requests.results, np.nan)
-        yield _Row(request, unknown | values | {"reason": reason}, place)
+        values_by_name[name] = _read(cells, columns[name], kind, requests.choices.get(name))
+    for i in range(len(values_by_name[TEST])):
+        values = {}
+        for name, column in values_by_name.items():
+            if column[i] is not None:
+                values[name] = column[i]
+        yield from _row(values, cells.where(i), requests, remarks)
+
+
+def _row(values: Values, place: str, requests: _Requests, remarks: list[str]) -> Iterator[_Row]:
+    """Yield the row of some values, if it has all results or the reason of a failure."""
+    test = values.pop(TEST, None)
+    reason = values.pop(FAILURE, "")
+    measured = values.keys() & {*requests.results}
+    if not measured and not reason:
+        return
+    if measured and reason:
+        rule = "either results or the reason of a failure"
+        raise invalid(place, rule, Received(reason), "leave one of them blank")
+    request = requests.by_number.get(test)
+    if request is None or request.original != test:
+        rule = "that of a test that was asked for and is not cancelled"
+        raise invalid(f"{place}, {TEST}", rule, test)
+    if len(measured) < len(requests.results) and not reason:
+        remarks.append(f"Test {test} stays pending, as it lacks some results.")
+        return
+    for name, value in request.design.items():
+        if _text(values.get(name, value)) == _text(value):
+            values[name] = value  # with all its digits
+    unknown = dict.fromkeys(requests.results, np.nan)
+    yield _Row(request, unknown | values | {"reason": reason}, place)
 
 
 def _read(cells: Any, column: Any, kind: Kind, choices: Names | None) -> list[Any]:
@@ -455,18 +463,19 @@ def _new_rows(requests: _Requests, rows: Sequence[_Row]) -> list[_Row]:
             new.append(row)
     for row in new:
         test = row.request.number
-        for stored_texts in stored[test]:
-            differences = []
-            for name, text, other in zip(names, row.texts(names), stored_texts, strict=True):
-                if text != other:
-                    differences.append(f"{name} = {text} where it has {other}")
-            raise invalid(
-                row.place,
-                f"as the study has test {test}",
-                Received("; ".join(differences)),
-                f"--withdraw {test} with this file replaces it; a repeat needs the stored row "
-                "beside it; nothing was taken",
-            )
+        if not stored[test]:
+            continue
+        differences = []
+        for name, text, other in zip(names, row.texts(names), stored[test][0], strict=True):
+            if text != other:
+                differences.append(f"{name} = {text} where it has {other}")
+        raise invalid(
+            row.place,
+            f"as the study has test {test}",
+            Received("; ".join(differences)),
+            f"--withdraw {test} with this file replaces it; a repeat needs the stored row "
+            "beside it; nothing was taken",
+        )
     return new
 
 
@@ -561,21 +570,43 @@ def import_tests(
         2
     """
     model = Model(problem, options)
-    layout = model.layout
-    inequalities = layout.inequalities[: model.n_ieq_constr]
-    limited = [name for name in model.default_limits if name not in layout.columns]
-    needed = (*layout.variables, *layout.objectives, *inequalities, *layout.equalities, *limited)
+    needed = _needed(model)
     names = {name: name for name in (*needed, *getattr(model.inner, "outputs", ()))}
     for name, column in (columns or {}).items():
         names[known_name("a name of the problem", name, names)] = column
-    objectives = [names[name] for name in layout.objectives]
+    objectives = [names[name] for name in model.layout.objectives]
     table = read_table(source, Formulation(objectives=objectives), drop_incomplete=True)
     for name in needed:
         if names[name] not in (*table.layout.columns, *table.extra):
             rule = "a table with a column for each variable, objective and constraint"
             remedy = f"name the column that is {name}, as {{{name!r}: 'column'}}"
             raise invalid("the tests", rule, Received(f"none named {names[name]!r}"), remedy)
-    table = table.rows(table.status != "failed")
+    results = _results_of(model, table.rows(table.status != "failed"), names)
+    identity = _identity(source, results)
+    store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
+    tests = store.table(results, "test")
+    store.keep(tests)
+    return replace(tests, remarks=table.remarks)
+
+
+def _needed(model: Model) -> list[str]:
+    """Return the columns without which a row is no test of a model."""
+    layout = model.layout
+    names = [*layout.variables, *layout.objectives, *layout.inequalities[: model.n_ieq_constr]]
+    names += layout.equalities
+    names += [name for name in model.default_limits if name not in layout.columns]
+    return names
+
+
+def _results_of(model: Model, table: TestTable, names: Mapping[str, str]) -> Columns:
+    """Return tests of a source as columns of a study.
+
+    Args:
+        model: The model.
+        table: The tests.
+        names: Their columns by the names of the problem; further outputs may be missing.
+    """
+    layout = model.layout
     designs = []
     for variable, name in zip(model.space.variables, layout.variables, strict=True):
         designs.append(_values_of(variable, name, table.column(names[name])))
@@ -587,16 +618,16 @@ def import_tests(
     for name, column in names.items():
         if name not in results and column in table.layout.columns:
             results[name] = table.column(column)
+    return results
+
+
+def _identity(source: Any, results: Columns) -> str:
+    """Return by what a study recognises the run of tests from a source."""
     origin = "a table"
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
     text = repr({name: cells.tolist() for name, cells in results.items()})
-    fingerprint = hashlib.sha256(text.encode()).hexdigest()[:8]
-    identity = f"tests of {origin} ({fingerprint})"
-    store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
-    tests = store.table(results, "test")
-    store.keep(tests)
-    return replace(tests, remarks=table.remarks)
+    return f"tests of {origin} ({hashlib.sha256(text.encode()).hexdigest()[:8]})"
 
 
 def _values_of(variable: Variable, name: str, cells: AnyArray) -> AnyArray:

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -130,8 +130,6 @@ class StudyStore(Store):
         study: The study.
         run: The number of the run in it.
         has_other_runs: Whether it has others, which may have tested the same designs.
-        looks_first: Whether a session looks for tests before it locks the study: until one of the
-            run is missing.
 
     Raises:
         ArgumentValueError: The study is a folder without a share, or a file with one.
@@ -149,8 +147,6 @@ class StudyStore(Store):
         self._retry = options.retry
         self._others = table  # the tests of other runs, as far as they are known
         self._state_of_others = (0, 0)  # how many they are, and how many changes there were
-        self._tested = np.zeros(0, dtype=np.int64)  # test points, as of the last look
-        self.looks_first = True
         self._n_requests: int | None = None  # how many were read
         self._next_look = 0.0  # when they are read again
         self.study = _study_of(options)
@@ -164,7 +160,8 @@ class StudyStore(Store):
         facts, run = self.study.begin(head, points, share)
         self.run = run.number
         self._part = options.part
-        self._asked = options.first, run.last
+        self._first_planned = options.first
+        self._last_planned = run.last
         self.has_other_runs = len(facts.runs) > 1
         command = getattr(layers(model.inner)[-1], "command_words", None)
         if command is not None:
@@ -178,14 +175,6 @@ class StudyStore(Store):
         """Yield a function that recalls tests; it locks the study when a test is missing."""
         with ExitStack() as lock:
             yield _Session(self, lock).recall
-
-    def look(self, points: Points) -> None:
-        """Learn which test points have tests, from the first of increasing numbers on."""
-        self._tested = self.study.numbers(int(points.numbers[0]), run=self.run)
-
-    def are_tested(self, points: Points) -> Mask:
-        """``(n,)`` which of n points had tests of the run at the last look."""
-        return np.isin(points.numbers, self._tested)
 
     def writing(self) -> AbstractContextManager[None]:
         """Keep other processes from adding to the run during the body of a ``with`` statement."""
@@ -320,19 +309,17 @@ class StudyStore(Store):
 
         Points that it was asked for and that are not tested come first: then there are none more.
         """
-        first, last = self._asked
-        if last < first:
-            return n_more
-        n_asked = last - first + 1
-        numbers = self._part.numbers(first, last)
+        first = self._first_planned
+        last = self._last_planned
+        n_planned = max(last - first + 1, 0)
         stored = self.study.numbers(first, run=self.run)
-        if np.isin(numbers, stored).all():
-            return n_asked + n_more
-        return n_asked
+        if np.isin(self._part.numbers(first, last), stored).all():
+            return n_planned + n_more
+        return n_planned
 
     def plan(self, last: int) -> None:
         """Note the last test point that the run is asked for."""
-        if last > self._asked[1]:
+        if last > self._last_planned:
             with self.study.changes() as database:
                 database.plan(self.run, last)
 
@@ -370,33 +357,39 @@ class StudyStore(Store):
         return self.study.propose(proposals, self.run)
 
 
-@dataclass
 class _Session:
     """Recalls tests while a run is at work; it locks the study when a test is missing.
 
-    Attributes:
+    Args:
         store: The store of the run.
-        lock: Releases the lock when it is closed.
-        is_locked: Whether the study is locked.
+        lock: What releases the lock when it is closed.
     """
 
-    store: StudyStore
-    lock: ExitStack
-    is_locked: bool = False
+    def __init__(self, store: StudyStore, lock: ExitStack) -> None:
+        self._store = store
+        self._lock = lock
+        self._is_locked = False
+        self._stored = np.zeros(0, dtype=np.int64)  # test points, as of the last look
 
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, as :meth:`Store.recall`."""
-        store = self.store
-        if store.looks_first and not store.are_tested(points).all():
-            store.look(points)
-        if not self.is_locked and not store.are_tested(points).all():
-            self.lock.enter_context(store.writing())
-            self.is_locked = True
-            store.looks_first = False
-            store.look(points)  # another process may have stored some meanwhile
-        if store.has_other_runs or store.are_tested(points).any():
-            return store.recall(points)
-        return store.empty
+        if not self._is_locked and not self._are_stored(points).all():
+            self._look(points)
+            if not self._are_stored(points).all():
+                self._lock.enter_context(self._store.writing())
+                self._is_locked = True
+                self._look(points)  # another process may have stored some meanwhile
+        if self._store.has_other_runs or self._are_stored(points).any():
+            return self._store.recall(points)
+        return self._store.empty
+
+    def _are_stored(self, points: Points) -> Mask:
+        """``(n,)`` which of n points had tests at the last look."""
+        return np.isin(points.numbers, self._stored)
+
+    def _look(self, points: Points) -> None:
+        """Learn which test points have tests, from the first of the points on."""
+        self._stored = self._store.study.numbers(int(points.numbers[0]), run=self._store.run)
 
 
 def _study_of(options: RunOptions) -> Study:

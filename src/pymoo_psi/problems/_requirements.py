@@ -15,6 +15,7 @@ import numpy as np
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Entries,
     Mask,
     Names,
     Received,
@@ -34,11 +35,10 @@ from pymoo_psi.problems._wrapped import (
 )
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
-Columns: TypeAlias = Mapping[str, AnyArray]
-Rule: TypeAlias = str | Callable[[Columns], Any]
+Rule: TypeAlias = str | Callable[[Entries], Any]
 
 _SIGN = re.compile(r"(<=|>=|=)")
-_FACTORS = {"<=": -1.0, "=": 0.0, ">=": 1.0}
+_FACTORS = {"<=": -1.0, ">=": 1.0}  # of b - a for neighbours a, b, whose product is then >= 0
 _LARGE = 2.0**60  # beside it, a constant does not count
 _LINEAR = 1e-9  # largest relative difference between an equality and a linear one
 _ACCURACY = 5e-3  # of the terms of an equality, as designs of others are weighed or rounded
@@ -63,7 +63,7 @@ class Requirement:
         if callable(self.rule):
             return []
         columns = []
-        for term in self._terms[0]:
+        for term in self._terms:
             columns += term.columns
         return columns
 
@@ -74,7 +74,12 @@ class Requirement:
             return self.name
         return f"{self.name}: {self.rule}"
 
-    def violation(self, columns: Columns) -> Array:
+    @property
+    def is_equality(self) -> bool:
+        """Whether it is an equality."""
+        return not callable(self.rule) and self._sign == "="
+
+    def violation(self, columns: Entries) -> Array:
         """Return ``(n,)`` amounts by which designs violate the rule, <= 0 where they meet it.
 
         Args:
@@ -83,29 +88,40 @@ class Requirement:
         Raises:
             ArgumentValueError: A function returns no truth value for each design.
         """
+        if callable(self.rule):
+            return self._answer_of_function(columns)
         if self.is_equality:
             return self._deviation(columns)
-        if not callable(self.rule):
-            terms, sign = self._terms
-            values = [term.values(columns) for term in terms]
-            with np.errstate(invalid="ignore"):
-                differences = [sign * (b - a) for a, b in pairwise(values)]
-                amounts = np.max(differences, 0)
-            return np.where(np.isnan(amounts), np.inf, amounts)  # NaN meets no rule
-        met = np.asarray(self.rule(columns))
+        values = [term.values(columns) for term in self._terms]
+        with np.errstate(invalid="ignore"):
+            differences = [_FACTORS[self._sign] * (b - a) for a, b in pairwise(values)]
+            amounts = np.max(differences, 0)
+        return np.where(np.isnan(amounts), np.inf, amounts)  # NaN meets no rule
+
+    def _answer_of_function(self, columns: Entries) -> Array:
+        """Return ``(n,)`` amounts of a function's rule: 0 where a design meets it, else 1."""
+        met = np.asarray(self.rule(columns))  # type: ignore[operator]
         shape = next(iter(columns.values())).shape
         if met.shape != shape or met.dtype != bool:
             raise invalid(
                 f"what {self.name!r} returns",
-                f"truth values of shape {shape}",
+                f"truth values of shape {shape}, one for each design",
                 Received(f"an array of shape {met.shape} and dtype {met.dtype}"),
+                "compare the columns, as in columns['a'] <= 2 * columns['b']",
             )
         return np.where(met, 0.0, 1.0)
 
-    @property
-    def is_equality(self) -> bool:
-        """Whether it is an equality."""
-        return not callable(self.rule) and self._terms[1] == 0
+    def _deviation(self, columns: Entries) -> Array:
+        """Return ``(n,)`` amounts by which designs miss an equality, 0 where they are accurate."""
+        *coefficients, total = self.equality([*columns])
+        deviations: Any = -total
+        sizes: Any = abs(total)
+        for coefficient, values in zip(coefficients, columns.values(), strict=True):
+            if coefficient != 0:
+                deviations = deviations + coefficient * values
+                sizes = sizes + np.abs(coefficient * values)
+        amounts = np.nan_to_num(np.abs(deviations), nan=np.inf)
+        return np.where(amounts > _ACCURACY * sizes, amounts, 0.0)
 
     def equality(self, variables: Names) -> list[float]:
         """Return the coefficients of all variables in an equality, and what they add up to.
@@ -118,7 +134,7 @@ class Requirement:
         points = np.vstack([_LARGE * np.eye(n), np.zeros((1, n)), random, _LARGE * random])
         columns = dict(zip(variables, points.T, strict=True))
         with np.errstate(all="ignore"):
-            left, right = (term.values(columns) for term in self._terms[0])
+            left, right = (term.values(columns) for term in self._terms)
             values = left - right
             coefficients = (values[:n] - values[n]) / _LARGE
             linear = points @ coefficients + values[n]
@@ -133,28 +149,10 @@ class Requirement:
             )
         return [*coefficients.tolist(), -values[n].item()]
 
-    def _deviation(self, columns: Columns) -> Array:
-        """Return ``(n,)`` amounts by which designs miss an equality, 0 where they are accurate."""
-        *coefficients, total = self.equality([*columns])
-        deviations: Any = -total
-        sizes: Any = abs(total)
-        for coefficient, values in zip(coefficients, columns.values(), strict=True):
-            if coefficient != 0:
-                deviations = deviations + coefficient * values
-                sizes = sizes + np.abs(coefficient * values)
-        amounts = np.nan_to_num(np.abs(deviations), nan=np.inf)
-        return np.where(amounts > _ACCURACY * sizes, amounts, 0.0)
-
     @cached_property
-    def _terms(self) -> tuple[list[Any], float]:
-        """The expressions between the signs, and the factor of b - a for neighbours a, b.
-
-        The factor is 0 for an equality.
-        """
-        from pymoo_psi.table import Expression  # imports pandas, which most problems do not need
-
-        parts = _SIGN.split(str(self.rule))
-        signs = parts[1::2]
+    def _sign(self) -> str:
+        """The sign between the expressions of a rule."""
+        signs = _SIGN.findall(str(self.rule))
         if len(set(signs)) != 1 or signs[1:].count("="):
             raise invalid(
                 f"the requirement {self.name!r}",
@@ -162,8 +160,14 @@ class Requirement:
                 "equality such as 'a + b + c = 1'",
                 self.rule,
             )
-        terms = [Expression.of(part) for part in parts[::2]]
-        return terms, _FACTORS[signs[0]]
+        return str(signs[0])
+
+    @cached_property
+    def _terms(self) -> list[Any]:
+        """The expressions of a rule, in their order."""
+        from pymoo_psi.table import Expression  # imports pandas, which most problems do not need
+
+        return [Expression.of(term) for term in str(self.rule).split(self._sign)]
 
 
 def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
