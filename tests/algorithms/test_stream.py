@@ -130,7 +130,7 @@ class TakingLong(JoblibRunner):
         super().__init__(1)
         self.seconds, self.seen = seconds, seen
 
-    def moments(self, f, waiting):
+    def stream(self, f, waiting):
         n = 0
         while waiting:
             index, design = waiting.popleft()

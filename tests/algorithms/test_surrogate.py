@@ -283,7 +283,7 @@ class InAnyOrder(JoblibRunner):
         self.random, self.total, self.until = np.random.default_rng(1), total, until
         self.most = self.given = 0
 
-    def moments(self, f, waiting):
+    def stream(self, f, waiting):
         at = []
         while waiting or at:
             while waiting and len(at) < self.n_jobs:

@@ -154,7 +154,8 @@ def workers(request):
 def test_a_runner_is_shared_by_nested_calls_and_copied_without_workers():
     workers = JoblibRunner(2, in_process=False)
     given = {}
-    for index, values, _ in workers.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5)))):
+    results = workers.stream(lambda x: {"F": 2 * x}, deque(enumerate(range(5))))
+    for index, values, _ in filter(None, results):
         given[index] = workers(lambda x: {"F": -x}, [values["F"]])
     assert given == {x: [{"F": -2 * x}] for x in range(5)}
     other = pickle.loads(pickle.dumps(workers))

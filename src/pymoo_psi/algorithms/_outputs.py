@@ -40,12 +40,10 @@ class TestedModel:
 
 
 class _Output(NamedTuple):
-    """An output that surrogates learn.
+    """An output of a formulation that surrogates learn.
 
     Attributes:
         name: The column.
-        role: "objective"; "constraint"; "limited", an output, or a variable whose range depends on
-            others; or "operand", a column as tested from which others are computed.
         least: The least value allowed, as the output is minimised.
         greatest: The greatest value allowed, as the output is minimised.
         is_tested: Whether it is a column as tested.
@@ -53,41 +51,102 @@ class _Output(NamedTuple):
     """
 
     name: str
-    role: str
     least: float
     greatest: float
     is_tested: bool = True
     sign: int = 1
 
+    def known_or_beyond(self, values: Array) -> Array:
+        """Return ``(n,)`` values of the output; beyond its limits where a design has none."""
+        finite = values[np.isfinite(values)]
+        if len(finite) == 0:
+            return values
+        beyond = max(finite.max(), self.greatest + np.ptp(finite))
+        if self.greatest == np.inf:
+            beyond = min(finite.min(), self.least - np.ptp(finite))
+        return np.where(np.isnan(values), beyond, values)
+
 
 class LearnedOutputs:
     """The outputs that surrogates learn from tests under a formulation.
 
+    They are, in this order: the objectives; the constraints, without requirements; other columns
+    that have a limit; and operands, columns as tested from which others are computed.
+
     Args:
         model: The model of the tests.
         table: All tests, under the formulation.
-        asked: The formulation, whose computed columns are not learned.
+        formulation: The formulation, whose computed columns are not learned.
     """
 
-    def __init__(self, model: Model | TestedModel, table: TestTable, asked: Formulation) -> None:
+    def __init__(
+        self, model: Model | TestedModel, table: TestTable, formulation: Formulation
+    ) -> None:
         self._model = model
         self._table = table
-        tested = table.tested.layout
         self._limits: dict[str, tuple[float, float]] = {}
         for name, limit in table.limits.items():
             if not isinstance(limit, list):
                 self._limits[name] = limit
-        self._outputs = self._stated()
-        self._computed = _needed(asked.computed, [output.name for output in self._outputs])
-        self._expressions = known_expressions(model.inner)
-        problem = model.inner
-        if self._expressions and (
+        self._objectives = self._objective_outputs()
+        self._constraints = self._constraint_outputs()
+        self._limited = self._limited_outputs()
+        self._outputs = [*self._objectives, *self._constraints, *self._limited]
+        self._computed = _needed(formulation.computed, [output.name for output in self._outputs])
+        self._expressions = self._expressions_of_model()
+        self._operands = self._operand_names()
+
+    def _objective_outputs(self) -> list[_Output]:
+        layout = self._table.layout
+        tested = self._table.tested.layout
+        outputs = []
+        for name in layout.objectives:
+            # An equality that is an objective counts by its absolute value.
+            is_tested = name in tested.columns and name not in tested.equalities
+            least, greatest = self._limits.get(name, OPEN)
+            output = _Output(name, least, greatest, is_tested)
+            if name in layout.maximize:
+                output = _Output(name, -greatest, -least, is_tested, sign=-1)
+            outputs.append(output)
+        return outputs
+
+    def _constraint_outputs(self) -> list[_Output]:
+        layout = self._table.layout
+        requirements = self._table.tested.layout.inequalities[self._model.n_ieq_constr :]
+        outputs = []
+        for name in layout.inequalities:
+            if name not in requirements:
+                outputs.append(_Output(name, -np.inf, 0.0))
+        for name in layout.equalities:
+            outputs.append(_Output(name, 0.0, 0.0))
+        return outputs
+
+    def _limited_outputs(self) -> list[_Output]:
+        layout = self._table.layout
+        names = [*layout.outputs]
+        if self._model.space.equalities:  # limits on variables are then no sides of the unit cube
+            names += layout.variables
+        outputs = []
+        for name, limit in self._limits.items():
+            if name in names:
+                outputs.append(_Output(name, *limit, name in self._table.tested.layout.columns))
+        return outputs
+
+    def _expressions_of_model(self) -> Mapping[str, Any]:
+        """Return the outputs of the problem that are expressions, if they mean these columns."""
+        tested = self._table.tested.layout
+        problem = self._model.inner
+        expressions = known_expressions(problem)
+        if expressions and (
             tested.variables != tuple(problem.variables)
             or tested.objectives != tuple(problem.objectives)
             or {*tested.maximize} != {*problem.maximize}
         ):
-            self._expressions = {}  # they mean other names and signs than those of the run
-        # Expressions are not learned, but what they are made of.
+            return {}  # they mean other names and signs than those of the run
+        return expressions
+
+    def _operand_names(self) -> list[str]:
+        tested = self._table.tested.layout
         operands = set()
         for expression in self._expressions.values():
             operands |= {*expression.operands} & {*tested.outputs}
@@ -96,39 +155,12 @@ class LearnedOutputs:
         operands -= {*tested.variables}
         operands -= {*self._expressions}
         operands -= {output.name for output in self._outputs if output.is_tested}
-        for name in sorted(operands):
-            self._outputs.append(_Output(name, "operand", *OPEN))
-
-    def _stated(self) -> list[_Output]:
-        """Return the outputs of the formulation, without requirements; objectives come first."""
-        layout = self._table.layout
-        tested = self._table.tested.layout
-        outputs = []
-        for name in layout.objectives:
-            # An equality that is an objective counts by its absolute value.
-            is_tested = name in tested.columns and name not in tested.equalities
-            least, greatest = self._limits.get(name, OPEN)
-            output = _Output(name, "objective", least, greatest, is_tested)
-            if name in layout.maximize:
-                output = _Output(name, "objective", -greatest, -least, is_tested, sign=-1)
-            outputs.append(output)
-        for name in layout.inequalities:
-            if name not in tested.inequalities[self._model.n_ieq_constr :]:
-                outputs.append(_Output(name, "constraint", -np.inf, 0.0))
-        for name in layout.equalities:
-            outputs.append(_Output(name, "constraint", 0.0, 0.0))
-        dependent = [*layout.outputs]
-        if self._model.space.equalities:  # limits on variables are then no sides of the unit cube
-            dependent += layout.variables
-        for name, limit in self._limits.items():
-            if name in dependent:
-                outputs.append(_Output(name, "limited", *limit, name in tested.columns))
-        return outputs
+        return sorted(operands)
 
     @property
     def n_obj(self) -> int:
         """Number of objectives, which come first."""
-        return len(self._table.layout.objectives)
+        return len(self._objectives)
 
     @property
     def goal(self) -> Goal:
@@ -138,14 +170,14 @@ class LearnedOutputs:
         limits = []
         for name in [*self._table.layout.constraints, *self._limits]:
             for j, output in enumerate(self._outputs):
-                if output.name == name and output.role != "operand":
+                if output.name == name:
                     limits.append((j, output.least, output.greatest))
         # The names of the table, which may be those of the problem or of the run.
         own_names = [variable.name for variable in space.variables]
         titles = dict(zip(own_names, variables, strict=True))
         low = np.zeros(len(space.searched))
         high = np.ones(len(space.searched))
-        learned = {output.name for output in self._outputs}
+        learned = {output.name for output in self._outputs}.union(self._operands)
         for j, variable in enumerate(space.searched):
             name = titles[variable.name]
             if name in self._limits and name not in learned:
@@ -206,16 +238,12 @@ class LearnedOutputs:
         unknown = failed | unmet
         uniform = table.F[:n_uniform][~unknown[:n_uniform]]
         columns = [without_penalties(table.F, uniform)]
-        for output in self._outputs[self.n_obj :]:
-            if output.role == "operand":
-                values = table.tested.column(output.name)
-            else:
-                values = table.column(output.name)
-            if output.role == "constraint":
-                values = np.where(unknown, np.nan, values)
-            elif output.role == "limited":
-                values = _known_or_beyond(values, output.least, output.greatest)
-            columns.append(values)
+        for output in self._constraints:
+            columns.append(np.where(unknown, np.nan, table.column(output.name)))
+        for output in self._limited:
+            columns.append(output.known_or_beyond(table.column(output.name)))
+        for name in self._operands:
+            columns.append(table.tested.column(name))
         points = self._model.space.points(table.tested.X)
         eligible = table.eligible()
         Y = np.column_stack(columns)
@@ -228,23 +256,24 @@ class LearnedOutputs:
             points: ``(n, d)`` points of the unit cube.
             Y: ``(n, q)`` outputs as surrogates predict them; it is changed.
         """
-        tested = self._table.tested.layout
-        columns = dict(zip(tested.variables, self._model.space.matrix(points).T, strict=True))
-        # Others are predicted, such as the absolute value of an equality that is an objective.
-        exact = {*tested.variables, *self._expressions, *self._computed}
-        for output, y in zip(self._outputs, Y.T, strict=True):
-            if output.is_tested and output.name not in tested.variables:
+        variables = self._table.tested.layout.variables
+        columns = dict(zip(variables, self._model.space.matrix(points).T, strict=True))
+        of_outputs, of_operands = np.split(Y.T, [len(self._outputs)])
+        for output, y in zip(self._outputs, of_outputs, strict=True):
+            if output.is_tested and output.name not in variables:
                 columns[output.name] = output.sign * y
+        columns |= zip(self._operands, of_operands, strict=True)
         if self._expressions:
             columns |= self._model.inner.computed(columns)
         for name, expression in self._computed.items():
             columns[name] = expression.values(columns)
-        for output, y in zip(self._outputs, Y.T, strict=True):
-            if output.name not in exact:
-                continue
-            y[:] = output.sign * columns[output.name]
-            if output.role == "limited":
-                y[:] = _known_or_beyond(y, output.least, output.greatest)
+        # Others are predicted, such as the absolute value of an equality that is an objective.
+        exact = {*variables, *self._expressions, *self._computed}
+        for output, y in zip(self._outputs, of_outputs, strict=True):
+            if output.name in exact:
+                y[:] = output.sign * columns[output.name]
+                if output in self._limited:
+                    y[:] = output.known_or_beyond(y)
         return bounded(Y)
 
 
@@ -257,14 +286,3 @@ def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expr
             expressions[name] = Expression.of(text)
             needed |= {*expressions[name].columns}
     return dict(reversed([*expressions.items()]))
-
-
-def _known_or_beyond(values: Array, least: float, greatest: float) -> Array:
-    """Return ``(n,)`` values of an output; beyond its limits where a design has none."""
-    finite = values[np.isfinite(values)]
-    if len(finite) == 0:
-        return values
-    beyond = max(finite.max(), greatest + np.ptp(finite))
-    if greatest == np.inf:
-        beyond = min(finite.min(), least - np.ptp(finite))
-    return np.where(np.isnan(values), beyond, values)

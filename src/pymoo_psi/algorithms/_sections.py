@@ -89,12 +89,12 @@ def sections(
     frames = []
     with threadpool_limits(limits=1, user_api="blas"):
         for name in columns:
-            model = _Model(table, name, Z, row, usable)
+            surrogate = _Surrogate(table, name, Z, row, usable)
             for j, variable in enumerate(space.variables):
                 values = _values(variable, n_values)
                 line = np.repeat(table.X[[row]], len(values), axis=0)
                 line[:, j] = values
-                frame = model.predicted(encoded(space, space.points(line)))
+                frame = surrogate.predicted(encoded(space, space.points(line)))
                 frame.insert(0, "column", name)
                 frame.insert(1, "variable", variable.name)
                 frame.insert(2, "value", values)
@@ -138,7 +138,7 @@ def _values(variable: Variable, n: int) -> AnyArray:
     return np.unique(variable.values(np.linspace(0, 1, n)))
 
 
-class _Model:
+class _Surrogate:
     """The surrogate of a column near a design.
 
     Args:

@@ -71,26 +71,12 @@ class Runner:
         """Yield results, and ``None`` between; no design is evaluated in this process."""
         raise NotImplementedError
 
-    def moments(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield the result of every design, and ``None`` after every moment without one.
-
-        So the reader can do something else while it waits.
-        """
-        return self.by_workers(f, waiting)
-
-    def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
-        """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
-        waiting = deque(enumerate(X))
-        results: list[Any] = [None] * len(waiting)
-        for index, values, _ in self.stream(f, waiting):
-            results[index] = values
-        return results
-
-    def stream(self, f: Function, waiting: Waiting) -> Generator[Result]:
+    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
         """Evaluate the designs of a queue; yield each result as soon as it is there.
 
         Designs are taken from the queue when a worker is free for them. More may be added while the
-        results are read, so that no worker waits for the slowest design of a batch.
+        results are read, so that no worker waits for the slowest design of a batch. ``None`` is
+        yielded after every moment without a result, so that the reader can do something else.
 
         Args:
             f: What to evaluate.
@@ -103,24 +89,19 @@ class Runner:
             EvaluationError: A design raised or was lost.
             WorkerError: The problem cannot be sent to workers, they cannot import it, or all of
                 them are gone.
-
-        Example:
-            >>> from collections import deque
-            >>> waiting = deque(enumerate([1.0, 2.0]))
-            >>> def double(x):
-            ...     return {"F": 2 * x}
-            >>> for index, values, seconds in JoblibRunner(2).stream(double, waiting):
-            ...     print(index, values)
-            ...     if index == 0:
-            ...         waiting.append((2, 3.0))
-            0 {'F': 2.0}
-            1 {'F': 4.0}
-            2 {'F': 6.0}
         """
-        with closing(self.moments(f, waiting)) as moments:
-            for result in moments:
+        return self.by_workers(f, waiting)
+
+    def __call__(self, f: Function, X: Iterable[Any]) -> list[Values]:
+        """Return ``f`` of each design of ``X``, in their order; pymoo calls this."""
+        waiting = deque(enumerate(X))
+        values_of_designs: list[Any] = [None] * len(waiting)
+        with closing(self.stream(f, waiting)) as results:
+            for result in results:
                 if result is not None:
-                    yield result
+                    index, values, _ = result
+                    values_of_designs[index] = values
+        return values_of_designs
 
     def tasks(self, function: Callable[[Any], Any], waiting: Waiting) -> Generator[tuple[int, Any]]:
         """Do the tasks of a queue; yield the index and the result of each as soon as it is done.
@@ -145,8 +126,8 @@ class Runner:
         if not waiting:
             return
         try:
-            with closing(self.by_workers(function, waiting)) as moments:
-                for result in moments:
+            with closing(self.by_workers(function, waiting)) as results:
+                for result in results:
                     if result is not None:
                         yield result[:2]
         except EvaluationError as error:
@@ -226,8 +207,8 @@ class JoblibRunner(Runner):
         """Whether workers may join and leave during a run."""
         return self._cluster() is not None
 
-    def moments(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
-        """Yield results, and ``None`` after intervals without one."""
+    def stream(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
+        """Evaluate the designs of a queue, cheap ones in this process; see :class:`Runner`."""
         count = self.n_workers
         overhead = _START_SECONDS
         if self._started:

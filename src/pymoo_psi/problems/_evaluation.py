@@ -88,13 +88,13 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, stop: bool = False, **kwa
         reasons = values.get("failure", [None] * len(X))
         values["failure"] = np.array([reason or "" for reason in reasons], dtype=object)
         return values
-    model = _Model(problem, args, kwargs, stop)
+    function = _CheckedFunction(problem, args, kwargs, stop)
     with same_folder(), np.errstate():  # both are as before, whatever the model sets
         if _is_one_by_one(problem):
-            rows = problem.elementwise_runner(model, X)
+            rows = problem.elementwise_runner(function, X)
             out = columns_of_values(problem, rows)
         else:
-            out = model.together(X)
+            out = function.together(X)
     if problem.callback is not None:
         problem.callback(copy.copy(X), out)
     return out
@@ -133,12 +133,12 @@ def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result | None]:
         problem: A pymoo problem that :func:`streams`.
         waiting: The designs with their indices; more may be added while the results are read.
     """
-    model = _Model(problem, (), {}, stop=False)
+    function = _CheckedFunction(problem, (), {}, stop=False)
     runner = problem.elementwise_runner
     if isinstance(runner, Runner):
-        yield from runner.moments(model, waiting)
+        yield from runner.stream(function, waiting)
     else:
-        yield from evaluate_here(model, waiting)
+        yield from evaluate_here(function, waiting)
 
 
 def columns_of_values(problem: Any, rows: Sequence[Values]) -> Values:
@@ -166,7 +166,7 @@ class Seeded(NamedTuple):
     seed: int
 
 
-class _Model:
+class _CheckedFunction:
     """The function that a runner calls: pymoo's, with checked values or the reason for none."""
 
     def __init__(self, problem: Any, args: Any, kwargs: Any, stop: bool) -> None:

@@ -133,16 +133,9 @@ class Robust(WrappedProblem):
         uncertainty = mapping("uncertainty", uncertainty or {}, "names to distributions")
         if not tolerances and not uncertainty:
             raise invalid("uncertainty or tolerances", "given", uncertainty)
-        distributions = {}
-        for title, tolerance in tolerances.items():
-            if isinstance(tolerance, Real):
-                half = finite_number(f"tolerances[{title!r}]", tolerance)
-                tolerance = SimpleNamespace(ppf=lambda q, half=half: half * (2 * q - 1))
-            distributions[f"tolerances[{title!r}]"] = tolerance
-        for parameter, distribution in uncertainty.items():
-            distributions[f"uncertainty[{parameter!r}]"] = distribution
-        values = _quantiles(integer("n_scenarios", n_scenarios, minimum=1), distributions)
-        self.offsets, self.parameters = np.split(values, [len(tolerances)], axis=1)
+        n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
+        scenarios = _quantiles(n_scenarios, _distributions(tolerances, uncertainty))
+        self.offsets, self.parameters = np.split(scenarios, [len(tolerances)], axis=1)
         self.problems = _problems(problem, uncertainty, self.parameters.tolist())
         nominal = self.problems[0]
         self.space = design_space(nominal)
@@ -158,10 +151,14 @@ class Robust(WrappedProblem):
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
-        # The wrapped problem's names and units, without those of its constraints.
+        self._name_columns(nominal)
+
+    def _name_columns(self, nominal: Any) -> None:
+        """Take over names and units of a problem, without those of its constraints."""
         titles = column_titles(nominal, self.space)
-        names = [*self.space.variable_names, *(f"f{j + 1}" for j in range(self.n_obj))]
-        self.names = {name: titles.get(name, name) for name in names}
+        self.names = {}
+        for name in (*self.space.variable_names, *(f"f{j + 1}" for j in range(self.n_obj))):
+            self.names[name] = titles.get(name, name)
         self.units = {}
         for title, unit in (getattr(nominal, "units", None) or {}).items():
             if title in self.names.values():
@@ -290,6 +287,20 @@ def _share(criterion: str) -> float:
     if not re.fullmatch(r"cvar:0?\.\d+", criterion):
         raise invalid("criteria", "'mean', 'worst' or 'cvar:q' with 0 < q < 1", criterion)
     return 1 - float(criterion.removeprefix("cvar:"))
+
+
+def _distributions(tolerances: Entries, uncertainty: Entries) -> Values:
+    """Return the distributions of all uncertain quantities by their names for messages."""
+    distributions = {}
+    for title, tolerance in tolerances.items():
+        argument = f"tolerances[{title!r}]"
+        if isinstance(tolerance, Real):
+            half = finite_number(argument, tolerance)
+            tolerance = SimpleNamespace(ppf=lambda q, half=half: half * (2 * q - 1))
+        distributions[argument] = tolerance
+    for parameter, distribution in uncertainty.items():
+        distributions[f"uncertainty[{parameter!r}]"] = distribution
+    return distributions
 
 
 def _quantiles(n_scenarios: int, distributions: Entries) -> Array:
