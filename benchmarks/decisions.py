@@ -92,7 +92,8 @@ class Region(NamedTuple):
         distance = np.inf
         if len(F) > 0:
             hypervolume = moocore.hypervolume(scaled, ref=corner)
-            distance = np.linalg.norm(scaled, axis=1).min()
+            # better than the best known value is no worse than equal to it
+            distance = np.linalg.norm(np.maximum(scaled, 0), axis=1).min()
         return {"hypervolume": hypervolume, "distance": distance}
 
 

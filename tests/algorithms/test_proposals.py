@@ -6,7 +6,7 @@ from pymoo.core.problem import ElementwiseProblem, Problem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import SurrogatePSI
+from pymoo_psi import Formulation, SurrogatePSI
 
 
 class Valley(ElementwiseProblem):
@@ -68,3 +68,26 @@ def test_a_constraint_may_be_the_amount_of_a_violation():
     table = minimize(Amounts(get_problem("osy")), SurrogatePSI(52), seed=1).algorithm.table
     # none of the first designs is feasible
     assert (table.F[table.eligible()].min(axis=0) < (-150, 20)).all()
+
+
+def test_a_decision_leads_to_its_best_compromise():
+    class Bowl(Problem):
+        def __init__(self):
+            super().__init__(n_var=4, n_obj=2, xl=0, xu=1)
+
+        def _evaluate(self, x, out, *args, **kwargs):
+            f1 = x[:, 0]
+            above = ((x[:, 1:] - 0.3) ** 2).sum(axis=1)
+            out["F"] = np.column_stack([f1 + above, 1 - np.sqrt(f1) + above])
+
+    f1 = np.linspace(0.16, 0.5, 2001)  # the Pareto set within the limits
+    front = np.column_stack([f1, 1 - np.sqrt(f1)])
+    ideal, ranges = front.min(axis=0), np.ptp(front, axis=0)
+
+    def distance(F):
+        return np.linalg.norm(np.maximum((F - ideal) / ranges, 0), axis=1).min()
+
+    decision = Formulation(limits={"f1": 0.5, "f2": 0.6})
+    for seed in (0, 1):
+        result = minimize(Bowl(), SurrogatePSI(36, formulation=decision), seed=seed)
+        assert distance(result.algorithm.table.F) < distance(front) + 3e-4

@@ -65,8 +65,12 @@ _DOUBTFUL = 0.2
 # If limits narrow a problem, and none of so many tests in a row keeps them although some test does,
 # predictions have to keep away from limits by a standard deviation.
 _MISSES = 4
-# Of the distance of the best compromise from the ideal point, what is worth a test
-_NEARER = 1e-3
+# Designs at the end of the search for the best compromise that are candidates. Others beside them
+# would be much the same, as are designs closer to a test than this.
+_COMPROMISES = 20
+_CLOSE = 1e-3
+# Of a distance: where a gain in it is too improbable for a number, the least distance counts.
+_HARDLY = 1e-6
 _EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
 
 
@@ -99,6 +103,11 @@ class Goal:
     compute: Callable[[Array, Array], Array] | None = None
     ranges: Array | None = None
     narrowed: bool = False
+
+    @property
+    def is_directed(self) -> bool:
+        """Whether limits or ranges of a decision direct the search."""
+        return self.narrowed or self.ranges is not None
 
     def excess(self, T: Array, fit: Fit, margins: Array | None = None) -> Array:
         """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit.
@@ -183,33 +192,28 @@ def propose(
     if learned is None:
         return _distant_points(seen, failure_risk, batch, goal, random)
 
-    fit = learned.fit
     rows, T = _learned_outputs(tests, learned)
     surrogates = _Surrogates(learned, T, goal, failure_risk)
     if goal.narrowed and tests.eligible.any() and not tests.eligible[-_MISSES:].any():
         surrogates.caution = 1.0
-    contraction = _contraction(fit, n_obj)
-    order = _survivors(T[:, :n_obj], goal.excess(T, fit), _SIZE // 4, contraction)
-    best = tests.points[rows][order]
+    best = tests.points[rows][surrogates.best(T, _SIZE // 4)]
     best = np.clip(best, goal.low, goal.high)
     if round_number % _NEARBY == 1:
         start = _start_near(best, surrogates, random)
     else:
         start = _start_anywhere(best, surrogates, random)
-    points = _search(surrogates, start, contraction, random)
-    points = points[_meets_requirements(points, goal)]
-
-    n = len(points)
-    F, violation = surrogates.optimistic(np.vstack([points, tests.pending]))
-    is_directed = goal.narrowed or goal.ranges is not None
-    Z = goal.encode(points)
-    candidates = _Candidates(Z, F[:n], violation[:n], is_directed)
-    pending = F[n:][violation[n:] <= 0]
-    front = np.vstack([tests.Y[tests.eligible, :n_obj], pending])
-    scale = goal.ranges
-    if scale is None:
-        scale = _ranges_of(front[nondominated(front)], candidates)
-    proposals = points[_choice(candidates, front, scale, seen, batch, contraction)]
+    candidates = surrogates.candidates(_search(surrogates, start, random))
+    pending = surrogates.candidates(tests.pending)
+    front = np.vstack([tests.Y[tests.eligible, :n_obj], pending.F[pending.violation <= 0]])
+    front = front[nondominated(front)]
+    ranges = goal.ranges
+    if ranges is None:
+        ranges = _ranges_of(front, candidates)
+    if goal.is_directed and len(front) > 0:
+        compromise = _Compromise(surrogates, ranges, front)
+        candidates = compromise.candidates(candidates, random)
+    chosen = _choice(surrogates, candidates, front, ranges, seen, batch)
+    proposals = candidates.points[chosen]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
         seen = np.vstack([seen, goal.encode(proposals)])
@@ -292,8 +296,13 @@ def _knowledge_gradients(F: Array, errors: Array, noise: Array, ranges: Array, n
     best, second = np.argsort(distance[:n])[:2]
     gap = distance - distance[best]
     gap[best] = gap[second]
-    gap /= np.maximum(step, _SAME)
-    return np.asarray(step * (np.exp(-(gap**2) / 2) / np.sqrt(2 * np.pi) - gap * ndtr(-gap)))
+    return _expected_gain(gap, step)
+
+
+def _expected_gain(gap: Array, error: Array) -> Array:
+    """Return ``(n,)`` by how much normal values are expected to be below their means minus gaps."""
+    z = gap / np.maximum(error, _SAME)
+    return np.asarray(error * (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) - z * ndtr(-z)))
 
 
 def drawn(
@@ -397,15 +406,23 @@ class _Surrogates:
         failure_risk: As :func:`_failure_risk` returns it.
 
     Attributes:
+        fit: What is fitted.
         caution: How many standard deviations a mean has to keep away from its limits.
+        contraction: As :func:`_contraction` returns it.
     """
 
     def __init__(self, learned: Learned, T: Array, goal: Goal, failure_risk: ArrayFunction) -> None:
         self.goal = goal
-        self._fit = learned.fit
+        self.fit = learned.fit
         self._failure_risk = failure_risk
         self._processes = learned.processes(T)
         self.caution = 0.0
+        self.contraction = _contraction(learned.fit, goal.n_obj)
+
+    def best(self, T: Array, size: int) -> Rows:
+        """Return the rows of the best of ``(n, q)`` outputs on their scales, the best first."""
+        excess = self.goal.excess(T, self.fit)
+        return _survivors(T[:, : self.goal.n_obj], excess, size, self.contraction)
 
     def population(self, points: Array, low: Array, high: Array) -> _Population:
         """Return designs with their predictions; see :class:`_Population`."""
@@ -424,7 +441,7 @@ class _Surrogates:
         if self.caution > 0:
             for j, _, _ in goal.limits:
                 margins[:, j] = self.caution * self._processes[j].deviation(Z)
-        exceeded = goal.excess(T, self._fit, margins)
+        exceeded = goal.excess(T, self.fit, margins)
         excess = np.hstack([exceeded, self._failure_risk(Z), goal.required(points)])
         return T[:, : goal.n_obj], excess
 
@@ -435,17 +452,69 @@ class _Surrogates:
             deviations = [process.deviation(Z) for process in self._processes]
             T += np.column_stack(deviations) * random.normal(size=T.shape)
         if self.goal.compute is not None:
-            Y = self.goal.compute(points, self._fit.back(T))
-            T = self._fit.to(Y)
+            Y = self.goal.compute(points, self.fit.back(T))
+            T = self.fit.to(Y)
         return T
 
-    def optimistic(self, points: Array) -> tuple[Array, Array]:
-        """Return ``(n, m)`` objectives, better than their means, and ``(n,)`` violations."""
-        F, excess = self.predict(points)
+    def deviations(self, points: Array) -> Array:
+        """Return the ``(n, m)`` standard deviations of the objectives, on their scales."""
         Z = self.goal.encode(points)
         processes = self._processes[: self.goal.n_obj]
-        deviations = np.column_stack([process.deviation(Z) for process in processes])
-        return self._fit.back(F - _OPTIMISM * deviations), _violation(excess)
+        return np.column_stack([process.deviation(Z) for process in processes])
+
+    def candidates(self, points: Array) -> _Candidates:
+        """Return designs with optimistic predictions; see :class:`_Candidates`."""
+        T, excess = self.predict(points)
+        F = self.fit.back(T - _OPTIMISM * self.deviations(points))
+        Z = self.goal.encode(points)
+        return _Candidates(points, Z, F, _violation(excess), np.zeros(len(points)))
+
+
+class _Compromise:
+    """A search for the best compromise, which is the design nearest to the ideal point.
+
+    Its objective is by how much a test is expected to bring the nearest one nearer (the expected
+    improvement of Jones, Schonlau and Welch, J. Global Optim. 13, 1998). So it returns to where
+    surrogates err, such as an edge of two stresses, which they make round.
+
+    Args:
+        surrogates: The surrogates.
+        ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
+        front: ``(k, m)`` objectives of the eligible tests.
+    """
+
+    contraction = 0.0  # there is one direction
+
+    def __init__(self, surrogates: _Surrogates, ranges: Array, front: Array) -> None:
+        self.goal = surrogates.goal
+        self._surrogates = surrogates
+        self._low = ranges[0]
+        self._lengths = _lengths(*ranges)
+        self._least = np.linalg.norm(self._scaled(front), axis=1).min()
+
+    def _scaled(self, F: Array) -> Array:
+        return np.asarray(np.maximum((F - self._low) / self._lengths, 0))
+
+    def population(self, points: Array, low: Array, high: Array) -> _Population:
+        """Return designs with what their tests are worth; see :class:`_Population`."""
+        T, excess = self._surrogates.predict(points)
+        fit = self._surrogates.fit
+        F = fit.back(T)
+        better = fit.back(T - self._surrogates.deviations(points))
+        scaled = self._scaled(F)
+        distance = np.maximum(np.linalg.norm(scaled, axis=1), _SAME)
+        error = scaled / distance[:, None] * (F - better) / self._lengths
+        gain = _expected_gain(distance - self._least, np.linalg.norm(error, axis=1))
+        worth = gain - _HARDLY * distance
+        return _Population(points, -worth[:, None], excess, low, high)
+
+    def candidates(self, others: _Candidates, random: Random) -> _Candidates:
+        """Return candidates, and the best ones of this search, which begins with them."""
+        start = _unlimited(self, others.points)
+        start = start.best(_SIZE, self.contraction)
+        points = _search(self, start, random)[:_COMPROMISES]
+        both = self._surrogates.candidates(np.vstack([others.points, points]))
+        return both._replace(worth=-_unlimited(self, both.points).F[:, 0])
 
 
 def _violation(excess: Array) -> Array:
@@ -533,15 +602,18 @@ def _start_anywhere(best: Array, surrogates: _Surrogates, random: Random) -> _Po
     n_random = _SIZE - len(best) - quarter
     anywhere = random.uniform(goal.low, goal.high, (n_random, d))
     points = np.vstack([best, varied, anywhere])
-    low = np.broadcast_to(goal.low, points.shape)
-    high = np.broadcast_to(goal.high, points.shape)
-    return surrogates.population(points, low, high)
+    return _unlimited(surrogates, points)
 
 
-def _search(
-    surrogates: _Surrogates, start: _Population, contraction: float, random: Random
-) -> Array:
-    """Return the ``(k, d)`` points at the end of an evolution.
+def _unlimited(search: _Surrogates | _Compromise, points: Array) -> _Population:
+    """Return designs whose children may be anywhere within the limits on variables."""
+    low = np.broadcast_to(search.goal.low, points.shape)
+    high = np.broadcast_to(search.goal.high, points.shape)
+    return search.population(points, low, high)
+
+
+def _search(surrogates: _Surrogates | _Compromise, start: _Population, random: Random) -> Array:
+    """Return the ``(k, d)`` points at the end of an evolution that meet the requirements.
 
     If all of them exceed limits, the search has a single aim and ends in one place. Then an eighth
     of the points on the way is added, for :func:`_choice` to choose from.
@@ -550,6 +622,7 @@ def _search(
     points: pymoo's NSGA-II, with an object for each point, tripled the time of a proposal.
     """
     n = len(start.points)
+    contraction = surrogates.contraction
     tried = [start.points]
     population = start.best(n, contraction)
     for _ in range(_GENERATIONS):
@@ -559,10 +632,12 @@ def _search(
     points = population.points
     if (population.excess > 0).any(axis=1).all():
         points = np.vstack([points, *(generation[::8] for generation in tried)])
-    return points
+    return points[_meets_requirements(points, surrogates.goal)]
 
 
-def _children(parents: _Population, surrogates: _Surrogates, random: Random) -> _Population:
+def _children(
+    parents: _Population, surrogates: _Surrogates | _Compromise, random: Random
+) -> _Population:
     """Return as many new designs as there are parents, which are ordered, the best first."""
     points = parents.points
     n, d = points.shape
@@ -674,54 +749,54 @@ class _Candidates(NamedTuple):
     """Designs to choose from, as predicted.
 
     Attributes:
+        points: ``(n, d)`` the designs.
         Z: ``(n, e)`` the designs as surrogates see them.
         F: ``(n, m)`` their objectives, predicted optimistically.
         violation: ``(n,)`` the sums of what exceeds limits.
-        is_directed: Whether limits or ranges of a decision direct the search.
+        worth: ``(n,)`` what their tests are worth for the best compromise; 0 if none is searched.
     """
 
+    points: Array
     Z: Array
     F: Array
     violation: Array
-    is_directed: bool
+    worth: Array
 
 
 def _choice(
+    surrogates: _Surrogates,
     candidates: _Candidates,
     front: Array,
     ranges: Array,
     seen: Array,
     batch: int,
-    contraction: float,
 ) -> list[int]:
     """Return the indices of the candidates to be tested.
 
     One in four promises the largest gain; the others are farthest from all known objectives. Where
-    a decision directs the search, another one in four is the best compromise, the nearest to the
-    ideal point; or it has the largest gain, too, if no candidate is nearer than the tests. If all
-    candidates exceed limits, those are taken that do so least.
+    a decision directs the search, another one in four is worth most for the best compromise, or has
+    the largest gain, too, while no test is eligible. If all candidates exceed limits, those are
+    taken that do so least.
 
     Args:
+        surrogates: The surrogates.
         candidates: The candidates.
-        front: ``(k, m)`` objectives of the eligible tests.
+        front: ``(k, m)`` Pareto-optimal objectives of the eligible tests.
         ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to choose; there are fewer if fewer are not tested yet.
-        contraction: As :func:`_contraction` returns it.
     """
-    front = front[nondominated(front)]
+    contraction = surrogates.contraction
     low = ranges[0]
     lengths = _lengths(*ranges)
     front = (front - low) / lengths
     F = (candidates.F - low) / lengths
-    norms = np.linalg.norm(np.maximum(F, 0), axis=1)
-    least_norm = np.linalg.norm(np.maximum(front, 0), axis=1).min(initial=np.inf)
     values = _achievements(F, contraction)
     units = _directions(F.shape[1], contraction).max(axis=1)  # of the values in each direction
     # Where surrogates err, the largest gain is promised again and again, whatever is tested near
     # it. So most designs are chosen for their distance.
     rules = ["gain", "distance", "distance", "distance"]
-    if candidates.is_directed:
+    if surrogates.goal.is_directed:
         rules[2] = "compromise"
     # These change with every candidate that is chosen, which then counts like a test: the best
     # value in each direction, and the distances from all tests and from objectives of the front.
@@ -742,8 +817,8 @@ def _choice(
         if len(rows) == 0:
             score = -candidates.violation
             rows = _apart(untested, candidates.Z.shape[1], distance, turn)
-        elif rule == "compromise" and norms[rows].min() < least_norm - _NEARER:
-            score = -norms
+        elif rule == "compromise" and candidates.worth.any():
+            score = np.where(distance > _CLOSE, candidates.worth, -np.inf)
         elif rule != "distance" and gain[rows].max() > 0:
             score = gain
         else:
