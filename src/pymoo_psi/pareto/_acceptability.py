@@ -78,22 +78,21 @@ class Acceptability(Shown):
             per_block = _PER_BLOCK // 4
         weights = _weights(_BLOCKS * per_block, terms.shape[1], factor)
         nearest = _nearest(designs, weights, p, min(places, len(designs)))
-        block = np.arange(len(weights)) // per_block
-        counts = np.zeros((len(designs), places, _BLOCKS))
-        for place, of_place in enumerate(nearest.T):
-            np.add.at(counts[:, place], (of_place, block), 1 / per_block)
+        counts = _counts(nearest, (len(designs), places, _BLOCKS)) / per_block
         sums = np.zeros(designs.shape)
         np.add.at(sums, nearest[:, 0], weights)
         with np.errstate(invalid="ignore"):
             central = sums / sums.sum(axis=1)[:, None]  # the sum is 1
         errors = counts.std(axis=2, ddof=1) / np.sqrt(_BLOCKS)
-        place_of_row = design_of_row.ravel()
-        shape = len(ranking.pareto), places
-        result = cls(np.zeros(shape), np.zeros(shape), np.full((shape[0], terms.shape[1]), np.nan))
-        result.shares[front] = counts.mean(axis=2)[place_of_row]
-        result.errors[front] = errors[place_of_row]
-        result.central[front] = central[place_of_row]
-        return result
+
+        def of_rows(of_designs: Array, missing: float) -> Array:
+            """Return values of designs for all rows, of which the dominated ones have none."""
+            of_all = np.full((len(ranking.pareto), of_designs.shape[1]), missing)
+            of_all[front] = of_designs[design_of_row.ravel()]
+            return of_all
+
+        shares = of_rows(counts.mean(axis=2), 0.0)
+        return cls(shares, of_rows(errors, 0.0), of_rows(central, np.nan))
 
     def __repr__(self) -> str:
         """Return how many designs are the best for some weights."""
@@ -218,6 +217,20 @@ def _on_simplex(cube: Array) -> Array:
         left = left - weights[:, j]
     weights[:, last] = left
     return np.maximum(weights, 0.0)
+
+
+def _counts(nearest: Integers, shape: tuple[int, int, int]) -> Array:
+    """Return how many weights of each block give each place to each design.
+
+    Args:
+        nearest: ``(k, places)`` as :func:`_nearest` returns it, for blocks of equal size.
+        shape: The numbers of designs, places and blocks.
+    """
+    counts = np.zeros(shape)
+    block = np.arange(len(nearest)) * shape[2] // len(nearest)
+    for place, design in enumerate(nearest.T):
+        np.add.at(counts[:, place], (design, block), 1)
+    return counts
 
 
 def _nearest(designs: Array, weights: Array, p: float, places: int) -> Integers:

@@ -131,11 +131,7 @@ class Study:
             points = points_of(asked, None)
         facts = Facts(asked, share, runs=[new_run(1, points)])
         if share is not None:
-            folder = os.path.dirname(self.path)
-            with reported(self.path, OSError):
-                os.makedirs(folder, exist_ok=True)
-            for path in studies_in(folder):
-                require_fellow(path, Study(path).facts(), facts)
+            self._prepare_folder(facts)
         if not os.path.exists(self.path):
             with self.writing():
                 # The previous owner of the lock may have made it meanwhile.
@@ -158,6 +154,14 @@ class Study:
             database.replace_head(asked)
             run = database.facts.run_with(points) or database.add_run(points)
             return database.facts, run
+
+    def _prepare_folder(self, facts: Facts) -> None:
+        """Make the folder of shares; studies in it must be shares of the same points."""
+        folder = os.path.dirname(self.path)
+        with reported(self.path, OSError):
+            os.makedirs(folder, exist_ok=True)
+        for path in studies_in(folder):
+            require_fellow(path, Study(path).facts(), facts)
 
     @contextmanager
     def writing(self, run: int = 1) -> Iterator[None]:

@@ -301,24 +301,22 @@ def stored_tests(facts: Facts, columns: Columns) -> StoredTests:
         columns: Its tests.
     """
     head = dict(facts.head)
-    runs = facts.runs
     limits = head.pop("limits", {})
     problem = dict(head.get("problem") or {})
-    if len(runs) == 1 and runs[0].number == 1:
-        sampling = runs[0].points.get("sampling")
+    runs = {run.number: run.points for run in facts.runs}
+    if [*runs] == [1]:
+        sampling = runs[1].get("sampling")
         if sampling is not None:
             problem["sampling"] = sampling
     else:
-        head["extra"] = [POINT]
-        if all(RUN not in head.get(group, ()) for group in GROUPS):
-            head["extra"] = [RUN, POINT]
-        columns = {**columns}
-        for name in head["extra"]:
-            columns[name] = choice_texts(columns[name].tolist())
-        problem["runs"] = {str(run.number): dict(run.points) for run in runs}
+        problem["runs"] = {str(number): dict(points) for number, points in runs.items()}
         for side, end in (("lower", np.fmin), ("upper", np.fmax)):
-            bounds = [np.array(run.points[side], dtype=np.float64) for run in runs]
+            bounds = [np.array(points[side], dtype=np.float64) for points in runs.values()]
             head[side] = end.reduce(bounds).tolist()
+        head["extra"] = [RUN, POINT]
+        if any(RUN in head.get(group, ()) for group in GROUPS):
+            head["extra"] = [POINT]
+        columns = columns | {name: choice_texts(columns[name].tolist()) for name in head["extra"]}
     head["problem"] = problem or None
     steered = [f"Steered {request}." for request in facts.requests]
     remarks = (*lacking(columns, (*head["objectives"], *limits)), *steered)

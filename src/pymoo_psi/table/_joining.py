@@ -147,10 +147,10 @@ def require_one_formulation(tables: Sequence[TestTable]) -> None:
     formulations = []
     for table in tables:
         if table.layout.columns:
-            asked = table.formulation
-            asked = replace(asked, chosen=None, reason="", page={}, ranges=asked.ranges or None)
-            formulations.append(asked)
-    if any(asked != formulations[0] for asked in formulations):
+            ranges = table.formulation.ranges or None
+            formulation = replace(table.formulation, chosen=None, reason="", page={}, ranges=ranges)
+            formulations.append(formulation)
+    if any(formulation != formulations[0] for formulation in formulations):
         received = Received("several")
         remedy = "ask each of them by the same table.under(...)"
         raise invalid("tables", "under one formulation to be joined", received, remedy)
@@ -168,30 +168,26 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
     columns = {name: table.column(name) for name in layout.columns}
     if first is None:
         first = np.arange(len(table))
-        known = np.flatnonzero(~table.failed())
-        first[known] = known[first_rows(table.X[known])]
+        evaluated = np.flatnonzero(~table.failed())
+        first[evaluated] = evaluated[first_rows(table.X[evaluated])]
     else:
         columns |= {"status": table.status, **table.extra}
-    again = np.flatnonzero(first != np.arange(len(table)))
-    if len(again) == 0:
-        return
+    repeats = np.flatnonzero(first != np.arange(len(table)))
     for name, column in columns.items():
-        one = column[first[again]]
-        two = column[again]
-        differing = unequal(one, two, _ROUNDING)
+        earlier = column[first[repeats]]
+        later = column[repeats]
+        differing = unequal(earlier, later, _ROUNDING)
         if name in layout.outputs or name in table.extra:  # which not every experiment has
-            differing &= ~(blank(one) | blank(two))
-        if differing.any():
-            i = differing.argmax()
-            earlier = _full_name(table, first[again[i]])
-            later = _full_name(table, again[i])
-            tests = earlier
-            if later != earlier:
-                tests = f"{earlier} and {later}, the same design"
+            differing &= ~(blank(earlier) | blank(later))
+        for i in np.flatnonzero(differing)[:1]:
+            names = [_full_name(table, row) for row in (first[repeats[i]], repeats[i])]
+            tests = names[0]
+            if names[1] != tests:
+                tests = f"{' and '.join(names)}, the same design"
             raise invalid(
                 "tests",
                 "the same for each test point and design",
-                Received(f"{one[i]} and {two[i]} as {name} of {tests}"),
+                Received(f"{earlier[i]} and {later[i]} as {name} of {tests}"),
                 "do not join runs of different problems, bounds or versions",
             )
 

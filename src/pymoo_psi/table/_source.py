@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from itertools import compress
 from os import PathLike
 from pathlib import Path
@@ -380,6 +380,23 @@ def _label(columns: Mapping[str, Column]) -> str | None:
 # From designs to a table
 
 
+@dataclass(frozen=True)
+class _Roles:
+    """The columns of designs by what they are, each by name.
+
+    Attributes:
+        objectives: ``(n,)`` numbers.
+        variables: Numbers, booleans or texts.
+        outputs: ``(n,)`` numbers.
+        extra: Any other cells.
+    """
+
+    objectives: dict[str, Array]
+    variables: dict[str, Sequence[Any]] = field(default_factory=dict)
+    outputs: dict[str, Array] = field(default_factory=dict)
+    extra: dict[str, Sequence[Any]] = field(default_factory=dict)
+
+
 def _table(
     designs: _Designs,
     formulation: Formulation,
@@ -387,67 +404,84 @@ def _table(
     drop_incomplete: bool,
 ) -> TestTable:
     """Return the table of designs; the columns that a formulation needs must be readable."""
-    cells, columns, labels, remarks = designs
+    cells = designs.cells
     head = cells.head
-    objectives, variables = _roles(designs, formulation, variables)
-    F = np.column_stack([columns[name].require_numbers() for name in objectives])
-    follows = F[1:, 0] == F[:-1, 0] + 1  # unlike a difference, this never overflows
-    if not (formulation.objectives or head["objectives"]) and len(F) > 2 and follows.all():
-        remarks.append(
-            f"{objectives[0]}, taken as an objective, counts the rows; "
-            "if it only numbers designs, name the objectives."
-        )
+    objectives, variables = _names_of_roles(designs, formulation, variables)
+    roles = _roles(designs, formulation, objectives, variables)
+    F = np.column_stack([*roles.objectives.values()])
+    remarks = [*designs.remarks]
+    if not (formulation.objectives or head["objectives"]):
+        remarks += _counting(objectives[0], F[:, 0])
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
-    values: dict[str, Sequence[Any]] = {}
-    outputs = {}
-    extra: dict[str, Sequence[Any]] = {}
-    for name, column in columns.items():
-        is_certain = not (column.problem or any(map(is_blank, column.cells)))
-        if name in objectives:
-            continue
-        if name in variables and is_certain:
-            values[name] = _values(column)
-        elif name in formulation.columns or (column.numbers is not None and name not in labels):
-            outputs[name] = column.require_numbers()
-        else:
-            extra[name] = _cells_of_extra(column.cells)
-    uncertain = [name for name in variables if name not in values]
+    uncertain = [name for name in variables if name not in roles.variables]
     if uncertain:
         names = ", ".join(uncertain)
         remarks.append(f"No variable, as not all of its values are certain: {names}.")
-    dependent = (*objectives, *outputs)
-    used = (*values, *dependent)
+
+    dependent = (*objectives, *roles.outputs)
+    used = (*roles.variables, *dependent)
     label = cells.label
+    extra = roles.extra
     if label not in extra:
         label = "design" if "row" in used else "row"
         extra.setdefault(label, cells.rows)
-    numbers = cells.rows
-    if POINT in extra:  # a table's own name
-        numbers = extra.pop(POINT)
-        if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
-            raise UnfitError("its column test_point must number the designs from 1; rename it")
+    numbers = extra.pop(POINT, cells.rows)  # a table's own name
+    if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
+        raise UnfitError("its column test_point must number the designs from 1; rename it")
     layout = Layout.of(
-        [*values],
+        [*roles.variables],
         objectives,
-        outputs=[*outputs],
+        outputs=[*roles.outputs],
         maximize=[name for name in head["maximized"] if name in dependent],
         units=units_of(used, head["units"]),
     )
-    layout = replace(layout, label=None if label == POINT else label)
-    X: Any = np.empty((len(F), 0))
-    if values:
-        X = [*map(list, zip(*values.values(), strict=True))]
-    table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
+    if label in extra:
+        layout = replace(layout, label=label)
+    X = [*map(list, zip(*roles.variables.values(), strict=True))] or np.empty((len(F), 0))
+    table = TestTable.of(
+        numbers, X, F * layout.sign, outputs=roles.outputs, layout=layout, extra=extra
+    )
     stored = formulation_of_head(head)
     if {*head["objectives"]} != {*objectives}:
         stored = replace(stored, ranges=None)
     decimal = "."
-    if any(column.decimal == "," for column in columns.values()):
+    if any(column.decimal == "," for column in designs.columns.values()):
         decimal = ","
     return replace(table, remarks=tuple(remarks), formulation=stored, decimal=decimal)
 
 
 def _roles(
+    designs: _Designs, formulation: Formulation, objectives: Names, variables: Names
+) -> _Roles:
+    """Return the columns of designs by their roles; a variable with uncertain cells is none."""
+    columns = designs.columns
+    roles = _Roles({name: columns[name].require_numbers() for name in objectives})
+    for name, column in columns.items():
+        is_of_numbers = column.numbers is not None and name not in designs.labels
+        is_certain = not (column.problem or any(map(is_blank, column.cells)))
+        if name in objectives:
+            continue
+        if name in variables and is_certain:
+            roles.variables[name] = _values(column)
+        elif is_of_numbers or name in formulation.columns:
+            roles.outputs[name] = column.require_numbers()
+        else:
+            roles.extra[name] = _cells_of_extra(column.cells)
+    return roles
+
+
+def _counting(name: str, values: Array) -> list[str]:
+    """Return a remark on an objective that may only number designs."""
+    follows = values[1:] == values[:-1] + 1  # unlike a difference, this never overflows
+    if len(values) <= 2 or not follows.all():
+        return []
+    return [
+        f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
+        "objectives."
+    ]
+
+
+def _names_of_roles(
     designs: _Designs, formulation: Formulation, variables: Names | None
 ) -> tuple[Names, Names]:
     """Return the names of the objectives and variables: as the user or the source says, or guessed.
