@@ -21,7 +21,7 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.errors import StudyAccessError
 from pymoo_psi.problems import layers, requirement_texts
-from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, points_of
+from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
 from pymoo_psi.table import (
     POINT,
     RUN,
@@ -156,8 +156,8 @@ class StudyStore(Store):
         self.advice = f"tests are kept in study {self.study.path}; the same call goes on from there"
         head = _head_of_run(table, model)
         share = options.part if options.part.of > 1 else None
-        points = _points_of_run(head, sampling, model)
-        facts, run = self.study.begin(head, points, share)
+        identity = _identity_of_run(head, sampling, model)
+        facts, run = self.study.begin(head, identity, share)
         self.run = run.number
         self._part = options.part
         self._first_planned = options.first
@@ -420,9 +420,9 @@ def _head_of_run(table: TestTable, model: Model) -> Head:
     return head
 
 
-def _points_of_run(head: Head, sampling: str, model: Model) -> Head:
+def _identity_of_run(head: Head, sampling: str, model: Model) -> Head:
     """Return what determines the points of a run."""
-    points = points_of(head, sampling, requirement_texts(model.problem), model.repeat)
+    identity = identity_of_run(head, sampling, requirement_texts(model.problem), model.repeat)
     choices = head["problem"]["choices"]
     only = {}  # the values of choices and binary variables of which some are left out
     for variable in model.space.variables:
@@ -431,8 +431,8 @@ def _points_of_run(head: Head, sampling: str, model: Model) -> Head:
         if variable.kind in (Kind.BINARY, Kind.CHOICE) and not is_whole:
             only[variable.title] = values
     if only:
-        points["only"] = only
-    return points
+        identity["only"] = only
+    return identity
 
 
 # Columns of a study that a table of a single run does not have.

@@ -1,4 +1,9 @@
-"""A study in a transaction: its tables, and what is read and changed in them."""
+"""A study in a transaction: its tables in SQL, and what is read and changed in them.
+
+Studies are made by :func:`create`, in a file, or :func:`new_database`, in memory; :func:`opened`
+makes sure that a file is one. All three give a :class:`Database`: facts and runs, proposals, the
+head, tests.
+"""
 
 from __future__ import annotations
 
@@ -25,9 +30,9 @@ from pymoo_psi.study._facts import (
     Renaming,
     StudyRun,
     columns_of_head,
+    identity_of_run,
     new_run,
     now,
-    points_of,
     require_other_names,
     with_outputs,
 )
@@ -138,8 +143,8 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
     if version == _OF_0_3:
         return _converted(db, path)
     facts = Facts(**_stored_facts(_checked_rows(db, "study")))
-    for number, points, record, last in _checked_rows(db, "runs ORDER BY run"):
-        facts.runs.append(StudyRun(number, json.loads(points), json.loads(record), last))
+    for number, identity, record, last in _checked_rows(db, "runs ORDER BY run"):
+        facts.runs.append(StudyRun(number, json.loads(identity), json.loads(record), last))
     return Database(db, path, facts)
 
 
@@ -172,9 +177,9 @@ def _converted(db: sqlite3.Connection, path: str) -> Database:
     for statement in _SCHEMA.split(";"):
         db.execute(statement)
     problem = facts.head.get("problem") or {}
-    points = points_of(facts.head, problem.get("sampling")) | {"requirements": None}
+    identity = identity_of_run(facts.head, problem.get("sampling")) | {"requirements": None}
     last = int(columns["test"].max(initial=0))
-    facts.runs = [StudyRun(1, points, {"begun": facts.begun}, last)]
+    facts.runs = [StudyRun(1, identity, {"begun": facts.begun}, last)]
     database = Database(db, path, facts)
     database.fill()
     database.insert(columns | database.numbered(columns["test"]))
@@ -220,12 +225,12 @@ class Database:
         self.db.execute(statement, (*row, text_checksum(row)))
 
     def _write_run(self, run: StudyRun) -> None:
-        self._write("runs", run.number, _text(run.points), _text(run.record), run.last)
+        self._write("runs", run.number, _text(run.identity), _text(run.record), run.last)
 
-    def add_run(self, points: Head) -> StudyRun:
+    def add_run(self, identity: Head) -> StudyRun:
         """Begin a run; return it."""
         ends = [run.start + max(run.last, 1) for run in self.facts.runs]
-        run = new_run(1 + -(-max(ends) // ROOM), points)
+        run = new_run(1 + -(-max(ends) // ROOM), identity)
         self._write_run(run)
         self.facts.runs.append(run)
         return run
@@ -362,7 +367,7 @@ class Database:
 
         Points with tests of their own keep these. Repeated tests are made for one run only.
         """
-        if len(self.facts.runs) == 1 or "repeat" in self.facts.run(run).points:
+        if len(self.facts.runs) == 1 or "repeat" in self.facts.run(run).identity:
             return
         variables = self.facts.head["variables"]
         named = _columns(self.facts.head)

@@ -1,4 +1,11 @@
-"""What a study knows beside its tests: its head, its runs and their points, and what must agree."""
+"""What a study knows beside its tests: facts about the whole, runs, shares, and names of columns.
+
+- :class:`Facts` of the study and :class:`StudyRun`, of which it may have several.
+- The model must be the same for all tests of a study: :func:`require_same_model`.
+- A run is continued by the identity that it has: :func:`identity_of_run`.
+- :class:`Share`, a part of the test points.
+- The head names the columns; a run may add some, or give others new names: :class:`Renaming`.
+"""
 
 from __future__ import annotations
 
@@ -101,10 +108,10 @@ class Facts:
         runs = ", ".join(str(run.number) for run in self.runs)
         raise invalid("run", f"one of the runs of the study, {runs}", number)
 
-    def run_with(self, points: Head) -> StudyRun | None:
-        """Return the run that has these points, or ``None``."""
+    def run_with(self, identity: Head) -> StudyRun | None:
+        """Return the run with an identity, or ``None``."""
         for run in self.runs:
-            if same_points(run.points, points):
+            if same_identity(run.identity, identity):
                 return run
         return None
 
@@ -119,14 +126,13 @@ class StudyRun:
 
     Attributes:
         number: Its number, from 1.
-        points: What determines its test points: ``sampling``, ``lower`` and ``upper`` bounds,
-            ``log``, ``requirements``.
+        identity: What determines its test points, see :func:`identity_of_run`.
         record: When, where and with which versions it was begun.
         last: The greatest test point that it was asked for; 0 if it was asked for none.
     """
 
     number: int
-    points: Head
+    identity: Head
     record: Head
     last: int = 0
 
@@ -136,7 +142,7 @@ class StudyRun:
         return (self.number - 1) * ROOM
 
 
-def new_run(number: int, points: Head, last: int = 0) -> StudyRun:
+def new_run(number: int, identity: Head, last: int = 0) -> StudyRun:
     """Return a run that begins now, on this machine."""
     from pymoo_psi import __version__
 
@@ -148,13 +154,13 @@ def new_run(number: int, points: Head, last: int = 0) -> StudyRun:
         "python": platform.python_version(),
         "numpy": np.__version__,
     }
-    return StudyRun(number, points, record, last)
+    return StudyRun(number, identity, record, last)
 
 
 # The model, which must be the same
 
 
-def require_same_model(path: str, stored: Head, asked: Head, where: str = "asked") -> None:
+def require_same_model(path: str, stored: Head, head: Head, where: str = "asked") -> None:
     """Refuse a study of another model.
 
     The model is the problem with its parameters and key, and the names, kinds and choices of its
@@ -163,13 +169,13 @@ def require_same_model(path: str, stored: Head, asked: Head, where: str = "asked
     Args:
         path: The study, for the message.
         stored: The head of the study.
-        asked: The head of the problem, or of another study.
+        head: The head of the problem, or of another study.
         where: Where this comes from, for the message.
 
     Raises:
         StudyMismatchError: The models differ; the message says in what.
     """
-    differences = _differences(_model(stored), _model(asked), where)
+    differences = _differences(_model(stored), _model(head), where)
     if differences:
         raise StudyMismatchError(
             f"study {path} belongs to another model: {'; '.join(differences[:4])}. "
@@ -177,18 +183,18 @@ def require_same_model(path: str, stored: Head, asked: Head, where: str = "asked
         )
 
 
-def _differences(stored: Mapping[str, str], asked: Mapping[str, str], where: str) -> list[str]:
+def _differences(stored: Mapping[str, str], model: Mapping[str, str], where: str) -> list[str]:
     differences = []
-    for name in {**stored, **asked}:
-        in_both = name in stored and name in asked
+    for name in {**stored, **model}:
+        in_both = name in stored and name in model
         if name.startswith(_IN_BOTH) and not in_both:
             continue
-        if name == _IN_ONE and _TEMPLATE in stored and _TEMPLATE in asked:
+        if name == _IN_ONE and _TEMPLATE in stored and _TEMPLATE in model:
             continue
-        one = stored.get(name, "absent")
-        two = asked.get(name, "absent")
-        if one != two:
-            differences.append(f"{name} is {one:.120} in the study, {two:.120} {where}")
+        fact = stored.get(name, "absent")
+        other = model.get(name, "absent")
+        if fact != other:
+            differences.append(f"{name} is {fact:.120} in the study, {other:.120} {where}")
     return differences
 
 
@@ -204,13 +210,13 @@ def _model(head: Head) -> dict[str, str]:
     return flat({"problem": problem, "variables": head["variables"], "kinds": kinds})
 
 
-# Points of a run
+# The identity of a run
 
 
-def points_of(
+def identity_of_run(
     head: Head, sampling: str | None, requirements: Names = (), repeat: int = 1
 ) -> Values:
-    """Return what determines the points of a run.
+    """Return what determines the test points of a run; a run that has the same is continued.
 
     Args:
         head: The head of its tests, with the bounds.
@@ -222,7 +228,7 @@ def points_of(
     for name, kind in zip(head["variables"], head["kinds"], strict=True):
         if kind == "log":
             log.append(name)
-    points = {
+    identity = {
         "sampling": sampling,
         "lower": head.get("lower"),
         "upper": head.get("upper"),
@@ -230,20 +236,20 @@ def points_of(
         "requirements": [*requirements],
     }
     if repeat > 1:
-        points["repeat"] = repeat
-    plain: Values = json.loads(json.dumps(points))
+        identity["repeat"] = repeat
+    plain: Values = json.loads(json.dumps(identity))
     return plain
 
 
-def same_points(points: Head, others: Head) -> bool:
-    """Whether the test points of two runs are the same.
+def same_identity(identity: Head, other: Head) -> bool:
+    """Whether two runs have the same test points.
 
     Which requirements the run of version 0.3 had is not known.
     """
-    if None in (points.get("requirements"), others.get("requirements")):
-        points = {**points, "requirements": None}
-        others = {**others, "requirements": None}
-    return flat(points) == flat(others)
+    if None in (identity.get("requirements"), other.get("requirements")):
+        identity = {**identity, "requirements": None}
+        other = {**other, "requirements": None}
+    return flat(identity) == flat(other)
 
 
 class Share(NamedTuple):

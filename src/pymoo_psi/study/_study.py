@@ -64,8 +64,8 @@ from pymoo_psi.study._facts import (
     Share,
     StudyRun,
     columns_of_head,
+    identity_of_run,
     new_run,
-    points_of,
     require_same_model,
     with_outputs,
 )
@@ -95,23 +95,23 @@ class Study:
             raise wrong_type("study path", "the name of a file", path)
         self.path = os.path.realpath(path)
         self.wait = wait
-        self._asked: Head | None = None  # by the run that was begun
+        self._head: Head | None = None  # of the run that was begun
         self._id: str | None = None  # of the study that was used; another file may take its place
 
     def begin(
         self,
         head: Head,
-        points: Head | None = None,
+        identity: Head | None = None,
         share: tuple[int, int] | None = None,
     ) -> tuple[Facts, StudyRun]:
-        """Begin a run, or continue the one that has the same points; create the file if needed.
+        """Begin a run, or continue the one with the same identity; create the file if needed.
 
         Args:
             head: ``variables``, ``objectives``, ``inequalities``, ``equalities``: names;
                 ``kinds``: "real", "integer", "binary" or "choice" for each variable; ``problem``,
                 which identifies the model; and what else the formulation needs, such as limits.
                 It replaces the head that the study has. Outputs are added by the tests.
-            points: What determines the points of the run; by default the bounds in the head.
+            identity: What determines the points of the run; by default the bounds in the head.
             share: For a share of an investigation: its part and the number of parts. Its folder is
                 made if necessary; the other studies in it must belong to the same model and points
                 and have the same number of parts.
@@ -125,11 +125,11 @@ class Study:
                 read.
             ArgumentTypeError: JSON cannot hold the head.
         """
-        asked = json.loads(identity_text(head))
-        self._asked = asked
-        if points is None:
-            points = points_of(asked, None)
-        facts = Facts(asked, share, runs=[new_run(1, points)])
+        head = json.loads(identity_text(head))
+        self._head = head
+        if identity is None:
+            identity = identity_of_run(head, None)
+        facts = Facts(head, share, runs=[new_run(1, identity)])
         if share is not None:
             self._prepare_folder(facts)
         if not os.path.exists(self.path):
@@ -139,20 +139,20 @@ class Study:
                     create(self.path, facts)
         self._id = None
         stored = self.facts()
-        require_same_model(self.path, stored.head, asked)
+        require_same_model(self.path, stored.head, head)
         if stored.share is not None:
             require_fellow(self.path, stored, facts)
-        run = stored.run_with(points)
-        head = with_outputs(asked, columns_of_head(stored.head))
-        if run is not None and json.dumps(head) == json.dumps(stored.head):
+        run = stored.run_with(identity)
+        whole = with_outputs(head, columns_of_head(stored.head))
+        if run is not None and json.dumps(whole) == json.dumps(stored.head):
             return stored, run
         with ExitStack() as locks:
-            if Renaming.between(stored.head, asked):  # nobody goes on to write what is there now
+            if Renaming.between(stored.head, head):  # nobody goes on to write what is there now
                 for stored_run in stored.runs:
                     locks.enter_context(self.writing(stored_run.number))
             database = locks.enter_context(self.changes())
-            database.replace_head(asked)
-            run = database.facts.run_with(points) or database.add_run(points)
+            database.replace_head(head)
+            run = database.facts.run_with(identity) or database.add_run(identity)
             return database.facts, run
 
     def _prepare_folder(self, facts: Facts) -> None:
@@ -218,7 +218,7 @@ class Study:
         more = {"origin": origins, "seconds": np.full(n, seconds, dtype=np.float64)}
         with self.writing(run), self.changes() as database:
             head = database.facts.head
-            if self._asked is not None and Renaming.between(head, self._asked):
+            if self._head is not None and Renaming.between(head, self._head):
                 raise StudyMismatchError(
                     f"another run has given the objectives of study {self.path} other names or "
                     "directions since this one began; this one stored nothing more: run it again"
@@ -360,7 +360,7 @@ def require_fellow(path: str, facts: Facts, others: Facts, where: str = "asked")
     if facts.share and others.share and facts.share[1] != others.share[1]:
         parts = f"one of {facts.share[1]} shares, not of {others.share[1]}"
         raise StudyMismatchError(f"study {path} is {parts}; give the name of another folder")
-    if len(facts.runs) > 1 or others.run_with(facts.runs[0].points) is None:
+    if len(facts.runs) > 1 or others.run_with(facts.runs[0].identity) is None:
         raise StudyMismatchError(
             f"study {path} is a share of other points than those {where}; give the name of another "
             "folder, or join the shares by 'pymoo-psi export' and go on with that study"
@@ -372,7 +372,7 @@ def write_study(path: FilePath, head: Head, columns: Columns) -> None:
 
     Args:
         path: The file.
-        head: The head; its ``problem`` may say the ``sampling`` of its points, or the points of
+        head: The head; its ``problem`` may say the ``sampling`` of its points, or the identities of
             several ``runs`` by their numbers.
         columns: The columns of :meth:`Study.append`, and the ``run`` if there are several.
 
@@ -387,7 +387,7 @@ def write_study(path: FilePath, head: Head, columns: Columns) -> None:
     stored_head = json.loads(identity_text({"problem": None, **head}))
     problem = stored_head["problem"] or {}
     sampling = problem.pop("sampling", None)
-    points_by_run = problem.pop("runs", None) or {"1": points_of(stored_head, sampling)}
+    identities = problem.pop("runs", None) or {"1": identity_of_run(stored_head, sampling)}
     test_points = np.asarray(columns["test_point"], dtype=np.int64)
     columns = {"run": np.ones(len(test_points), dtype=np.int64)} | columns
     columns["test"] = (columns["run"] - 1) * ROOM + test_points
@@ -395,9 +395,9 @@ def write_study(path: FilePath, head: Head, columns: Columns) -> None:
         rule = "different ones, as numbers of tests follow from them"
         raise invalid("the runs and test points of a study", rule, Received("some that recur"))
     facts = Facts(with_outputs(stored_head, columns))
-    for number, points in points_by_run.items():
+    for number, identity in identities.items():
         last = test_points[columns["run"] == int(number)].max(initial=0)
-        facts.runs.append(new_run(int(number), points, int(last)))
+        facts.runs.append(new_run(int(number), identity, int(last)))
     create(file, facts, columns)
 
 

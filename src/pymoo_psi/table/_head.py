@@ -303,15 +303,15 @@ def stored_tests(facts: Facts, columns: Columns) -> StoredTests:
     head = dict(facts.head)
     limits = head.pop("limits", {})
     problem = dict(head.get("problem") or {})
-    runs = {run.number: run.points for run in facts.runs}
+    runs = {run.number: run.identity for run in facts.runs}
     if [*runs] == [1]:
         sampling = runs[1].get("sampling")
         if sampling is not None:
             problem["sampling"] = sampling
     else:
-        problem["runs"] = {str(number): dict(points) for number, points in runs.items()}
+        problem["runs"] = {str(number): dict(identity) for number, identity in runs.items()}
         for side, end in (("lower", np.fmin), ("upper", np.fmax)):
-            bounds = [np.array(points[side], dtype=np.float64) for points in runs.values()]
+            bounds = [np.array(run[side], dtype=np.float64) for run in runs.values()]
             head[side] = end.reduce(bounds).tolist()
         head["extra"] = [RUN, POINT]
         if any(RUN in head.get(group, ()) for group in GROUPS):

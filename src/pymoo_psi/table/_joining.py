@@ -179,7 +179,8 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
         differing = unequal(earlier, later, _ROUNDING)
         if name in layout.outputs or name in table.extra:  # which not every experiment has
             differing &= ~(blank(earlier) | blank(later))
-        for i in np.flatnonzero(differing)[:1]:
+        if differing.any():
+            i = differing.argmax()
             names = [_full_name(table, row) for row in (first[repeats[i]], repeats[i])]
             tests = names[0]
             if names[1] != tests:

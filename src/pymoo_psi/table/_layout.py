@@ -1,4 +1,11 @@
-"""The columns of a test table: what they mean, from names to bounds, and designs of their kinds."""
+"""What the columns of a test table mean, and the matrix of its designs.
+
+- :class:`Layout`: names, roles, directions, units, kinds and bounds of the columns. How a layout is
+  written in a file is in ``_head.py``.
+- Names of columns in files, and rules for names and units.
+- :func:`design_matrix`: designs in one normal form, whatever the kinds of their variables; what is
+  equal among them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""From a source of any kind to a table: :func:`read_table` is the only way to open one."""
+"""From a source of any kind to a table: :func:`read_table` is the only way to open one.
+
+A source holds tests, with a head that describes all columns, or cells, of which only names are
+known. Cells become designs: rows that do not count are left out, columns are read as numbers. Then
+each column gets a role, by the formulation, the source or its name, and a table is made.
+"""
 
 from __future__ import annotations
 
@@ -126,7 +131,7 @@ def read_table(
     path = None
     if isinstance(source, (str, PathLike)):
         path = Path(source)
-    asked = formulation or Formulation()
+    stated = formulation or Formulation()
     content: Any = source
     try:
         if not isinstance(source, TestTable):
@@ -143,8 +148,8 @@ def read_table(
                 content = replace(content, label=repeats)
             # Equal rows may be repeated tests.
             is_file = path is not None and not repeats
-            designs = _designs(content, asked, decimal, thousands, is_file=is_file)
-            table = _table(designs, asked, variables, drop_incomplete)
+            designs = _designs(content, stated, decimal, thousands, is_file=is_file)
+            table = _table(designs, stated, variables, drop_incomplete)
         elif isinstance(content, StoredTests):
             table = content.table(path)
         else:

@@ -4,6 +4,9 @@ The order of work is that of Parameter Space Investigation (Sobol' and Statnikov
 Parameters in Problems with Several Criteria, 1981; Statnikov and Matusov, 1995): test the points,
 look at the ordered test tables, set limits on the objectives, take the Pareto set of the designs
 that are feasible then, and refine the bounds for the next investigation.
+
+:class:`Tests` has the data, and takes rows and columns of them. :class:`TestTable` adds what is
+asked: another formulation, sets of designs, rankings, repeated tests, joining, frames and files.
 """
 
 from __future__ import annotations
