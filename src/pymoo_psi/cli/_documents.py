@@ -283,7 +283,7 @@ def run_report(options: Options) -> int:
         about=[origin, *table.remarks, *remarks],
         prototype=_prototype(options, formulation, table.layout),
     )
-    further = _further_tests(path, table, typed_options(_ASKING))
+    further = _further_tests(path, table, typed_options(_PURPOSE))
     replace(report, further=further).save(out)
     say_source(path, table, formulation)
     say(*report.cautions, f"{report}: open {out} in a browser, or print it")
@@ -407,40 +407,29 @@ def _expectation(expected: Prospects) -> str:
     """Return a sentence on what surrogates expect of further tests."""
     more = f"{expected.n_tests} more tests"
     if isnan(expected.gain):
-        found = number(expected.found, 2)
-        return f"At least one of {more} keeps all limits with a probability of {found}."
+        probability = number(expected.found, 2)
+        return f"At least one of {more} keeps all limits with a probability of {probability}."
     more = f"{more} to enlarge the hypervolume by {percent(expected.gain)}"
     if expected.gain < _LITTLE_GAIN:
         return f"Little is to be gained any more: surrogates expect {more}."
     return f"Surrogates expect {more}."
 
 
-def _further_tests(path: Path, table: TestTable, asking: Names = ()) -> FurtherTests:
+def _further_tests(path: Path, table: TestTable, purpose: Names = ()) -> FurtherTests:
     """Return what further tests of a study promise, and the command for them.
 
     Args:
         path: The source of the table; only a study can be continued.
         table: Its tests.
-        asking: Options of the command, which say what the tests are for.
+        purpose: Words of options that say what the tests are for.
     """
     from pymoo_psi.page import NOTHING_KNOWN, FurtherTests
 
     if path.suffix != STUDY.suffix or not table.layout.variables:
         return NOTHING_KNOWN
-    from pymoo_psi.algorithms import prospects
-    from pymoo_psi.study import Study
+    from pymoo_psi.algorithms import prospects  # imports SciPy
 
-    command = ""
-    for run in Study(path).facts().runs:
-        command = run.record.get("command", command)
-    if command:
-        words = shlex.split(command)
-        words += ["--algorithm", "surrogate", "--study", str(path), *asking]
-        if words[0] == "ask":
-            words += ["--points", "16", "--out", "next.csv"]
-        else:
-            words += ["--points", "+16"]
-        command = shlex.join(["pymoo-psi", *words])
+    command = _command_for_more(path, purpose)
     if len(table) > _QUICKLY_LEARNED:
         return FurtherTests(command)
     try:
@@ -448,6 +437,22 @@ def _further_tests(path: Path, table: TestTable, asking: Names = ()) -> FurtherT
     except PsiError:  # too few tests for surrogates
         return FurtherTests(command)
     return FurtherTests(command, _expectation(expected), expected.gain < _LITTLE_GAIN)
+
+
+def _command_for_more(study: Path, purpose: Names) -> str:
+    """Return the command for 16 more tests of a study; empty if no command has begun it."""
+    from pymoo_psi.study import Study
+
+    commands = [run.record.get("command", "") for run in Study(study).facts().runs]
+    words = shlex.split(next(filter(None, reversed(commands)), ""))
+    if not words:
+        return ""
+    words += ["--algorithm", "surrogate", "--study", str(study), *purpose]
+    if words[0] == "ask":
+        words += ["--points", "16", "--out", "next.csv"]
+    else:
+        words += ["--points", "+16"]
+    return shlex.join(["pymoo-psi", *words])
 
 
 def _print_by_variable(texts: pd.Series[str], variables: list[str], title: str) -> None:
@@ -467,8 +472,8 @@ _ANALYSES = {
 }
 _LITTLE_GAIN = 0.01  # of the hypervolume
 _QUICKLY_LEARNED = 512  # tests; with more of them surrogates take several seconds
-# Options that say what tests are for.
-_ASKING = ("objectives", "maximize", "limits", "compute", "decision", "no_normalize")
+# Options that say what further tests are for.
+_PURPOSE = ("objectives", "maximize", "limits", "compute", "decision", "no_normalize")
 
 
 def run_export(options: Options) -> int:

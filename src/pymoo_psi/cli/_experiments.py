@@ -85,18 +85,16 @@ def run_reproduce(options: Options) -> int:
     if options.model is not None:
         models = [options.model]
     folder = results_folder(out)
-    places = []
+    n_steps = len(models) * (len(mu) + 1)  # each model has its cases and a set of figures
+    finished: list[str] = []
     with progress_bar(True) as show:
-        n_done = 0
-        n_steps = len(models) * (len(mu) + 1)  # each model has its cases and a set of figures
 
-        def advance(text: str) -> None:
-            nonlocal n_done
-            n_done += 1
-            show(n_done / n_steps, text)
+        def finish(step: str) -> None:
+            finished.append(step)
+            show(len(finished) / n_steps, step)
 
-        def advance_by_case(case: Case) -> None:
-            advance(f"mu = {case.mu}, {case.model} model")
+        def finish_case(case: Case) -> None:
+            finish(f"mu = {case.mu}, {case.model} model")
 
         result = reproduce(
             options.points,
@@ -105,15 +103,14 @@ def run_reproduce(options: Options) -> int:
             lower=_pair_in("--lower", options.lower),
             upper=_pair_in("--upper", options.upper),
             n_jobs=jobs,
-            on_case=advance_by_case,
+            on_case=finish_case,
         )
-        draw = partial(_draw_paper, result, out, options)
+        draw = partial(_draw_paper, result, options)
         # Figures take most of the time, so that a second process is worth its start.
         if jobs > 0:
             jobs = min(jobs, len(models))
-        for _, place in in_parallel(draw, models, jobs):
-            places.append(str(place))
-            advance(f"figures in {place}")
+        for _, model in in_parallel(draw, models, jobs):
+            finish(f"figures of the {model} model")
     tables = {"6_1": result.table_6_1(), "6_2": result.table_6_2()}
     for number, table in tables.items():
         write_frame(table, folder / f"table_{number}.csv")
@@ -125,6 +122,7 @@ def run_reproduce(options: Options) -> int:
         ordered = table.sort_values(["model", "mu"], ascending=[False, True], kind="stable")
         print_frame(ordered.round(4), _TITLES[number])
     say(*_HEADINGS.splitlines())
+    places = [str(_folder_of(out, model)) for model in models]
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")
     return 0
 
@@ -139,15 +137,19 @@ def _pair_in(option: str, text: str | None) -> list[float] | None:
         raise invalid(option, "two numbers, such as 0,0.1", text) from None
 
 
-def _draw_paper(result: Reproduction, out: Path, options: Options, model: str) -> Path:
-    """Write the figures of a model, and return their folder."""
-    folder = out
+def _folder_of(out: Path, model: str) -> Path:
+    """Return the folder for the figures of a model."""
     if model == "rolling":  # which only checks the paper's figures; the full model has the results
-        folder = out / "rolling"
-    figures = paper_figures(result, model=model)
+        return out / "rolling"
+    return out
+
+
+def _draw_paper(result: Reproduction, options: Options, model: str) -> str:
+    """Write the figures of a model, and return its name."""
+    folder = results_folder(_folder_of(options.out, model))
     dpi = 200
     if options.width is not None:  # for a journal
         dpi = 300
-    suffix = f".{options.format}"
-    save_figures(figures, results_folder(folder), dpi, suffix, width=options.width)
-    return folder
+    figures = paper_figures(result, model=model)
+    save_figures(figures, folder, dpi, f".{options.format}", width=options.width)
+    return model

@@ -109,10 +109,10 @@ def run_solve(options: Options) -> int:
     """
     if options.new:
         return write_example(options.problem)
-    asked = formulation_of(options)  # before a user's model is imported
-    _require_effect(options, asked)
+    formulation = formulation_of(options)  # before a user's model is imported
+    _require_effect(options, formulation)
     n_points = _number_of_points(options)
-    settings = _run_options(options, asked)
+    settings = _run_options(options, formulation)
     problem = load_problem(
         options.problem,
         options.timeout,
@@ -132,8 +132,8 @@ def run_solve(options: Options) -> int:
         return 1
     _say_best(options, problem, result, out)
     _say_other_runs(settings, len(result.tests))
-    _say_limits(options.problem, asked, task.formulation)
-    if asked.limits and not options.box:
+    _say_limits(options, formulation, task)
+    if formulation.limits and not options.box:
         _say_box(result.table)
     return 0
 
@@ -141,11 +141,11 @@ def run_solve(options: Options) -> int:
 # The task
 
 
-def _require_effect(options: Options, asked: Formulation) -> None:
+def _require_effect(options: Options, formulation: Formulation) -> None:
     """Refuse options that would have no effect."""
     algorithm = options.algorithm
     if algorithm == "nsga3":
-        if asked != Formulation():
+        if formulation != Formulation():
             rule = "psi or surrogate for other objectives, limits or columns than the problem's"
             remedy = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
             raise invalid("--algorithm", rule, algorithm, remedy)
@@ -175,7 +175,7 @@ def _number_of_points(options: Options) -> int:
     return points
 
 
-def _run_options(options: Options, asked: Formulation) -> RunOptions:
+def _run_options(options: Options, formulation: Formulation) -> RunOptions:
     """Return the options of the run under a formulation."""
     keywords = {name: getattr(options, name) for name in _KEYWORDS}
     share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
@@ -183,7 +183,7 @@ def _run_options(options: Options, asked: Formulation) -> RunOptions:
         **keywords,
         share=share or None,
         more=str(options.points).startswith("+"),
-        formulation=asked,
+        formulation=formulation,
     )
 
 
@@ -267,7 +267,7 @@ class _Tally:
 
 
 def _under(tests: TestTable, task: Task) -> TestTable:
-    """Return tests under the formulation of a task, as far as it can be asked of them."""
+    """Return tests under the formulation of a task, as far as it can be applied."""
     # The first tests may all have failed or not been run; their outputs are then unknown.
     has_values = (tests.status != "failed") & np.isfinite(tests.F).any(axis=1)
     if not has_values.any():
@@ -312,8 +312,8 @@ def _by_surrogate(task: Task, show: Show) -> Result:
     def callback(algorithm: SurrogatePSI) -> None:
         _Tally(show, task, task.n_points).add(algorithm.table.tested)
 
-    ended = minimize(task.problem, algorithm, seed=options.seed, callback=callback).algorithm
-    return _result(task, ended.table.tested, ended.evaluator.n_eval)
+    algorithm = minimize(task.problem, algorithm, seed=options.seed, callback=callback).algorithm
+    return _result(task, algorithm.table.tested, algorithm.evaluator.n_eval)
 
 
 def _result(task: Task, tests: TestTable, n_evaluated: int) -> Result:
@@ -340,12 +340,12 @@ def _by_nsga3(task: Task, show: Show) -> Result:
         def callback(algorithm: Any) -> None:
             show(algorithm.evaluator.n_eval / task.n_points)
 
-        ended = nsga3(recorded, n_evaluations=task.n_points, seed=options.seed, callback=callback)
-        stored = recorded.table
-    tests = stored.rows(np.isin(stored.numbers, [*recorded.returned]))
+        outcome = nsga3(recorded, n_evaluations=task.n_points, seed=options.seed, callback=callback)
+        table = recorded.table
+    tests = table.rows(np.isin(table.numbers, [*recorded.returned]))
     result = _result(task, tests, recorded.n_evaluated)
     # pymoo has no F if no design is feasible.
-    designs = ended.pop if ended.F is None else ended.opt
+    designs = outcome.pop if outcome.F is None else outcome.opt
     is_returned = np.isin(tests.numbers, designs.get("test_point"))
     return replace(result, table=result.table.rows(is_returned))
 
@@ -427,13 +427,13 @@ def _say_other_runs(settings: RunOptions, n_tests: int) -> None:
         say(f"The study has {of_runs}; this run asked for {n_tests} of them.")
 
 
-def _say_limits(problem: str, asked: Formulation, formulation: Formulation) -> None:
+def _say_limits(options: Options, formulation: Formulation, task: Task) -> None:
     """Print which limits apply, if any, and where each is from."""
-    limits_asked = limits_of(asked.limits)
+    limits_of_options = limits_of(formulation.limits)
     texts = []
-    for name, limit in limits_of(formulation.limits).items():
-        source = problem
-        if name in limits_asked or is_of_texts(limit):
+    for name, limit in limits_of(task.formulation.limits).items():
+        source = options.problem
+        if name in limits_of_options or is_of_texts(limit):
             source = "option or decision"
         texts.append(f"{limit_text(name, limit)} ({source})")
     if texts:
@@ -462,8 +462,8 @@ def run_ask(options: Options) -> int:
     if options.study is None:
         raise invalid("--study", "the name of a study, which keeps the tests", Received("none"))
     with_surrogates = options.algorithm == "surrogate"
-    asked = formulation_of(options)
-    if asked != Formulation() and not with_surrogates:
+    formulation = formulation_of(options)
+    if formulation != Formulation() and not with_surrogates:
         rule = "surrogate for designs that a decision, objectives or limits direct"
         raise invalid("--algorithm", rule, options.algorithm)
     problem = load_problem(options.problem, box=options.box, log=options.log)
@@ -475,7 +475,7 @@ def run_ask(options: Options) -> int:
         study=options.study,
         study_key=options.study_key,
         seed=options.seed,
-        formulation=asked,
+        formulation=formulation,
     )
     _import(problem, options, run)
     frame = ask_tests(problem, options.points, run, with_surrogates=with_surrogates)

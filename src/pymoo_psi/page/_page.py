@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pymoo_psi._output import Framed, write_document
-from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid, known_name
+from pymoo_psi._validation import Entries, Names, Received, Values, counted, invalid
 from pymoo_psi.page._payload import payload, shades_of
 from pymoo_psi.pareto import cautions, weights_sentence
 from pymoo_psi.table import Formulation, TestTable, confidence_sentence, read_table
@@ -190,13 +190,20 @@ def decision_page(
     if hasattr(source, "opt"):
         source = _frame_of_result(source)
     table = read_table(source, formulation, variables=variables, drop_incomplete=True)
-    designs = _feasible_designs(table, units or {})
-    limited = designs.under(limits=table.formulation.limits)
-    if not limited.feasible().any():
-        raise invalid("limits", "kept by one design or more", Received(f"none of {len(designs)}"))
+    if units:
+        table = table.under(units={**table.formulation.units, **units})
+    designs = designs_of_page(table)
+    if len(designs) == 0:
+        received = Received(f"none in {counted(len(table), 'design')}")
+        raise invalid("source", "of one feasible design or more", received)
+    if not table.feasible().any():
+        received = Received(f"none of {len(designs)}")
+        remedy = "loosen them, or leave them to the reader of the page"
+        raise invalid("limits", "kept by one design or more", received, remedy)
+    designs = replace(designs, remarks=(*designs.remarks, *_left_out(table.under(limits={}))))
     if prototype is not None:
-        asked = replace(table.formulation, limits={}, ranges=None, page={})
-        prototype = read_table(prototype, asked)
+        same = replace(table.formulation, limits={}, ranges=None, page={})
+        prototype = read_table(prototype, same)
     origin = ""
     if isinstance(source, (str, PathLike)):
         origin = Path(source).name
@@ -242,27 +249,6 @@ def designs_of_page(tests: TestTable) -> TestTable:
     """Return the tests that are feasible without limits, which the reader of the page sets."""
     tests = tests.under(limits={})
     return tests.rows(tests.feasible())
-
-
-def _feasible_designs(table: TestTable, units: Mapping[str, str]) -> TestTable:
-    """Return the designs that are feasible without limits, which the reader of the page sets.
-
-    Args:
-        table: The tests.
-        units: Further units of columns by name.
-
-    Raises:
-        ArgumentValueError: There is no such design, or no such column.
-    """
-    tests = table.under(limits={})
-    designs = designs_of_page(tests)
-    if len(designs) == 0:
-        received = Received(f"none in {counted(len(tests), 'design')}")
-        raise invalid("source", "of one feasible design or more", received)
-    for name in units:
-        known_name("units", name, designs.layout.columns)
-    layout = replace(designs.layout, units={**designs.layout.units, **units})
-    return replace(designs, layout=layout, remarks=(*tests.remarks, *_left_out(tests)))
 
 
 def _left_out(table: TestTable) -> list[str]:

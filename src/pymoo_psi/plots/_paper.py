@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import combinations
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -55,13 +55,36 @@ _MODEL_NAMES = {
     "full": "full model (slip, then roll)",
     "rolling": "rolling model (rolls from the start)",
 }
-# The panels of Figure 7: title, symbol on the axis, names of the curves.
+
+
+class _Panel(NamedTuple):
+    """A panel of Figure 7: its title, the symbol on its axis, curves by their names.
+
+    The curves are the columns of attributes of :class:`~pymoo_psi.chute.Trajectory`.
+    """
+
+    title: str
+    symbol: str
+    curves: tuple[str, ...]
+    attributes: tuple[str, ...]
+
+
 _PANELS = (
-    ("speed of the centre and time", "$v_C$, $t$", ("$v_C$, speed", "$t$, time")),
-    ("spin of the sphere", r"$\omega$", (r"$\omega_X$", r"$\omega_Y$", r"$\omega_Z$")),
-    ("slip velocity", "$v_A$", ("$v_{AX}$, along", "$v_{AY}$, across")),
-    ("friction force", "$f_A$", ("$f_{AX}$, along", "$f_{AY}$, across")),
-    ("normal reactions", "$n$", ("$n_A$, plane", "$n_B$, guide-wall")),
+    _Panel(
+        "speed of the centre and time",
+        "$v_C$, $t$",
+        ("$v_C$, speed", "$t$, time"),
+        ("speed", "time"),
+    ),
+    _Panel(
+        "spin of the sphere",
+        r"$\omega$",
+        (r"$\omega_X$", r"$\omega_Y$", r"$\omega_Z$"),
+        ("spin",),
+    ),
+    _Panel("slip velocity", "$v_A$", ("$v_{AX}$, along", "$v_{AY}$, across"), ("slip_velocity",)),
+    _Panel("friction force", "$f_A$", ("$f_{AX}$, along", "$f_{AY}$, across"), ("friction",)),
+    _Panel("normal reactions", "$n$", ("$n_A$, plane", "$n_B$, guide-wall"), ("normal",)),
 )
 # The panels of Figure 8: columns of salukvadze_functions.
 _FUNCTIONS = (
@@ -269,20 +292,12 @@ def _motion_figure(case: Case) -> Drawing:
     u1, v_p = case.designs.X[best].tolist()
     parameters = ChuteParameters(mu=case.mu)
     motion = trajectory(u1, v_p, parameters)
-    speed_and_time = np.column_stack([motion.speed, motion.time])
-    quantities = [
-        speed_and_time,
-        motion.spin,
-        motion.slip_velocity,
-        motion.friction,
-        motion.normal,
-    ]
     with panels(len(_PANELS), 2, head=5.0, height=50.0) as (figure, axes):
-        for ax, panel, values in zip(axes, _PANELS, quantities, strict=True):
-            title, symbol, names = panel
-            _draw_motion(ax, motion, values, names)
-            ax.set_ylabel(symbol)
-            ax.set_title(title, loc="left")
+        for ax, panel in zip(axes, _PANELS, strict=True):
+            values = np.column_stack([getattr(motion, name) for name in panel.attributes])
+            _draw_motion(ax, motion, values, panel.curves)
+            ax.set_ylabel(panel.symbol)
+            ax.set_title(panel.title, loc="left")
         title = (
             rf"Transportation of the sphere, $\mu$ = {case.mu:g}: motion under the full model for "
             f"the Salukvadze optimum under the {_MODEL_NAMES[case.model]}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -230,20 +231,35 @@ class Choice:
 
 def positions(table: TestTable) -> Cells:
     """Return who holds which design since when, under which limits and weights, and why."""
-    columns: Cells = {"name": [], "since": [], "choice": [], "before": [], "under": [], "why": []}
-    for held in latest_positions(table.formulation.positions):
-        history = [one for one in table.formulation.positions if one["name"] == held["name"]]
+    rows = []
+    for position in latest_positions(table.formulation.positions):
+        name = position["name"]
+        history = [one for one in table.formulation.positions if one["name"] == name]
         before = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
-        under = written_limits(table.under(limits=held["limits"]))
-        for key, word in (("weights", "weight of"), ("aspiration", "aspiration of")):
-            under += [f"{word} {name} {number(value)}" for name, value in held[key].items()]
-        columns["name"].append(held["name"])
-        columns["since"].append(held["date"][:10])
-        columns["choice"].append(held["chosen"] or "none")
-        columns["before"].append(", ".join(before))
-        columns["under"].append("; ".join(under))
-        columns["why"].append(held["reason"])
-    return {name: texts for name, texts in columns.items() if any(texts)}
+        under = written_limits(table.under(limits=position["limits"]))
+        for key in ("weights", "aspiration"):
+            word = key.removesuffix("s")
+            values = position[key].items()
+            under += [f"{word} of {objective} {number(value)}" for objective, value in values]
+        row = {
+            "name": name,
+            "since": position["date"][:10],
+            "choice": position["chosen"] or "none",
+            "before": ", ".join(before),
+            "under": "; ".join(under),
+            "why": position["reason"],
+        }
+        rows.append(row)
+    return {heading: texts for heading, texts in _cells(rows).items() if any(texts)}
+
+
+def _cells(rows: Sequence[Mapping[str, str]]) -> Cells:
+    """Return rows of texts by their headings as columns."""
+    cells: Cells = {}
+    for row in rows:
+        for heading, text in row.items():
+            cells.setdefault(heading, []).append(text)
+    return cells
 
 
 # The tests: how many there are, what limits cost, and why tests failed or designs are incomplete
@@ -293,13 +309,12 @@ def failures(table: TestTable) -> Cells:
     for test, reason in zip(table.reasons, alike(reasons), strict=True):
         failed.setdefault(reason, []).append(test)
     most_frequent = sorted(failed, key=lambda reason: -len(failed[reason]))
-    cells: Cells = {"designs": [], "reason": [], "first": []}
+    rows = []
     for reason in most_frequent[:_REASONS]:
-        first = table.numbers.tolist().index(failed[reason][0])
-        cells["designs"].append(str(len(failed[reason])))
-        cells["reason"].append(reason[:400])
-        cells["first"].append(table.names[first])
-    return cells
+        tests = failed[reason]
+        first = table.names[table.numbers.tolist().index(tests[0])]
+        rows.append({"designs": str(len(tests)), "reason": reason[:400], "first": first})
+    return _cells(rows)
 
 
 def verdict(table: TestTable) -> str:
@@ -340,18 +355,21 @@ def limit_costs(table: TestTable) -> tuple[Cells, list[str]]:
         describe = _gain
     if costs.empty:
         return {}, []
-    cells: Cells = {"constraint or limit": [], "rejects": [], "rejects alone": [], last: []}
+    rows = []
     top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
     for text, cost in top.iterrows():
         column = limited.get(str(text), str(text))
         title = column
         if column in table.limits:
             title = _limit(table, column, table.limits[column])
-        cells["constraint or limit"].append(title)
-        cells["rejects"].append(number(cost["rejects"]))
-        cells["rejects alone"].append(number(cost["alone"]))
-        cells[last].append(describe(table, column, cost))
-    return cells, [limited.get(text, text) for text in idle[:_IDLE]]
+        row = {
+            "constraint or limit": title,
+            "rejects": number(cost["rejects"]),
+            "rejects alone": number(cost["alone"]),
+            last: describe(table, column, cost),
+        }
+        rows.append(row)
+    return _cells(rows), [limited.get(text, text) for text in idle[:_IDLE]]
 
 
 def _nearest(table: TestTable, name: str, cost: pd.Series[Any], /) -> str:

@@ -319,9 +319,9 @@ def check_report(
         return warnings, "a picture, which is another one"
     report = decision_report(table, title=title, about=about, prototype=prototype)
     expected = _Document(replace(report, further=further).html())
-    for said, holds in zip_longest(written.claims, expected.claims, fillvalue=""):
-        if said != holds:
-            return warnings, f"{said or 'nothing'!r} should be {holds or 'nothing'!r}"
+    for claim, truth in zip_longest(written.claims, expected.claims, fillvalue="nothing"):
+        if claim != truth:
+            return warnings, f"{claim!r} should be {truth!r}"
     if source is not None:
         return warnings, _first_difference(table, source)
     return warnings, ""

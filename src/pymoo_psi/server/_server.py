@@ -162,6 +162,29 @@ class GrowingStudy:
             return f"{rate:.2g} tests a second, {n_left / rate:.0f} s left."
         return f"The study last changed {age:.0f} s ago."
 
+    async def events(self, edition: str, position: int) -> AsyncIterator[str]:
+        """Yield what is new for a page, as events, until it has to be loaded anew.
+
+        Args:
+            edition: The edition of the page.
+            position: How many tests it has.
+        """
+        # Nothing is queued for a reader who is slow: the next event has all that came meanwhile.
+        progress = None
+        while edition == self.edition and position <= len(self.tests):
+            if progress is not self.progress:
+                progress = self.progress
+                tests = self.tests
+                rows = []
+                new = designs_of_page(tests.rows(np.arange(position, len(tests))))
+                if len(new):
+                    rows.append(rows_of(new))
+                position = len(tests)
+                content = json.dumps({"rows": rows} | progress, allow_nan=False)
+                yield f"id: {edition}-{position}\ndata: {content}\n\n"
+            await asyncio.sleep(_PAUSE / 2)
+        yield "data: {}\n\n"
+
     def steer(self, content: bytes) -> None:
         """Write a request into the study, whose run checks what it says.
 
@@ -228,36 +251,14 @@ def _application(growing: GrowingStudy, token: str, host: str) -> Starlette:
     async def events(request: Request) -> Response:
         place = request.headers.get("last-event-id") or request.query_params.get("from", "")
         edition, _, position = place.partition("-")
-        if not position.isdecimal() or is_foreign(request):
+        if not position.isdecimal() or _is_foreign(request):
             return answer("No position, or of another origin.", 403)
-        content = stream(edition, int(position))
+        content = growing.events(edition, int(position))
         return StreamingResponse(content, media_type="text/event-stream", headers=_HEADERS)
-
-    def is_foreign(request: Request) -> bool:
-        origin = request.headers.get("origin")
-        is_own = origin == f"http://{request.headers['host']}"
-        return not (is_own or (origin is None and request.method == "GET"))
-
-    async def stream(edition: str, position: int) -> AsyncIterator[str]:
-        # Nothing is queued for a reader who is slow: the next event has all that came meanwhile.
-        progress = None
-        while edition == growing.edition and position <= len(growing.tests):
-            if progress is not growing.progress:
-                progress = growing.progress
-                tests = growing.tests
-                rows = []
-                new = designs_of_page(tests.rows(np.arange(position, len(tests))))
-                if len(new):
-                    rows.append(rows_of(new))
-                position = len(tests)
-                content = json.dumps({"rows": rows} | progress, allow_nan=False)
-                yield f"id: {edition}-{position}\ndata: {content}\n\n"
-            await asyncio.sleep(_PAUSE / 2)
-        yield "data: {}\n\n"  # the page is loaded anew
 
     async def steering(request: Request) -> Response:
         length = request.headers.get("content-length", "")
-        if is_foreign(request):
+        if _is_foreign(request):
             return answer("The request is of another origin.", 403)
         if not length.isdecimal() or int(length) > _LONGEST:
             return answer("The request is too long.", 413)
@@ -274,6 +275,13 @@ def _application(growing: GrowingStudy, token: str, host: str) -> Starlette:
     ]
     hosts = Middleware(TrustedHostMiddleware, allowed_hosts=[host, "localhost"])
     return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=[hosts])
+
+
+def _is_foreign(request: Request) -> bool:
+    """Whether a request comes from the page of another site; reading needs no origin."""
+    origin = request.headers.get("origin")
+    is_own = origin == f"http://{request.headers['host']}"
+    return not (is_own or (origin is None and request.method == "GET"))
 
 
 def serve(
