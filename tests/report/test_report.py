@@ -367,6 +367,21 @@ def test_a_report_is_checked_against_its_source(written):
     F[3, 0] += 1.0
     assert "test point" in check_report(path, dataclasses.replace(beams(), F=F))[1]
     assert "designs" in check_report(path, beams().rows(np.arange(10)))[1]
+    layout = beams().layout
+    tonnes = dataclasses.replace(layout, units={**layout.units, "mass": "t"})
+    turned = dataclasses.replace(layout, maximize=layout.objectives)
+    for other, change in ((tonnes, "is in t"), (turned, "is maximised")):
+        assert change in check_report(path, dataclasses.replace(beams(), layout=other))[1]
+
+
+def test_a_report_is_checked_for_the_texts_that_its_limits_allow(tmp_path):
+    path = tmp_path / "report.html"
+    offers = pd.DataFrame({"name": ["a", "b"], "price": [1, 2], "days": [2, 1], "rail": "yes"})
+    decision_report(read_table(offers).under(limits={"rail": "yes"})).save(path)
+    assert check_report(path, read_table(offers)) == ([], "")
+    changed = offers.assign(rail=["yes", "no"])
+    assert check_report(path, read_table(changed))[1] == "rail of b was yes and is no in the source"
+    assert "rail, which" in check_report(path, read_table(offers.drop(columns="rail")))[1]
     html = path.read_text("utf-8").replace(f"&quot;version&quot;: &quot;{version('pymoo-psi')}", "&quot;version&quot;: &quot;0.1")  # fmt: skip
     path.write_text(html, "utf-8")
     warnings, claim = check_report(path)

@@ -338,14 +338,24 @@ def _table_of(record: Entries) -> TestTable:
 
 
 def _first_difference(table: TestTable, source: TestTable) -> str:
-    """Return the first value of a source that is not that of a report's data; "" if none."""
+    """Return the first value of a source that is not that of a report's data; "" if none.
+
+    Units count where both have one, and directions where the source maximises: a formulation may
+    have given the report others.
+    """
     if len(source) != len(table):
         return f"{len(table)} designs; the source has {len(source)}"
-    for name in table.layout.columns:
+    for name in table.columns:
         if name not in source.columns:
-            if name in table.layout.objectives:
-                return f"the objective {name}, which the source lacks"
+            if name in (*table.layout.objectives, *table.limits):
+                return f"the column {name}, which the source lacks"
             continue  # computed, perhaps
+        unit = table.layout.units.get(name)
+        present = source.layout.units.get(name)
+        if unit and present and unit != present:
+            return f"{name} was in {unit} and is in {present} in the source"
+        if name in source.layout.maximize and name not in table.layout.maximize:
+            return f"{name} was minimised and is maximised in the source"
         before = pd.Series(table.column(name), table.names)
         now = pd.Series(source.column(name), source.names).reindex(before.index)
         is_other = (before != now) & ~(before.isna() & now.isna())
