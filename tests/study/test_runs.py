@@ -12,12 +12,12 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import PSI, Recorded, Restricted, SurrogatePSI, investigate
+from pymoo_psi import PSI, Recorded, Restricted, SurrogatePSI, TestTable, investigate
 from pymoo_psi.algorithms import RunOptions, import_tests
 from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError
 from pymoo_psi.problems import NamedProblem
 from pymoo_psi.study import Study
-from pymoo_psi.table import even_part, read_table, sensitivities
+from pymoo_psi.table import Layout, even_part, read_table, sensitivities
 from tests.refusals import refused
 from tests.study.studies import HEAD, begun, block, edit, read
 
@@ -144,6 +144,16 @@ def test_results_from_elsewhere_are_tests_of_a_study(model, study):
     refused(
         "did you mean 'x1'", import_tests, model, results, RunOptions(study=study), {"x11": "b"}
     )
+
+
+def test_results_in_another_unit_or_beyond_a_logarithm_are_refused(model, study):
+    options = RunOptions(study=study, units={"f1": "kg"}, log=["x2"])
+    part = Restricted(model, {"x2": (0.1, 1)})
+    layout = Layout.of(["x1", "x2"], ["f1", "f2"], units={"f1": "g"})
+    grams = TestTable.of([1], [[0.25, 0.5]], [[1000.0, 3.0]], layout=layout)
+    refused("'f1' must be that of the problem, kg, got 'g'", import_tests, part, grams, options)
+    negative = pd.DataFrame({"x1": [0.25], "x2": [-0.5], "f1": [1.0], "f2": [3.0]})
+    refused("x2 must be above 0", import_tests, part, negative, options)
 
 
 def test_analysis_says_which_tests_are_an_even_sample(model, study):

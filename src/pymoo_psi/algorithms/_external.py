@@ -58,6 +58,7 @@ if TYPE_CHECKING:
 TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
 _POINTS = 20  # of the sequence, which come before proposals of surrogates
 _TRIED = 200  # points for each design, of which one may be new
+_OF_LOG = "above 0, as its scale is logarithmic"
 _TRUTH_VALUES = {"false": False, "true": True, "0": False, "1": True, "0.0": False, "1.0": True}
 
 
@@ -437,6 +438,8 @@ def _read(cells: Any, column: Any, kind: Kind, choices: Names | None) -> list[An
             value = column.require_numbers()[i].item()
             if not math.isfinite(value) or (kind is Kind.INTEGER and value % 1):
                 raise invalid(place, f"one {kind.value} number", cell)
+            if kind is Kind.LOG and value <= 0:
+                raise invalid(place, _OF_LOG, cell)
             if kind is Kind.INTEGER:
                 value = int(value)
         values.append(value)
@@ -556,7 +559,8 @@ def import_tests(
         The tests of the source.
 
     Raises:
-        ArgumentValueError: A column is missing, or a variable cannot have a value.
+        ArgumentValueError: A column is missing or in another unit, or a variable cannot have a
+            value.
         StudyError: The study belongs to another model, or cannot be written.
 
     Example:
@@ -581,6 +585,12 @@ def import_tests(
             rule = "a table with a column for each variable, objective and constraint"
             remedy = f"name the column that is {name}, as {{{name!r}: 'column'}}"
             raise invalid("the tests", rule, Received(f"none named {names[name]!r}"), remedy)
+    for name, unit in model.layout.units.items():
+        column = names.get(name, name)
+        received = table.layout.units.get(column, unit)
+        if received != unit:
+            rule = f"that of the problem, {unit}"
+            raise invalid(f"the unit of {column!r}", rule, received, "convert its values")
     results = _results_of(model, table.rows(table.status != "failed"), names)
     identity = _identity(source, results)
     store = StudyStore(table_of_run(model, options, lambda: identity), options, model)
@@ -613,6 +623,9 @@ def _results_of(model: Model, table: TestTable, names: Mapping[str, str]) -> Col
     X = design_matrix("X", np.column_stack(designs), layout.variables, layout.kinds)
     numbers = np.arange(1, len(table) + 1)
     results: Columns = columns_of_designs(layout.variables, layout.kinds, X)
+    for name, kind in zip(layout.variables, layout.kinds, strict=True):
+        if kind is Kind.LOG and (results[name] <= 0).any():
+            raise invalid(name, _OF_LOG, float(results[name].min()))
     results |= {"test": numbers, "test_point": numbers}
     results |= {"reason": np.full(len(X), "", object), "status": np.full(len(X), "ok", object)}
     for name, column in names.items():
