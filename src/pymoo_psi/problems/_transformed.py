@@ -25,6 +25,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.problems._design_space import DesignSpace, Variable, design_space
 from pymoo_psi.problems._pymoo import require_problem
+from pymoo_psi.problems._requirements import with_requirements
 from pymoo_psi.problems._wrapped import WrappedProblem
 
 
@@ -65,7 +66,8 @@ class LogScaled(Transformed):
     """Any pymoo problem, with common logarithms in place of its logarithmic variables.
 
     Use it for algorithms of pymoo, which search evenly between bounds. PSI, ``SurrogatePSI``,
-    ``investigate``, samplings and ``nsga3`` do not need it.
+    ``investigate``, samplings and ``nsga3`` do not need it. Requirements of the problem hold for
+    the values themselves, not for their logarithms.
 
     Args:
         problem: A pymoo problem.
@@ -88,6 +90,7 @@ class LogScaled(Transformed):
 
     def __init__(self, problem: Any, log: Collection[str] | None = None) -> None:
         require_problem(problem)
+        problem = with_requirements(problem)
         space = design_space(problem, log=log)
         variables = [*space.variables]
         self._log = {}
