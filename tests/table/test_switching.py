@@ -4,7 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pymoo_psi import Formulation, ReferencePoint, explain, read_table, switching_values
+from pymoo_psi import (
+    Formulation,
+    ReferencePoint,
+    TestTable,
+    explain,
+    read_table,
+    switching_values,
+)
 from pymoo_psi.errors import ArgumentValueError
 
 
@@ -92,6 +99,13 @@ def test_values_and_weights_at_which_it_changes():
                 assert (before in now) == stays
         compared += row.kind != "limit"
     assert compared > 4
+
+
+def test_another_test_of_the_recommended_design_is_no_other_design():
+    X, F = [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]]
+    once = switching_values(TestTable.of([1, 2, 3], X, F), kinds=["value"])
+    repeated = TestTable.of([1, 2, 3, 4], [*X, X[1]], [*F, F[1]])
+    pd.testing.assert_frame_equal(switching_values(repeated, kinds=["value"]), once)
 
 
 def test_an_explanation_of_the_optimum_says_until_when_it_stays():

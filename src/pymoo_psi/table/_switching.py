@@ -151,6 +151,7 @@ class _Search:
         kept: ``(n,)`` which tests are recommendable under all limits.
         optimal: ``(n,)`` which of them are Pareto optimal.
         frame: The points U and N and the scale of its ranking.
+        designs: Rows of its designs, each the first of the tests that repeat it.
         best: Row of the test that is recommended.
     """
 
@@ -162,6 +163,7 @@ class _Search:
         self.optimal = self._optimal(self.kept)
         ranking = table.feasible_ranking()
         self.frame = ranking.frame
+        self.designs = ranking.rows
         self.best = ranking.rows[ranking.salukvadze[0]]
 
     def _optimal(self, kept: Mask) -> Mask:
@@ -272,6 +274,8 @@ class _Search:
         """Yield the changes as an objective of the recommended design is another one."""
         # Designs that neither are Pareto optimal nor dominated by this one never count.
         candidates = self.optimal | (self.kept & (self.F[self.best] <= self.F).all(axis=1))
+        # Another test of the recommended design is no other design.
+        candidates &= np.isin(np.arange(len(candidates)), self.designs)
         for j, name in enumerate(self.layout.objectives):
             length = np.ptp(self.F[self.optimal, j])
             if length > 0:
