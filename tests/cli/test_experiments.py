@@ -55,7 +55,7 @@ def test_other_bounds_have_no_printed_values_beside_them(said, drawn, tmp_path):
 def test_a_comparison_is_the_librarys_and_goes_on(run, said, tmp_path):
     words = ["compare", "bnh", "--evaluations", "16,32", "--seeds", 2, "--out", "tables"]
     code, printed, err = run(*words, "--algorithms", "psi,nsga3")
-    assert (code, err.splitlines()[0]) == (0, "BNH: 6 runs of 144 evaluations in all")
+    assert (code, err) == (0, "")
     result = compare(
         get_problem("bnh"), n_evaluations=[16, 32], seeds=2, algorithms=["psi", "nsga3"]
     )
