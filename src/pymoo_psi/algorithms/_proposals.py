@@ -184,7 +184,6 @@ def propose(
     # glibc returns the memory of freed arrays to the system until a larger one has been freed.
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
-    n_obj = goal.n_obj
     known = ~tests.unknown
     seen = goal.encode(np.vstack([tests.points, tests.pending]))
     tested = seen[: len(known)]
@@ -196,23 +195,19 @@ def propose(
     surrogates = _Surrogates(learned, T, goal, failure_risk)
     if goal.narrowed and tests.eligible.any() and not tests.eligible[-_MISSES:].any():
         surrogates.caution = 1.0
-    best = tests.points[rows][surrogates.best(T, _SIZE // 4)]
-    best = np.clip(best, goal.low, goal.high)
+    order = _best_tests(T, learned.fit, goal)[: _SIZE // 4]
+    best = np.clip(tests.points[rows][order], goal.low, goal.high)
     if round_number % _NEARBY == 1:
         start = _start_near(best, surrogates, random)
     else:
         start = _start_anywhere(best, surrogates, random)
     candidates = surrogates.candidates(_search(surrogates, start, random))
     pending = surrogates.candidates(tests.pending)
-    front = np.vstack([tests.Y[tests.eligible, :n_obj], pending.F[pending.violation <= 0]])
-    front = front[nondominated(front)]
-    ranges = goal.ranges
-    if ranges is None:
-        ranges = _ranges_of(front, candidates)
-    if goal.is_directed and len(front) > 0:
-        compromise = _Compromise(surrogates, ranges, front)
-        candidates = compromise.candidates(candidates, random)
-    chosen = _choice(surrogates, candidates, front, ranges, seen, batch)
+    F = np.vstack([tests.Y[tests.eligible, : goal.n_obj], pending.F[pending.violation <= 0]])
+    front = _Front.of(F, candidates, goal)
+    if goal.is_directed and len(front.F) > 0:
+        candidates = _Compromise(surrogates, front).candidates(candidates, random)
+    chosen = _choice(surrogates, candidates, front, seen, batch)
     proposals = candidates.points[chosen]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
@@ -338,13 +333,17 @@ def _learned_outputs(tests: KnownTests, learned: Learned) -> tuple[Rows, Array]:
 
 def best_and_spread(Y: Array, fit: Fit, goal: Goal, size: int) -> Rows:
     """Return the rows of ``(n, q)`` outputs of the best tests, and of as many among the others."""
-    T = fit.to(bounded(Y))
-    contraction = _contraction(fit, goal.n_obj)
-    order = _survivors(T[:, : goal.n_obj], goal.excess(T, fit), len(T), contraction)
+    order = _best_tests(fit.to(bounded(Y)), fit, goal)
     half = size // 2
     others = np.sort(order[half:])
     spread = np.linspace(0, len(others) - 1, size - half).round().astype(int)
     return np.sort(np.concatenate([order[:half], others[spread]]))
+
+
+def _best_tests(T: Array, fit: Fit, goal: Goal) -> Rows:
+    """Return the rows of ``(n, q)`` outputs on their scales, those of the best tests first."""
+    contraction = _contraction(fit, goal.n_obj)
+    return _survivors(T[:, : goal.n_obj], goal.excess(T, fit), len(T), contraction)
 
 
 def encoded(space: DesignSpace, points: Array) -> Array:
@@ -419,11 +418,6 @@ class _Surrogates:
         self.caution = 0.0
         self.contraction = _contraction(learned.fit, goal.n_obj)
 
-    def best(self, T: Array, size: int) -> Rows:
-        """Return the rows of the best of ``(n, q)`` outputs on their scales, the best first."""
-        excess = self.goal.excess(T, self.fit)
-        return _survivors(T[:, : self.goal.n_obj], excess, size, self.contraction)
-
     def population(self, points: Array, low: Array, high: Array) -> _Population:
         """Return designs with their predictions; see :class:`_Population`."""
         F, excess = self.predict(points)
@@ -479,31 +473,26 @@ class _Compromise:
 
     Args:
         surrogates: The surrogates.
-        ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
-        front: ``(k, m)`` objectives of the eligible tests.
+        front: The Pareto set of the tests.
     """
 
     contraction = 0.0  # there is one direction
 
-    def __init__(self, surrogates: _Surrogates, ranges: Array, front: Array) -> None:
+    def __init__(self, surrogates: _Surrogates, front: _Front) -> None:
         self.goal = surrogates.goal
         self._surrogates = surrogates
-        self._low = ranges[0]
-        self._lengths = _lengths(*ranges)
-        self._least = np.linalg.norm(self._scaled(front), axis=1).min()
-
-    def _scaled(self, F: Array) -> Array:
-        return np.asarray(np.maximum((F - self._low) / self._lengths, 0))
+        self._front = front
+        self._least = np.linalg.norm(np.maximum(front.F, 0), axis=1).min()
 
     def population(self, points: Array, low: Array, high: Array) -> _Population:
         """Return designs with what their tests are worth; see :class:`_Population`."""
         T, excess = self._surrogates.predict(points)
         fit = self._surrogates.fit
-        F = fit.back(T)
-        better = fit.back(T - self._surrogates.deviations(points))
-        scaled = self._scaled(F)
-        distance = np.maximum(np.linalg.norm(scaled, axis=1), _SAME)
-        error = scaled / distance[:, None] * (F - better) / self._lengths
+        F = self._front.scaled(fit.back(T))
+        better = self._front.scaled(fit.back(T - self._surrogates.deviations(points)))
+        worse = np.maximum(F, 0)  # than the ideal point
+        distance = np.maximum(np.linalg.norm(worse, axis=1), _SAME)
+        error = worse / distance[:, None] * (F - better)
         gain = _expected_gain(distance - self._least, np.linalg.norm(error, axis=1))
         worth = gain - _HARDLY * distance
         return _Population(points, -worth[:, None], excess, low, high)
@@ -763,11 +752,47 @@ class _Candidates(NamedTuple):
     worth: Array
 
 
+@dataclass(frozen=True)
+class _Front:
+    """The Pareto set of the eligible tests, and the ranges by which objectives are scaled.
+
+    Attributes:
+        F: ``(k, m)`` its objectives, scaled.
+        low: ``(m,)`` lower ends of the ranges.
+        lengths: ``(m,)`` their lengths.
+    """
+
+    F: Array
+    low: Array
+    lengths: Array
+
+    @classmethod
+    def of(cls, F: Array, candidates: _Candidates, goal: Goal) -> _Front:
+        """Return the front of ``(n, m)`` objectives; ranges include the promising candidates."""
+        F = F[nondominated(F)]
+        ranges = goal.ranges
+        if ranges is None:
+            promising = candidates.F
+            feasible = candidates.violation <= 0
+            if feasible.any():
+                promising = promising[feasible]
+            both = np.vstack([F, promising])
+            high = both.max(axis=0)
+            if len(F) > 1:
+                high = F.max(axis=0)
+            ranges = np.array([both.min(axis=0), high])
+        lengths = _lengths(*ranges)
+        return cls((F - ranges[0]) / lengths, ranges[0], lengths)
+
+    def scaled(self, F: Array) -> Array:
+        """Return ``(n, m)`` objectives, 0 and 1 at the ends of the ranges."""
+        return (F - self.low) / self.lengths
+
+
 def _choice(
     surrogates: _Surrogates,
     candidates: _Candidates,
-    front: Array,
-    ranges: Array,
+    front: _Front,
     seen: Array,
     batch: int,
 ) -> list[int]:
@@ -781,16 +806,12 @@ def _choice(
     Args:
         surrogates: The surrogates.
         candidates: The candidates.
-        front: ``(k, m)`` Pareto-optimal objectives of the eligible tests.
-        ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
+        front: The Pareto set of the tests.
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to choose; there are fewer if fewer are not tested yet.
     """
     contraction = surrogates.contraction
-    low = ranges[0]
-    lengths = _lengths(*ranges)
-    front = (front - low) / lengths
-    F = (candidates.F - low) / lengths
+    F = front.scaled(candidates.F)
     values = _achievements(F, contraction)
     units = _directions(F.shape[1], contraction).max(axis=1)  # of the values in each direction
     # Where surrogates err, the largest gain is promised again and again, whatever is tested near
@@ -801,10 +822,10 @@ def _choice(
     # These change with every candidate that is chosen, which then counts like a test: the best
     # value in each direction, and the distances from all tests and from objectives of the front.
     best = values.max(axis=0, initial=-np.inf)
-    if len(front) > 0:
-        best = _achievements(front, contraction).min(axis=0)
+    if len(front.F) > 0:
+        best = _achievements(front.F, contraction).min(axis=0)
     distance = cdist(candidates.Z, seen).min(axis=1)
-    gap = cdist(F, front).min(axis=1, initial=np.inf)
+    gap = cdist(F, front.F).min(axis=1, initial=np.inf)
     chosen = []
     for place in range(batch):
         untested = np.flatnonzero(distance > _SAME)
@@ -829,24 +850,6 @@ def _choice(
         distance = np.minimum(distance, cdist(candidates.Z, candidates.Z[[row]])[:, 0])
         gap = np.minimum(gap, cdist(F, F[[row]])[:, 0])
     return chosen
-
-
-def _ranges_of(front: Array, candidates: _Candidates) -> Array:
-    """Return ``(2, m)`` lower and upper values by which objectives are scaled.
-
-    Args:
-        front: ``(k, m)`` the Pareto-optimal objectives of the tests.
-        candidates: The candidates.
-    """
-    promising = candidates.F
-    feasible = candidates.violation <= 0
-    if feasible.any():
-        promising = promising[feasible]
-    both = np.vstack([front, promising])
-    high = both.max(axis=0)
-    if len(front) > 1:
-        high = front.max(axis=0)
-    return np.array([both.min(axis=0), high])
 
 
 def _apart(rows: Rows, n_columns: int, distance: Array, turn: int) -> Rows:
