@@ -12,6 +12,7 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,7 +45,7 @@ from pymoo_psi.table import (
     Expression,
     Formulation,
     TestTable,
-    choice_texts,
+    choice_values,
     columns_of_designs,
     design_matrix,
     is_blank,
@@ -104,9 +105,11 @@ class _Requests:
         self.head = database.facts.head
         self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
         self.by_number: dict[int, _Request] = {}
-        self.choices: dict[str, list[str]] = {}
+        is_choice = [kind == Kind.CHOICE.value for kind in self.head["kinds"]]
+        names = compress(self.head["variables"], is_choice)
+        options = self.head["problem"]["choices"].values()
+        self.choices: dict[str, list[str]] = dict(zip(names, options, strict=True))
         for run in database.facts.runs:
-            self.choices |= run.record.get("choices", {})
             for proposal in database.proposals(run.number):
                 if "design" in proposal.content:
                     number = run.start + proposal.test_point
@@ -186,11 +189,6 @@ def ask_tests(
         return sampling.identity(_TRIED, options.seed) + ", then proposals on request"
 
     store = StudyStore(table_of_run(model, options, identity), options, model)
-    choices = {}
-    for name, variable in zip(model.layout.variables, model.space.variables, strict=True):
-        if variable.kind is Kind.CHOICE:
-            choices[name] = choice_texts(variable.options).tolist()
-    store.remembered("choices", choices)
     with store.writing():
         with store.study.reading() as database:
             requests = _Requests(database)
@@ -433,7 +431,7 @@ def _read(cells: Any, column: Any, kind: Kind, choices: Names | None) -> list[An
         elif kind is Kind.BINARY:
             value = _TRUTH_VALUES[known_name(place, value.lower(), _TRUTH_VALUES)]
         elif choices is not None:
-            known_name(place, value, choices)
+            known_name(place, str(*choice_values([value])), choices)
         elif kind is not Kind.CHOICE:
             value = column.require_numbers()[i].item()
             if not math.isfinite(value) or (kind is Kind.INTEGER and value % 1):

@@ -24,7 +24,6 @@ from pymoo.util.misc import termination_from_tuple
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
     Received,
-    Rows,
     integer,
     invalid,
     job_count,
@@ -94,12 +93,11 @@ class PointAlgorithm(WithTable, Algorithm):
         self.n_points = n_points
         self.options = options
         self.block_size = block_size
-        self._first = TestTable.empty()  # the first tests, and
-        self._others: list[TestTable] = []  # those of later iterations, until they are joined
+        self._tables = [TestTable.empty()]  # of the iterations, joined when they are read
+        self._block_sizes: list[int] = []  # how many tests each iteration made
         self._population = Population.empty()  # of the first tests, as far as it was asked for
-        self._blocks: list[int] = []  # the numbers of tests of the iterations
-        self._front = np.zeros(0, dtype=np.intp)  # rows of the Pareto-optimal ones, of the first
-        self._n_filtered = 0  # so many tests
+        self._optimal_rows = np.zeros(0, dtype=np.intp)  # of the first n_filtered tests
+        self._n_filtered = 0
         keywords.setdefault("evaluator", _Evaluator())
         keywords.setdefault("output", MultiObjectiveOutput())
         super().__init__(seed=options.seed, **keywords)
@@ -130,9 +128,9 @@ class PointAlgorithm(WithTable, Algorithm):
     @property
     def _tests(self) -> TestTable:
         """All tests so far, as the run has them; tables are joined when they are read."""
-        self._first = self._first.extended(*self._others)
-        self._others = []
-        return self._first
+        first, *others = self._tables
+        self._tables = [first.extended(*others)]
+        return self._tables[0]
 
     def _under(self, tests: TestTable) -> TestTable:
         if self.termination.has_terminated():
@@ -149,7 +147,7 @@ class PointAlgorithm(WithTable, Algorithm):
             >>> minimize(SphereChute(), PSI(8)).algorithm.n_tested
             8
         """
-        return sum(self._blocks)
+        return sum(self._block_sizes)
 
     @property
     def n_left(self) -> int:
@@ -187,7 +185,7 @@ class PointAlgorithm(WithTable, Algorithm):
         # It says how many points an iteration tests, not how many are evaluated together.
         options = replace(self.options, seed=self.seed, block_size=None)
         self._run = self.begin(options, self._may_end_early)
-        self._first = self._run.store.empty
+        self._tables = [self._run.store.empty]
 
     def has_next(self) -> bool:
         """Whether points are left and no termination has ended the run."""
@@ -249,8 +247,8 @@ class PointAlgorithm(WithTable, Algorithm):
     _initialize_advance = _advance
 
     def _add(self, tests: TestTable) -> None:
-        self._others.append(tests)
-        self._blocks.append(len(tests))
+        self._tables.append(tests)
+        self._block_sizes.append(len(tests))
         if self._run.n_left == 0:
             self.termination.terminate()
 
@@ -310,7 +308,9 @@ class PointAlgorithm(WithTable, Algorithm):
         n_known = len(self._population)
         if n_known < self.n_tested:
             block = self._individuals(self._tests.rows(np.arange(n_known, self.n_tested)))
-            iterations = np.repeat(np.arange(1, len(self._blocks) + 1), self._blocks)[n_known:]
+            iterations = np.repeat(np.arange(1, len(self._block_sizes) + 1), self._block_sizes)[
+                n_known:
+            ]
             for individual, iteration in zip(block, iterations.tolist(), strict=True):
                 individual.data["n_gen"] = iteration
                 individual.data["n_iter"] = iteration
@@ -319,15 +319,18 @@ class PointAlgorithm(WithTable, Algorithm):
 
     def _last(self) -> Population | None:
         """The designs of the last block."""
-        if not self._blocks:
+        if not self._block_sizes:
             return None
-        return self._all()[-self._blocks[-1] :]
+        return self._all()[-self._block_sizes[-1] :]
 
     def _best(self) -> Population | None:
         """The Pareto-optimal designs, or the least infeasible one; the best of one objective."""
         if self.n_tested == 0:
             return None
-        rows = self._optimal_rows()
+        if self._n_filtered < self.n_tested:
+            self._optimal_rows = np.flatnonzero(self._under(self._tests).pareto())
+            self._n_filtered = self.n_tested
+        rows = self._optimal_rows
         if len(rows) == 0:
             violation = self._run.model.total_violation(self._tests)
             violation = np.nan_to_num(violation, nan=np.inf)
@@ -335,13 +338,6 @@ class PointAlgorithm(WithTable, Algorithm):
         if self.problem.n_obj == 1:
             rows = rows[:1]
         return self._all()[rows]
-
-    def _optimal_rows(self) -> Rows:
-        """Return the rows of the table that no feasible one dominates."""
-        if self._n_filtered < self.n_tested:
-            self._front = np.flatnonzero(self._under(self._tests).pareto())
-            self._n_filtered = self.n_tested
-        return self._front
 
     pop = property(_all, _assign)
     off = property(_last, _assign)

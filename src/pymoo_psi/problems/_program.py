@@ -444,17 +444,7 @@ class ProgramProblem(NamedProblem):
         if self.by_people:
             return {"key": self.key}
         outputs = {name: asdict(output) for name, output in self.outputs.items()}
-        files = [*self.program.files]
-        template = hashlib.sha256(json.dumps(files).encode())
-        in_version_0_3 = hashlib.sha256(json.dumps([outputs, files]).encode())
-        for path in self._template_files():
-            file = path.relative_to(self._template)
-            content = file.as_posix().encode() + path.read_bytes()
-            template.update(content)
-            folders = [self._template.joinpath(folder) for folder in file.parents]
-            is_hidden = any(part.startswith(".") for part in file.parts)
-            if not is_hidden and not any(map(Path.is_symlink, folders)):
-                in_version_0_3.update(content)
+        template, in_version_0_3 = self._hashes(outputs)
         read = {}
         for name, output in outputs.items():
             if not output["expression"]:  # which is computed anew where it changes
@@ -463,10 +453,25 @@ class ProgramProblem(NamedProblem):
         return {
             "key": self.key,
             "command": self.program.command,
-            "template": template.hexdigest()[:16],
-            "template and outputs": in_version_0_3.hexdigest()[:16],
+            "template": template,
+            "template and outputs": in_version_0_3,
             "outputs": read,
         }
+
+    def _hashes(self, outputs: Entries) -> tuple[str, str]:
+        """Return hashes of the files of the template, and of these and the outputs."""
+        names = [*self.program.files]
+        template = hashlib.sha256(json.dumps(names).encode())
+        in_version_0_3 = hashlib.sha256(json.dumps([outputs, names]).encode())
+        for path in self._template_files():
+            file = path.relative_to(self._template)
+            content = file.as_posix().encode() + path.read_bytes()
+            template.update(content)
+            folders = [self._template.joinpath(folder) for folder in file.parents]
+            is_hidden = any(part.startswith(".") for part in file.parts)
+            if not is_hidden and not any(map(Path.is_symlink, folders)):
+                in_version_0_3.update(content)
+        return template.hexdigest()[:16], in_version_0_3.hexdigest()[:16]
 
     def _template_files(self) -> list[Path]:
         """Return the files that each run copies, in order."""
