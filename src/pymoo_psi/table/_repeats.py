@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -256,7 +256,28 @@ def averaged_repeats(table: TestTable) -> TestTable:
     return table.averaged()
 
 
-def undeclared(table: TestTable) -> list[str]:
+def with_repeats(
+    table: TestTable, repeats: str | Literal[False] | None, *, is_study: bool
+) -> TestTable:
+    """Return the designs of a source, repeated tests averaged or reported.
+
+    Args:
+        table: The tests or designs.
+        repeats: As for :func:`read_table`.
+        is_study: Whether the source is a study, which tests a design once unless its model is noisy
+            or people repeat a test.
+    """
+    if repeats:
+        return table.averaged(repeats)
+    if repeats is False:
+        return table
+    remarks = _undeclared(table)
+    if remarks and is_study:
+        return table.averaged()
+    return table._with(remarks=(*table.remarks, *remarks))
+
+
+def _undeclared(table: TestTable) -> list[str]:
     """Say which rows share a label, or all variables, and differ in objectives."""
     label = table.layout.label
     word = "variables"

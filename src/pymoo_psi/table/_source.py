@@ -52,7 +52,7 @@ from pymoo_psi.table._head import (
     units_of,
 )
 from pymoo_psi.table._layout import POINT, RESERVED, Layout, first_of, names_of
-from pymoo_psi.table._repeats import undeclared
+from pymoo_psi.table._repeats import with_repeats
 from pymoo_psi.table._table import TestTable
 from pymoo_psi.table._tests import STATUSES
 
@@ -136,35 +136,29 @@ def read_table(
     try:
         if not isinstance(source, TestTable):
             content = _content(source, encoding, frozenset(skip_rows), sheet)
-        is_of_cells = isinstance(content, Cells)
-        if skip_rows and not (is_of_cells and content.lines):
+        if skip_rows and not (isinstance(content, Cells) and content.lines):
             rule = "left out, as the source is neither a text of designs nor a workbook"
             raise invalid("skip_rows", rule, skip_rows)
-        if variables and not is_of_cells:
+        if variables and not isinstance(content, Cells):
             rule = "left out for a table of tests, which has its own"
             raise invalid("variables", rule, variables)
-        if is_of_cells:
-            if repeats and repeats in content.columns:
-                content = replace(content, label=repeats)
-            # Equal rows may be repeated tests.
-            is_file = path is not None and not repeats
-            designs = _designs(content, stated, decimal, thousands, is_file=is_file)
-            table = _table(designs, stated, variables, drop_incomplete)
-        elif isinstance(content, StoredTests):
-            table = content.table(path)
-        else:
-            table = content
+        match content:
+            case Cells():
+                if repeats and repeats in content.columns:
+                    content = replace(content, label=repeats)
+                # Equal rows may be repeated tests.
+                is_file = path is not None and not repeats
+                designs = _designs(content, stated, decimal, thousands, is_file=is_file)
+                table = _table(designs, stated, variables, drop_incomplete)
+            case StoredTests():
+                table = content.table(path)
+            case _:
+                table = content
     except UnfitError as error:
         raise ArgumentValueError(f"{path or 'the source'}: {error}") from None
-    if repeats:
-        table = table.averaged(repeats)
-    elif repeats is None and table is not source:
-        remarks = undeclared(table)
-        # A study tests a design once, unless its model is noisy or people repeat a test.
-        if remarks and isinstance(content, StoredTests) and content.is_derived:
-            table = table.averaged()
-        else:
-            table = table._with(remarks=(*table.remarks, *remarks))
+    if repeats or table is not source:
+        is_study = isinstance(content, StoredTests) and content.is_derived
+        table = with_repeats(table, repeats, is_study=is_study)
     if formulation is None:
         return table
     # Limits that the formulation leaves open are those of the table.
