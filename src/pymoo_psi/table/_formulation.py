@@ -169,6 +169,12 @@ class Formulation(Shown):
 
     def __post_init__(self) -> None:
         """Check what can be checked without a table, and take copies."""
+        self._check_columns()
+        self._check_limits()
+        self._check_ranges()
+        self._check_decisions()
+
+    def _check_columns(self) -> None:
         for group in ("objectives", "maximize", "relaxed"):
             names = column_names(group, getattr(self, group))
             for name in names:
@@ -179,26 +185,34 @@ class Formulation(Shown):
             entries = mapping(group, getattr(self, group), "columns to values")
             column_names(group, tuple(entries))
             self._set(group, dict(entries))
+        for text in self.computed.values():
+            Expression.of(text)
+        self._set("units", unit_texts(self.units))
+
+    def _check_limits(self) -> None:
         limits = limits_of(self.limits)
         if "state" in self.page:  # former pages had limits on texts there
             state = dict(mapping("page.state", self.page["state"], "settings to values"))
             categories = state.pop("categories", {})
             texts = mapping("page.state.categories", categories, "columns to lists")
-            limits = {**texts, **limits}
+            limits = limits_of({**texts, **limits})
             self._set("page", {**self.page, "state": state})
         column_names("limits", tuple(limits))
-        self._set("limits", limits_of(limits))
-        if self.ranges is not None:
-            pairs = mapping("ranges", self.ranges, "objectives to pairs (lower, upper)")
-            ranges = {name: [*ends(name, pair)] for name, pair in pairs.items()}
-            for name, pair in ranges.items():
-                if not np.isfinite(pair).all():
-                    raise invalid(f"the range of {name!r}", "of two finite numbers", pair)
-            self._set("ranges", ranges)
-        self._set("units", unit_texts(self.units))
-        for text in self.computed.values():
-            Expression.of(text)
+        self._set("limits", limits)
+
+    def _check_ranges(self) -> None:
         boolean("normalize", self.normalize)
+        if self.ranges is None:
+            return
+        ranges = {}
+        pairs = mapping("ranges", self.ranges, "objectives to pairs (lower, upper)")
+        for name, pair in pairs.items():
+            ranges[name] = [*ends(name, pair)]
+            if not np.isfinite(ranges[name]).all():
+                raise invalid(f"the range of {name!r}", "of two finite numbers", ranges[name])
+        self._set("ranges", ranges)
+
+    def _check_decisions(self) -> None:
         if self.chosen is not None:
             instance("chosen", self.chosen, str)
         instance("reason", self.reason, str)
