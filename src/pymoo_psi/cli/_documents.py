@@ -1,4 +1,9 @@
-"""``pymoo-psi rank``, ``page``, ``report``, ``analyze``, ``export``: what is said of a source."""
+"""``pymoo-psi rank``, ``page``, ``live``, ``report``, ``analyze``, ``export``: from a source.
+
+Each command opens its source, makes something of the table, and says what a reader has to know of
+both. Rank, page and report are about one choice; analyze is about the tests. ``say_best`` prints
+the result of ``solve``, too.
+"""
 
 from __future__ import annotations
 

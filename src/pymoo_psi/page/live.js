@@ -11,7 +11,7 @@
   source.onerror = () => { $("offline").hidden = false }
   source.onmessage = (event) => {
     const {rows, lines, steered, tests} = JSON.parse(event.data)
-    if (!rows) return page.reload({name: $("steerer").value}) // other tests, or other columns
+    if (!rows) return page.reload(() => ({name: $("steerer").value})) // other tests, or other columns
     waiting.push(...rows)
     count = tests
     list("progress", lines)

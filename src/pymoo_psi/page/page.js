@@ -1008,10 +1008,10 @@ const page = (() => {
     filtered = null
     update()
   }
-  // Load the page anew, in the present state.
+  // Load the page anew, in the state that it has when the next one arrives.
   function reload(more) {
     isSaved()
-    sessionStorage.setItem(location.pathname, JSON.stringify({state, ...more}))
+    addEventListener("pagehide", () => sessionStorage.setItem(location.pathname, JSON.stringify({state, ...more()})))
     location.reload()
   }
 

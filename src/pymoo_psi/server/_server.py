@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _PORT = 8741  # unless it is taken
 _PAUSE = 0.5  # seconds between two looks at the study
 _LOOKS = 120  # over which the rate is measured
-_GROWTH = 2  # times as many tests begin another edition
+_GROWTH = 4  # times as many tests begin another edition
 _SHOWN = 20  # requests that the page lists, the last ones
 _MOST_A_MINUTE = 20  # requests to the run: each of them is a commit, which its tests wait for
 _MOST_REQUESTS = 1000  # in a study
@@ -59,8 +59,8 @@ class GrowingStudy:
 
     Pages of one ``edition`` differ in the number of their tests alone, and the next tests are added
     to them. Another edition begins when stored tests or columns have changed, and when there are
-    twice as many tests: a page made anew has the digits and the scales that tell them apart. One
-    thread looks; others may ask meanwhile.
+    four times as many tests: a page made anew has the digits and the scales that tell them apart.
+    One thread looks; others may ask meanwhile.
 
     Attributes:
         tests: The tests, without limits.
