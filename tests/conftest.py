@@ -67,6 +67,30 @@ def pytest_collection_modifyitems(items):
             item.add_marker("quick")
 
 
+@pytest.fixture
+def said(capsys):
+    """Run the command; return all that it says. A mistake is one line and nothing else."""
+    from pymoo_psi.cli import main  # which the quick tests need not load
+
+    def command(*words, code=0):
+        capsys.readouterr()
+        ended = main([str(word) for word in words])
+        printed, err = capsys.readouterr()
+        assert ended == code, err
+        assert "Traceback" not in err
+        if code == 2:
+            assert (printed, err.count("\n")) == ("", 1)
+        return printed + err
+
+    return command
+
+
+@pytest.fixture
+def study_file(tmp_path):
+    """Where a study may be; it is not there yet."""
+    return tmp_path / "s.db"
+
+
 def pytest_report_header():
     names = ("pymoo", "numpy", "scipy", "pandas", "matplotlib", "moocore", "joblib", "click")
     return " ".join(f"{name}-{version(name)}" for name in names)

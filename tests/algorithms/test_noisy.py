@@ -16,8 +16,7 @@ from pymoo_psi import (
     investigate,
     read_table,
 )
-from pymoo_psi.cli import main
-from pymoo_psi.errors import ArgumentValueError
+from tests.refusals import refused
 
 
 def model(x, seed):
@@ -63,29 +62,27 @@ def test_every_test_has_a_seed_and_a_design_the_mean_of_its_tests():
     assert (inside["tests"] == 2).all()
 
 
-def test_a_study_keeps_every_test_and_makes_only_what_is_missing(tmp_path):
-    study = tmp_path / "queue.db"
+def test_a_study_keeps_every_test_and_makes_only_what_is_missing(study_file):
     with pytest.raises(KeyboardInterrupt):
-        investigate(Queue(12), 8, repeat=2, study=study)
+        investigate(Queue(12), 8, repeat=2, study=study_file)
     problem = Queue()
-    investigate(problem, 8, repeat=2, study=study)
+    investigate(problem, 8, repeat=2, study=study_file)
     assert 4 <= len(problem.calls) <= 16
     problem = Queue()
-    table = investigate(problem, 12, repeat=3, study=study)
+    table = investigate(problem, 12, repeat=3, study=study_file)
     assert len(problem.calls) == 36 - 16
     assert np.array_equal(table.F, investigate(Queue(), 12, repeat=3).F)
-    with closing(sqlite3.connect(study)) as database:
+    with closing(sqlite3.connect(study_file)) as database:
         rows = database.execute("SELECT run, count(*) FROM tests GROUP BY run").fetchall()
     assert rows == [(1, 12), (2, 12), (3, 12)]
-    assert np.array_equal(read_table(study).F, table.F)
-    assert read_table(study).remarks == table.remarks
+    assert np.array_equal(read_table(study_file).F, table.F)
+    assert read_table(study_file).remarks == table.remarks
 
 
 def test_repeats_are_of_noisy_models_only():
     problem = Queue()
     problem.noisy = False
-    with pytest.raises(ArgumentValueError, match="^repeat must be 1 .* got 2; .*noisy"):
-        investigate(problem, 4, repeat=2)
+    refused("^repeat must be 1 .* got 2; .*noisy", investigate, problem, 4, repeat=2)
 
 
 def test_designs_that_are_not_run_stay_infeasible():
@@ -131,43 +128,40 @@ def program(tmp_path):
     return path
 
 
-def test_a_seed_in_a_command_makes_a_program_noisy(program, capsys):
+def test_a_seed_in_a_command_makes_a_program_noisy(program, said):
     problem = ProgramProblem.from_toml(program)
     assert problem.noisy
     assert problem.run({"x": 2}).outputs == problem.run({"x": 2, "seed": 1}).outputs
     assert problem.run({"x": 2, "seed": 2}).outputs != problem.run({"x": 2}).outputs
     study = str(program.with_suffix(".db"))
     options = ["--points", "4", "--study", study]
-    assert main(["solve", str(program), *options, "--repeat", "2"]) == 0
-    printed = capsys.readouterr().out
+    printed = said("solve", program, *options, "--repeat", "2")
     assert "4 designs, 8 tests" in printed
     assert "By the repeated tests" in printed
-    assert main(["rank", study]) == 0
-    assert "4 designs, 8 tests" in capsys.readouterr().out
-    assert main(["solve", "zdt1", "--repeat", "2"]) == 2
-    assert "--noisy" in capsys.readouterr().err
+    assert "4 designs, 8 tests" in said("rank", study)
+    assert "--noisy" in said("solve", "zdt1", "--repeat", "2", code=2)
 
 
-def test_an_export_keeps_every_test_and_says_that_they_repeat(program, tmp_path, capsys):
-    study = tmp_path / "study.db"
+def test_an_export_keeps_every_test_and_says_that_they_repeat(
+    program, tmp_path, study_file, capsys, said
+):
     solve = ["solve", str(program), "--points", "4", "--repeat", "2", "--study"]
-    assert main([*solve, str(study)]) == 0
+    said(*solve, study_file)
     for name in ("tests.csv", "copy.db"):
-        assert main(["export", str(study), "--out", str(tmp_path / name)]) == 0
+        said("export", study_file, "--out", tmp_path / name)
     tests = read_table(tmp_path / "tests.csv")
     assert len(tests) == 8
     assert "4 designs with the same variables" in tests.remarks[0]
     means = read_table(tmp_path / "tests.csv", repeats="variables")
-    assert np.array_equal(means.F, read_table(study).F)
-    assert len(read_table(study, repeats=False)) == 8
-    capsys.readouterr()
-    assert main([*solve, str(tmp_path / "copy.db")]) == 0  # nothing is left to test
-    assert "8 of them from the study" in capsys.readouterr().out
-    assert main(["solve", "zdt1", "--noisy", "--points", "4"]) == 2
-    assert "ElementwiseProblem" in capsys.readouterr().err
+    assert np.array_equal(means.F, read_table(study_file).F)
+    assert len(read_table(study_file, repeats=False)) == 8
+    assert "8 of them from the study" in said(
+        *solve, tmp_path / "copy.db"
+    )  # nothing is left to test
+    assert "ElementwiseProblem" in said("solve", "zdt1", "--noisy", "--points", "4", code=2)
 
 
-def test_surrogates_of_a_noisy_model_propose_repeats_and_continue_after_a_kill(tmp_path):
+def test_surrogates_of_a_noisy_model_propose_repeats_and_continue_after_a_kill(study_file):
     problem = Queue()
     table = minimize(problem, SurrogatePSI(36)).algorithm.table
     designs, counts = np.unique(table.X, axis=0, return_counts=True)
@@ -179,26 +173,24 @@ def test_surrogates_of_a_noisy_model_propose_repeats_and_continue_after_a_kill(t
     n_tests = means["tests"]
     repeated = n_tests[means.feasible()] > 1
     assert distances[repeated].mean() < distances[~repeated].mean()
-    study = tmp_path / "queue.db"
     with pytest.raises(KeyboardInterrupt):
-        minimize(Queue(28), SurrogatePSI(36, study=study))
-    again = minimize(Queue(), SurrogatePSI(36, study=study)).algorithm.table
+        minimize(Queue(28), SurrogatePSI(36, study=study_file))
+    again = minimize(Queue(), SurrogatePSI(36, study=study_file)).algorithm.table
     assert np.array_equal(again.X, table.X)
     assert np.array_equal(again.F, table.F)
-    assert np.array_equal(read_table(study).F, means.F)
+    assert np.array_equal(read_table(study_file).F, means.F)
 
 
-def test_free_workers_repeat_designs_too_and_a_study_has_what_they_tested(tmp_path):
+def test_free_workers_repeat_designs_too_and_a_study_has_what_they_tested(study_file):
     """Which designs depends on the order in which tests end; a test of a study stays as it is."""
-    study = tmp_path / "queue.db"
     runner = JoblibRunner(2, in_process=False)
-    search = SurrogatePSI(40, asynchronous=True, study=study)
+    search = SurrogatePSI(40, asynchronous=True, study=study_file)
     table = minimize(Queue(elementwise_runner=runner), search).algorithm.table
     assert table.numbers.tolist() == list(range(1, 41))
     assert len(np.unique(table.X, axis=0)) < 40 == len(np.unique(table.F, axis=0))
     problem = Queue(elementwise_runner=runner)
-    search = SurrogatePSI(40, asynchronous=True, study=study)
+    search = SurrogatePSI(40, asynchronous=True, study=study_file)
     result = minimize(problem, search)
     assert result.algorithm.evaluator.n_eval == 0
     assert result.algorithm.table.equals(table)
-    assert np.array_equal(read_table(study).F, table.averaged().F)
+    assert np.array_equal(read_table(study_file).F, table.averaged().F)

@@ -59,8 +59,9 @@ def test_pareto_set_of_pymoos_problems(name, block_size):
 def test_individuals_are_those_of_pymoos_own_loop():
     """Made from the table at the end, or evaluated by pymoo where a user asks and tells."""
     osy = get_problem("osy")
-    ours = minimize(osy, PSI(100, block_size=30))
-    algorithm = PSI(100, block_size=30, evaluator=Evaluator())
+    options = {"block_size": 30, "limits": {"f1": -20}}
+    ours = minimize(osy, PSI(100, **options))
+    algorithm = PSI(100, evaluator=Evaluator(), **options)
     algorithm.setup(osy)
     while algorithm.has_next():
         algorithm.tell(infills=algorithm.evaluator.eval(osy, algorithm.ask()))
@@ -139,12 +140,6 @@ def test_limits_on_variables_outputs_and_a_maximised_criterion(block_size, tmp_p
         np.testing.assert_allclose(violation[ok], expected[ok], atol=1e-15)
         kept = investigate(Heated(), 64, limits=limits, keep="feasible", block_size=block_size)
         assert kept.equals(whole.under(limits=limits).rows(rows))
-    told = PSI(64, limits=limits, block_size=block_size)
-    told.setup(Heated())
-    while (block := told.ask()) is not None:
-        told.evaluator.eval(Heated(), block)
-        told.tell(infills=block)
-    assert told.result().opt.get("test_point").tolist() == result.opt.get("test_point").tolist()
 
 
 class Sometimes(Problem):
@@ -277,18 +272,3 @@ def test_a_vectorised_model_is_evaluated_ahead_where_nothing_ends_the_run(termin
     assert len(calls) <= most
     assert sum(calls) == 4096
     assert result.algorithm.table.equals(investigate(VectorizedSphereChute(0.4), 4096))
-
-
-def test_a_pareto_set_is_filtered_once_and_known_as_one(monkeypatch):
-    """Most points of the chute are optimal: blocks are not filtered each for itself."""
-    problem = VectorizedSphereChute(0.4)
-    whole = investigate(problem, 4000)
-    expected = whole.rows(whole.pareto())
-    table = investigate(problem, 4000, keep="pareto", block_size=500)
-    assert table.equals(expected)
-    ranking = expected.ranking()
-    monkeypatch.setattr("pymoo_psi.table._table.nondominated", None)
-    np.testing.assert_array_equal(table.ranking().rank, ranking.rank)
-    narrower = table.under(limits={"f1": 3.0})
-    with pytest.raises(TypeError):
-        narrower.pareto()

@@ -3,11 +3,9 @@
 import json
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -16,7 +14,6 @@ from pymoo.optimize import minimize
 
 from pymoo_psi import (
     PSI,
-    Restricted,
     SphereChute,
     investigate,
 )
@@ -46,14 +43,13 @@ def run(problem, n, path, **options):
 
 @pytest.mark.parametrize("first_by", ["psi", "investigate"])
 @pytest.mark.parametrize("then_by", ["psi", "investigate"])
-def test_a_study_is_continued_and_extended(tmp_path, first_by, then_by):
-    path = tmp_path / "s.db"
+def test_a_study_is_continued_and_extended(study_file, first_by, then_by):
     whole = minimize(Counted(), PSI(100)).algorithm.table
 
     def go(problem, n, by):
         if by == "psi":
-            return run(problem, n, path)
-        return investigate(problem, n, study=path, block_size=16)
+            return run(problem, n, study_file)
+        return investigate(problem, n, study=study_file, block_size=16)
 
     first = Counted()
     assert go(first, 40, first_by).equals(whole.rows(np.arange(40)))
@@ -64,7 +60,7 @@ def test_a_study_is_continued_and_extended(tmp_path, first_by, then_by):
     more = Counted()
     assert go(more, 100, then_by).equals(whole)
     assert len(more.seen) == 60
-    assert read_table(path).equals(whole)
+    assert read_table(study_file).equals(whole)
 
 
 @pytest.mark.parametrize(
@@ -75,66 +71,24 @@ def test_a_study_is_continued_and_extended(tmp_path, first_by, then_by):
         (SphereChute(0.4), {"study_key": "v2"}, "key"),
     ],
 )
-def test_another_problem_is_refused(tmp_path, other, options, message):
-    path = tmp_path / "s.db"
-    run(SphereChute(0.4), 16, path)
-    before = path.read_bytes()
-    refused(message, run, other, 16, path, error=StudyMismatchError, **options)
-    assert path.read_bytes() == before
+def test_another_problem_is_refused(study_file, other, options, message):
+    run(SphereChute(0.4), 16, study_file)
+    before = study_file.read_bytes()
+    refused(message, run, other, 16, study_file, error=StudyMismatchError, **options)
+    assert study_file.read_bytes() == before
 
 
-class Scaled(Counted):
-    """A model with a constant, which it takes as an argument and keeps."""
-
-    def __init__(self, k=1, name="a", table=(1.0, 2.0)):
-        super().__init__()
-        self.k, self.table, self._seen = k, np.array(table), name
-
-    def _evaluate(self, x, out, *args, **kwargs):
-        super()._evaluate(x, out, *args, **kwargs)
-        out["F"] = [self.k * f for f in out["F"]]
-
-
-@pytest.mark.parametrize("wrap", [lambda p: p, lambda p: Restricted(p, {"x1": (0.2, 0.8)})])
-def test_the_arguments_of_a_problem_are_part_of_what_it_is(tmp_path, wrap):
-    path = tmp_path / "s.db"
-    run(wrap(Scaled()), 16, path)
-    for other, message in [({"k": 2}, "parameters.k"), ({"table": (1.0, 3.0)}, "table")]:
-        refused(message, run, wrap(Scaled(**other)), 16, path, error=StudyMismatchError)
-    again = Scaled(k=1, name="b", table=[1.0, 2.0])  # a name that it does not keep says nothing
-    run(wrap(again), 16, path)
-    assert again.seen == []
-
-
-def test_failed_designs_are_recorded_and_retried(tmp_path):
-    path = tmp_path / "s.db"
-    table = run(Counted(broken={3, 7}), 32, path)
+def test_failed_designs_are_recorded_and_retried(study_file):
+    table = run(Counted(broken={3, 7}), 32, study_file)
     assert table.numbers[table.status == "failed"].tolist() == [3, 7]
     assert table.reasons[3].startswith("RuntimeError: no convergence at")
     assert not table.feasible()[[2, 6]].any()
     again = Counted()
-    assert run(again, 32, path).equals(table)
+    assert run(again, 32, study_file).equals(table)
     assert again.seen == []
-    healed = run(again, 32, path, retry="failed")
+    healed = run(again, 32, study_file, retry="failed")
     assert len(again.seen) == 2
     assert healed.equals(minimize(Counted(), PSI(32)).algorithm.table)
-
-
-def test_threads_share_a_study(tmp_path):
-    path, problem = tmp_path / "s.db", Counted()
-    whole = minimize(Counted(), PSI(127)).algorithm.table
-
-    def work(_):
-        return minimize(problem, PSI(127, study=path, block_size=16)).algorithm.table
-
-    with ThreadPoolExecutor(4) as threads:
-        tables = list(threads.map(work, range(4)))
-    assert len(problem.seen) == 127
-    assert all(table.equals(whole) for table in tables)
-    # SQLite's log may stay where two threads end at once; the file alone holds everything
-    alone = shutil.copy(path, tmp_path / "alone.db")
-    assert read_table(alone).equals(read_table(path))
-    assert len(read_table(alone)) == 127
 
 
 # The modules are imported once: every run is a fork of this script, begun by the name of its log,
@@ -235,17 +189,6 @@ def test_a_study_killed_many_times_is_the_study_of_one_run(server, whole):
         (ended,) = run(f"{log}@{rng.uniform(1e-4, 0.08) if kills < KILLS else ''}")
         kills += ended == signal.SIGALRM
         assert ended in (0, signal.SIGALRM)
-        assert not _evaluated(log, by_design) & committed
+        lines = log.read_text().splitlines() if log.exists() else []
+        assert not {by_design[tuple(json.loads(line))] for line in lines} & committed
     assert read_table(path).equals(whole)
-
-
-def _evaluated(log, by_design):
-    if not log.exists():
-        return set()
-    numbers = set()
-    for line in log.read_text().splitlines():
-        try:
-            numbers.add(by_design[tuple(json.loads(line))])
-        except ValueError:  # the kill cut the line
-            continue
-    return numbers

@@ -47,11 +47,15 @@ class Model(ElementwiseProblem):
 class Mixed(ElementwiseProblem):
     def __init__(self, stop=None):
         options = {"options": ["oak", "steel", "foam"]}
-        variables = {
-            "hollow": Binary(), "metal": Choice(**options), "n": Integer(bounds=(0, 9)),
-            "width": Real(bounds=(0, 5)),
-        }  # fmt: skip
-        super().__init__(vars=variables, n_obj=2)
+        super().__init__(
+            vars={
+                "hollow": Binary(),
+                "metal": Choice(**options),
+                "n": Integer(bounds=(0, 9)),
+                "width": Real(bounds=(0, 5)),
+            },
+            n_obj=2,
+        )
         self.seen, self.stop = [], stop
 
     def fingerprint(self):
@@ -250,12 +254,11 @@ def test_failures_are_tried_again_if_asked_for(tmp_path):
 # The study
 
 
-def test_a_test_of_another_run_that_is_corrected_has_its_new_values(tmp_path):
-    path = tmp_path / "s.db"
-    first = investigate(Model(), 2, study=path)
-    problem = recorded(Model(), path)
+def test_a_test_of_another_run_that_is_corrected_has_its_new_values(study_file):
+    first = investigate(Model(), 2, study=study_file)
+    problem = recorded(Model(), study_file)
     assert values(problem, first.X)[0].tolist() == first.F.tolist()
-    study = Study(path)
+    study = Study(study_file)
     columns = study.contents(1, 1)[1]
     with study.changes() as database:
         database.discard("tests", {"test": 1}, 1, "withdrawn")

@@ -92,10 +92,9 @@ def test_a_source_may_be_changed_between_two_questions():
 
 
 @pytest.mark.parametrize("n_before", [0, 8, 10])
-def test_a_run_that_is_stopped_keeps_what_is_tested(tmp_path, monkeypatch, n_before):
+def test_a_run_that_is_stopped_keeps_what_is_tested(study_file, monkeypatch, n_before):
     """Also in a block none of whose tests was ready."""
     monkeypatch.setattr("pymoo_psi.algorithms._store._SECONDS", 0.0)
-    path = tmp_path / "s.db"
 
     class Stopped(SphereChute):
         n_tested = 0
@@ -103,18 +102,18 @@ def test_a_run_that_is_stopped_keeps_what_is_tested(tmp_path, monkeypatch, n_bef
         def _evaluate(self, *args, **kwargs):
             super()._evaluate(*args, **kwargs)
             if self.n_tested == n_before:
-                with Study(path).changes() as study:
+                with Study(study_file).changes() as study:
                     study.steer({"name": "Bo", "action": "stop"})
             self.n_tested += 1
 
-    tested = minimize(Stopped(0.4), PSI(400, block_size=4, study=path)).algorithm.table
+    tested = minimize(Stopped(0.4), PSI(400, block_size=4, study=study_file)).algorithm.table
     assert len(tested) in (n_before // 4 * 4, n_before + 1)
-    stored = read_table(path)
+    stored = read_table(study_file)
     assert len(stored) == n_before + 1
     assert stored.rows(np.arange(len(tested))).equals(tested)
     problem = Stopped(0.4)
     problem.n_tested = 400
-    assert len(minimize(problem, PSI(400, study=path)).algorithm.table) == 400
+    assert len(minimize(problem, PSI(400, study=study_file)).algorithm.table) == 400
 
 
 @pytest.mark.parametrize("owner", [PSI, SurrogatePSI, investigate, Recorded])
@@ -158,12 +157,11 @@ def transactions(monkeypatch):
     return counts
 
 
-def test_a_run_with_a_study_needs_a_handful_of_transactions(tmp_path, transactions):
-    path = tmp_path / "s.db"
-    table = investigate(CHUTE, 4096, study=path)
+def test_a_run_with_a_study_needs_a_handful_of_transactions(tmp_path, study_file, transactions):
+    table = investigate(CHUTE, 4096, study=study_file)
     assert transactions["BEGIN"] <= 6  # made, asked twice what it holds, and a commit or two
     transactions.clear()
-    assert investigate(CHUTE, 4096, study=path).equals(table)
+    assert investigate(CHUTE, 4096, study=study_file).equals(table)
     assert transactions["BEGIN"] <= 4  # one of them for requests of people
     transactions.clear()
     minimize(CHUTE, PSI(1024, block_size=64, study=tmp_path / "psi.db"))

@@ -22,12 +22,14 @@ class Bar(ElementwiseProblem):
 
     def __init__(self):
         self.names = {"f1": "mass", "f2": "gain"}
-        variables = {
-            "a": Real(bounds=(1, 3)),
-            "n": Integer(bounds=(2, 6)),
-            "c": Choice(options=["oak", "tin"]),
-        }
-        super().__init__(vars=variables, n_obj=2)
+        super().__init__(
+            vars={
+                "a": Real(bounds=(1, 3)),
+                "n": Integer(bounds=(2, 6)),
+                "c": Choice(options=["oak", "tin"]),
+            },
+            n_obj=2,
+        )
 
     def _evaluate(self, x, out, *args, **kwargs):
         out["F"] = self.values(x["a"], x["n"], x["c"])

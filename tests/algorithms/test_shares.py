@@ -51,13 +51,6 @@ def test_the_first_results_of_all_shares_are_the_beginning_of_the_run():
     assert sorted(np.concatenate(numbers)) == list(range(1, 161))
 
 
-def test_a_share_is_continued_and_extended(tmp_path):
-    for n in (100, 100, 200):
-        for k in (1, 2):
-            of_psi(n, share=(k, 2), study=tmp_path)
-    assert read_table(tmp_path).equals(of_psi(200))
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [

@@ -233,12 +233,14 @@ class Few(ElementwiseProblem):
     """24 designs, one in six of which fails."""
 
     def __init__(self):
-        variables = {
-            "n": Integer(bounds=(1, 4)),
-            "hollow": Binary(),
-            "metal": Choice(options=["iron", "tin", "zinc"]),
-        }
-        super().__init__(vars=variables, n_obj=2)
+        super().__init__(
+            vars={
+                "n": Integer(bounds=(1, 4)),
+                "hollow": Binary(),
+                "metal": Choice(options=["iron", "tin", "zinc"]),
+            },
+            n_obj=2,
+        )
         self.calls = []
 
     def _evaluate(self, x, out, *args, **kwargs):

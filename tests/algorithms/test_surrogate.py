@@ -35,13 +35,17 @@ class Mixed(ElementwiseProblem):
     """All kinds of variables, a constraint, failures and a further output."""
 
     def __init__(self, **kwargs):
-        variables = {
-            "a": Real(bounds=(-1, 2)),
-            "n": Integer(bounds=(1, 9)),
-            "b": Binary(),
-            "c": Choice(options=["steel", "wood", 3]),
-        }
-        super().__init__(vars=variables, n_obj=2, n_ieq_constr=1, **kwargs)
+        super().__init__(
+            vars={
+                "a": Real(bounds=(-1, 2)),
+                "n": Integer(bounds=(1, 9)),
+                "b": Binary(),
+                "c": Choice(options=["steel", "wood", 3]),
+            },
+            n_obj=2,
+            n_ieq_constr=1,
+            **kwargs,
+        )
 
     def _evaluate(self, x, out, *args, **kwargs):
         if x["n"] == 3 and x["a"] > 0.5:
@@ -136,7 +140,7 @@ def test_fixed_ranges_say_which_objective_counts():
     medians = {}
     for name in ("f1", "f2"):
         ranges = {"f1": (0, 136), "f2": (4, 50), name: (0, 1e6)}
-        table = run(get_problem("bnh"), 60, formulation=Formulation(ranges=ranges)).table
+        table = run(get_problem("bnh"), 44, formulation=Formulation(ranges=ranges)).table
         medians[name] = np.median(table.F[20:], axis=0)
     assert (np.sign(medians["f1"] - medians["f2"]) == [1, -1]).all()
 
@@ -156,37 +160,32 @@ def test_limits_on_texts_are_kept_by_proposals():
     assert "steel" in texts[:20]
 
 
-def test_designs_without_a_value_that_has_a_limit_are_not_promising():
-    """The best objectives are where the model gives no heat, and there the limit is not kept."""
+@pytest.mark.parametrize("limit", [(None, 1.4), (1.2, None), (1.1, 1.3)])
+def test_designs_without_a_value_that_has_a_limit_are_not_promising(limit):
+    """The best objectives are where the model gives no heat, and there no limit is kept."""
 
     class Silent(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-
         def _evaluate(self, x, out, *args, **kwargs):
             out["F"] = [(x[1] - 0.3) ** 2 - x[0], (x[1] - 0.6) ** 2 - x[0]]
             if x[0] <= 0.5:
                 out["heat"] = 1 + x[0]
 
-    table = run(Silent(), 44, limits={"heat": 1.4}).table
+    table = run(Silent(n_var=2, n_obj=2, xl=0, xu=1), 44, limits={"heat": limit}).table
     known = np.isfinite(table.column("heat"))
     assert known[:20].mean() < 0.6
-    assert known[20:].mean() > 0.8
-    assert table.under(Formulation(limits={"heat": 1.4})).feasible()[20:].mean() > 0.6
+    assert known[20:].mean() > 0.7
+    assert table.feasible()[20:].mean() > table.feasible()[:20].mean()
 
 
 def test_where_everything_fails_designs_are_spread_and_tests_go_on():
     class Fragile(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-
         def _evaluate(self, x, out, *args, **kwargs):
             if x[0] < 0.97:
                 raise ArithmeticError("no convergence")
             out["F"], out["heat"] = x, x[0]
 
     # until a design is tested that does not fail, nobody knows that there is a heat
-    algorithm = run(Fragile(), 52, limits={"heat": 2.0})
+    algorithm = run(Fragile(n_var=2, n_obj=2, xl=0, xu=1), 52, limits={"heat": 2.0})
     # of 32 designs chance would find one
     assert (algorithm.table.status[20:] == "ok").sum() >= 5
 
@@ -233,12 +232,11 @@ def test_a_run_is_the_beginning_of_a_longer_one(undisturbed, n):
     np.testing.assert_array_equal(other.X[:shared], undisturbed.table.X[:shared])
 
 
-def test_proposals_are_stored_before_they_are_tested(tmp_path, undisturbed):
-    path = tmp_path / "run.db"
+def test_proposals_are_stored_before_they_are_tested(study_file, undisturbed):
 
     class Interrupted(Mixed):
         def _evaluate(self, x, out, *args, **kwargs):
-            if path.exists() and len(self.seen) == 23:
+            if study_file.exists() and len(self.seen) == 23:
                 raise KeyboardInterrupt
             self.seen.append(x)
             super()._evaluate(x, out, *args, **kwargs)
@@ -249,16 +247,16 @@ def test_proposals_are_stored_before_they_are_tested(tmp_path, undisturbed):
     problem = Interrupted()
     problem.seen = []
     with pytest.raises(KeyboardInterrupt):
-        run(problem, 44, study=path)
-    stored = Study(path).proposals(1, 100)
+        run(problem, 44, study=study_file)
+    stored = Study(study_file).proposals(1, 100)
     assert [(number, number_of_round) for number, number_of_round, *_ in stored] == [
         (n, 1 + (n > 22)) for n in range(21, 25)
     ]
-    assert len(read_table(path)) == 23
-    longer = run(Mixed(), 44, study=path)
+    assert len(read_table(study_file)) == 23
+    longer = run(Mixed(), 44, study=study_file)
     assert longer.evaluator.n_eval == 21
     assert longer.table.equals(undisturbed.table)
-    assert read_table(path).equals(undisturbed.table)
+    assert read_table(study_file).equals(undisturbed.table)
 
 
 @posix
@@ -327,17 +325,18 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     np.testing.assert_array_equal(algorithm.table.X[20 : 20 + len(tested)], tested)
 
 
-def test_other_proposals_are_another_run_of_a_study_that_learns_from_the_first(tmp_path):
-    path = tmp_path / "run.db"
-    first = run(get_problem("bnh"), 28, study=path)
-    second = run(get_problem("bnh"), 25, study=path, batch=5)
+def test_other_proposals_are_another_run_of_a_study_that_learns_from_the_first(study_file):
+    first = run(get_problem("bnh"), 28, study=study_file)
+    second = run(get_problem("bnh"), 25, study=study_file, batch=5)
     assert second.evaluator.n_eval == 25  # proposals only, as more than 20 tests are known
     assert (second.table["proposal_round"] > 0).all()
-    again = run(get_problem("bnh"), 25, study=path, batch=5)
+    again = run(get_problem("bnh"), 25, study=study_file, batch=5)
     assert again.evaluator.n_eval == 0
     assert again.table.equals(second.table)
-    np.testing.assert_array_equal(run(get_problem("bnh"), 28, study=path).table.X, first.table.X)
-    assert len(read_table(path)) == 53
+    np.testing.assert_array_equal(
+        run(get_problem("bnh"), 28, study=study_file).table.X, first.table.X
+    )
+    assert len(read_table(study_file)) == 53
 
 
 @pytest.mark.parametrize(
@@ -400,22 +399,3 @@ def test_what_is_known_of_a_design_replaces_its_prediction():
     predicted = np.array([[1.5, 0.25, 9.0, 9.0, -0.25]])  # the last one is h1 as tested
     known = outputs.computed(np.array([[0.5]]), predicted)
     np.testing.assert_array_equal(known, [[1.5, 0.25, 1.0, 1.25, -0.25]])
-
-
-@pytest.mark.parametrize("limit", [(0.6, None), (None, 0.4), (0.3, 0.6)])
-def test_where_an_output_is_unknown_it_keeps_no_limit(limit):
-    """A design without the output that has a limit is infeasible: proposals go where it is known."""
-
-    class Partial(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
-
-        def _evaluate(self, x, out, *args, **kwargs):
-            out["F"] = [x[0] + 0.3 * x[1], 1 - x[0] + 0.3 * x[1]]
-            out["cool"] = x[1] if x[0] < 0.5 else np.nan
-
-    table = minimize(Partial(), SurrogatePSI(48, limits={"cool": limit}), seed=1).algorithm.table
-    proposed = table.column("proposal_round") > 0
-    assert proposed.any()
-    assert np.isfinite(table.column("cool")[proposed]).mean() > 0.5
-    assert table.feasible()[proposed].mean() > table.feasible()[~proposed].mean()

@@ -10,7 +10,6 @@ import zipfile
 import pandas as pd
 import pytest
 
-from pymoo_psi.cli import main
 from pymoo_psi.table import read_table
 from tests.formulas import CELLS, INERT
 from tests.processes import posix
@@ -20,9 +19,9 @@ DESIGNS = "name,µ,×\nα,1,2\nβ,2,1\n"
 
 
 @pytest.fixture
-def folder(run, tmp_path, undrawn):
+def folder(run, tmp_path, undrawn, said):
     (tmp_path / "set.csv").write_text(FRONT)
-    assert main(["solve", "bnh", "--points", "32", "--study", "s.db"]) == 0
+    said("solve", "bnh", "--points", "32", "--study", "s.db")
     return tmp_path
 
 
@@ -31,26 +30,24 @@ def folder(run, tmp_path, undrawn):
     ["solve bnh --points 16 --out o.csv", "rank set.csv --out o.csv", "export s.db --out o.csv",
      "page set.csv --out o.html", "report s.db --out o.html", "rank set.csv --out o.xlsx"],
 )  # fmt: skip
-def test_an_older_result_is_replaced_whole_and_files_of_others_stay(folder, words, capsys):
+def test_an_older_result_is_replaced_whole_and_files_of_others_stay(folder, words, said):
     out = folder / words.split()[-1]
-    assert main(words.split()) == 0
+    said(*words.split())
     new = out.read_bytes()
     if out.suffix == ".html":
         out.write_bytes(3 * new)
-    assert main(words.split()) == 0
+    said(*words.split())
     assert abs(len(out.read_bytes()) - len(new)) < 10  # a workbook holds its time
     pd.DataFrame({"a": [1]}).to_excel(out.with_suffix(".xlsx"), index=False)
     others = out.with_suffix(".xlsx").read_bytes() if out.suffix == ".xlsx" else b"a;b\n1;2\n"
     out.write_bytes(others)
-    capsys.readouterr()
-    assert main(words.split()) == 2
-    assert "remove the file first" in capsys.readouterr().err
+    assert "remove the file first" in said(*words.split(), code=2)
     assert out.read_bytes() == others
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
 @pytest.mark.parametrize("kind", ["text", "archive", "study"])
-def test_files_of_others_stay_whatever_they_are(folder, suffix, kind, capsys):
+def test_files_of_others_stay_whatever_they_are(folder, suffix, kind, said):
     out = folder / f"o{suffix}"
     if kind == "archive":
         with zipfile.ZipFile(out, "w") as archive:
@@ -58,37 +55,34 @@ def test_files_of_others_stay_whatever_they_are(folder, suffix, kind, capsys):
     else:
         out.write_bytes(b"PK,a\n1,2\n" if kind == "text" else (folder / "s.db").read_bytes())
     before = out.read_bytes()
-    assert main(["rank", "set.csv", "--out", out.name]) == 2
-    assert "remove the file first" in capsys.readouterr().err
+    assert "remove the file first" in said("rank", "set.csv", "--out", out.name, code=2)
     assert out.read_bytes() == before
 
 
-def test_what_is_read_and_a_study_are_never_overwritten(folder, capsys):
+def test_what_is_read_and_a_study_are_never_overwritten(folder, said):
     before = (folder / "s.db").read_bytes()
-    assert main(["export", "s.db", "--out", "convergence.csv"]) == 0
+    said("export", "s.db", "--out", "convergence.csv")
     for words in ("rank set.csv --out set.csv", "export s.db --out s.db",
                   "page set.csv --out set.html --prototype set.html",
                   "rank set.csv --decision a.csv --out a.csv",
                   "analyze convergence.csv --out ."):  # fmt: skip
-        assert main(words.split()) == 2
-        assert re.search("another .* read", capsys.readouterr().err)
+        assert re.search("another .* read", said(*words.split(), code=2))
     assert (folder / "set.csv").read_text() == FRONT
-    assert main(["export", "set.csv", "--out", "s.db"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    said("export", "set.csv", "--out", "s.db", code=2)
     assert (folder / "s.db").read_bytes() == before
 
 
-def test_metadata_of_others_stay_and_are_found_before_the_run(folder, capsys):
+def test_metadata_of_others_stay_and_are_found_before_the_run(folder, said):
     others = folder / "o.csv-metadata.json"
     others.write_text('{"url": "o.csv"}')
-    assert main(["solve", "models:Moves", "--out", "o.csv"]) == 2
-    assert "got 'o.csv-metadata.json'; choose another name" in capsys.readouterr().err
+    assert "got 'o.csv-metadata.json'; choose another name" in said(
+        "solve", "models:Moves", "--out", "o.csv", code=2
+    )
     assert others.read_text() == '{"url": "o.csv"}'
     # Those of ours do not give a file of others away.
-    assert main(["export", "s.db", "--out", "t.csv"]) == 0
+    said("export", "s.db", "--out", "t.csv")
     (folder / "t.csv").write_text(FRONT)
-    assert main(["export", "s.db", "--out", "t.csv"]) == 2
-    assert "got 't.csv'; choose another name" in capsys.readouterr().err
+    assert "got 't.csv'; choose another name" in said("export", "s.db", "--out", "t.csv", code=2)
     assert (folder / "t.csv").read_text() == FRONT
 
 

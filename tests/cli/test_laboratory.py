@@ -56,9 +56,15 @@ def asked(name, *words):
     return reader(name).astype({"failure": object})
 
 
-def told(frame, name="told.csv", *words, code=0):
-    frame.to_csv(name, index=False)
-    assert main(["tell", name, "--study", "lab.db", *words]) == code
+@pytest.fixture
+def told(said):
+    """Tell the study a frame; return what the command says."""
+
+    def command(frame, *words, code=0):
+        frame.to_csv("told.csv", index=False)
+        return said("tell", "told.csv", "--study", "lab.db", *words, code=code)
+
+    return command
 
 
 def filled(frame, rows=slice(None)):
@@ -75,7 +81,7 @@ def stored():
         return tests, db.execute("SELECT count(*) FROM history").fetchone()[0]
 
 
-def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, capsys):
+def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, told):
     first, second = asked("first.csv", "--points", 3), asked("second.xlsx", "--points", 2)
     assert [*first["test"], *second["test"]] == [1, 2, 3, 4, 5]
     designs = pd.concat([first, second])[["a [kg]", "b", "c", "mould"]]
@@ -90,8 +96,7 @@ def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, capsys):
     told(repeated)
     told(filled(second, [1]))
     assert stored() == ({1: 210, 3: 230, 5: 250, 6: 231.5}, 0)
-    told(filled(first))
-    assert "Pending tests: 4." in capsys.readouterr().out
+    assert "Pending tests: 4." in told(filled(first))
     assert asked("again.csv", "--points", 0)["test"].tolist() == [4]
     table = read_table("lab.db")
     assert table.status.tolist() == ["ok"] * 4
@@ -101,32 +106,31 @@ def test_two_files_in_turns_lose_nothing_and_store_nothing_twice(alloy, capsys):
     assert table.column("cost") == pytest.approx(cost, rel=1e-15)
 
 
-def test_results_are_corrected_and_withdrawn_only_on_request_with_a_history(alloy, capsys):
+def test_results_are_corrected_and_withdrawn_only_on_request_with_a_history(alloy, said, told):
     frame = filled(asked("next.csv"))
     told(frame)
     wrong = frame.copy()
     wrong.loc[1, "strength [MPa]"] = 500
-    told(wrong, code=2)
-    message = capsys.readouterr().err
+    message = told(wrong, code=2)
     assert "row 2 (line 3)" in message
     assert "strength = 500 where it has 220" in message
     assert stored() == ({1: 210, 2: 220, 3: 230, 4: 240}, 0)
-    told(wrong, "told.csv", "--withdraw", "2")
+    told(wrong, "--withdraw", "2")
     assert stored() == ({1: 210, 2: 500, 3: 230, 4: 240}, 1)
     with closing(sqlite3.connect("lab.db")) as db:
         ((content,),) = db.execute("SELECT content FROM history").fetchall()
     assert json.loads(content)["cells"]["strength"] == 220
-    assert main(["tell", "--study", "lab.db", "--withdraw", "3,4"]) == 0
-    assert main(["tell", "--study", "lab.db", "--cancel", "4"]) == 0
-    assert capsys.readouterr().out.endswith("Pending tests: 3.\n")
+    said("tell", "--study", "lab.db", "--withdraw", "3,4")
+    printed = said("tell", "--study", "lab.db", "--cancel", "4")
+    assert printed.endswith("Pending tests: 3.\n")
     assert stored() == ({1: 210, 2: 500}, 4)
     told(frame.tail(1), code=2)
-    assert main(["tell", "--study", "lab.db", "--cancel", "1"]) == 2
+    said("tell", "--study", "lab.db", "--cancel", "1", code=2)
     told(frame.iloc[2:3])
     assert stored()[0] == {1: 210, 2: 500, 3: 230}
 
 
-def test_what_was_tested_counts_and_fifteen_digits_are_what_was_asked_for(alloy, capsys):
+def test_what_was_tested_counts_and_fifteen_digits_are_what_was_asked_for(alloy, told):
     frame = filled(asked("next.csv"))
     digits = ["a [kg]", "b", "c"]
     exact = frame[digits].to_numpy()
@@ -135,17 +139,15 @@ def test_what_was_tested_counts_and_fifteen_digits_are_what_was_asked_for(alloy,
     frame["c"] = frame["c"].astype(float)
     frame.loc[0, "c"] -= 0.001
     frame.loc[3, "mould"] = "steel"
-    told(frame)
+    text = told(frame)
     table = read_table("lab.db")
     assert (table.X[1:, :3].astype(float) == exact[1:]).all()
     assert table.column("c")[0] == frame.loc[0, "c"]
     assert table.column("mould")[3] == "steel"
     assert table.status.tolist() == ["ok"] * 4  # shares are weighed
-    text = capsys.readouterr().out
     assert "Test 1: c = 0.999 instead of 1" in text
     assert "Test 4: mould = steel instead of" in text
-    told(frame)
-    assert "0 tests taken, 4 known already" in capsys.readouterr().out
+    assert "0 tests taken, 4 known already" in told(frame)
 
 
 @pytest.mark.parametrize(
@@ -168,20 +170,18 @@ def test_a_row_that_cannot_be_meant_is_refused_and_nothing_is_taken(alloy, colum
     assert stored() == ({}, 0)
 
 
-def test_failures_and_incomplete_rows(alloy, capsys):
+def test_failures_and_incomplete_rows(alloy, told):
     frame = filled(asked("next.csv"), [1])
     frame.loc[0, "failure"] = "cracked"
     frame.loc[2, "where"] = 0.1
-    told(frame)
-    assert "Test 3 stays pending, as it lacks some results" in capsys.readouterr().out
+    assert "Test 3 stays pending, as it lacks some results" in told(frame)
     table = read_table("lab.db")
     assert table.reasons == {1: "cracked"}
     assert table.status.tolist() == ["failed", "ok"]
 
 
-def test_such_a_problem_is_not_evaluated(alloy, capsys):
-    assert main(["solve", "alloy.toml", "--study", "lab.db"]) == 2
-    assert "pymoo-psi ask" in capsys.readouterr().err
+def test_such_a_problem_is_not_evaluated(alloy, said):
+    assert "pymoo-psi ask" in said("solve", "alloy.toml", "--study", "lab.db", code=2)
     algorithm = PSI(4)
     algorithm.setup(ProgramProblem.from_toml("alloy.toml"))
     refused("people make the tests", algorithm.run)
@@ -189,8 +189,10 @@ def test_such_a_problem_is_not_evaluated(alloy, capsys):
 
 class Small(ElementwiseProblem):
     def __init__(self):
-        variables = {"n": Integer(bounds=(1, 3)), "on": Binary(), "c": Choice(options=["a", "b"])}
-        super().__init__(vars=variables, n_obj=1)
+        super().__init__(
+            vars={"n": Integer(bounds=(1, 3)), "on": Binary(), "c": Choice(options=["a", "b"])},
+            n_obj=1,
+        )
 
 
 def test_discrete_designs_are_asked_for_once_by_either_algorithm(tmp_path):
@@ -233,18 +235,17 @@ def test_surrogates_learn_from_what_is_told_and_know_what_is_pending(tmp_path):
     assert (4 * directed["x1"] ** 2 + 4 * directed["x2"] ** 2 < 7).all()
 
 
-def test_a_run_goes_on_from_what_people_have_tested(tmp_path):
+def test_a_run_goes_on_from_what_people_have_tested(study_file):
     problem = get_problem("bnh")
-    study = tmp_path / "bnh.db"
-    frame = ask_tests(problem, 5, RunOptions(study=study))
+    frame = ask_tests(problem, 5, RunOptions(study=study_file))
     frame.loc[0, "x1"] = 0.5
-    tell_tests(results_of(problem, frame.iloc[:3]), study)
-    algorithm = PSI(16, study=study)
+    tell_tests(results_of(problem, frame.iloc[:3]), study_file)
+    algorithm = PSI(16, study=study_file)
     algorithm.setup(problem)
     algorithm.run()
     assert algorithm.evaluator.n_eval == 14  # the first design was changed
-    assert tell_tests(results_of(problem, frame), study)[-1] == "Pending tests: none."
-    assert len(read_table(study)) == 19  # people have tested two designs of the run once more
+    assert tell_tests(results_of(problem, frame), study_file)[-1] == "Pending tests: none."
+    assert len(read_table(study_file)) == 19  # people have tested two designs of the run once more
 
 
 def test_processes_that_ask_at_once_get_different_designs(alloy):

@@ -28,7 +28,6 @@ OBJECTIVES = ["--objectives", '"cost, k€",range [km]']
 CHOSEN = {"objectives": ["mass", "deflection"], "chosen": "test point 7", "reason": "in stock"}
 
 CASES = {
-    "study": ("beam.db", [], Formulation()),
     "limits": ("beam.db", ["--limits", "mass<=60,80<=height<=180"],
                Formulation(limits={"mass": (None, 60), "height": (80, 180)})),
     "computed": ("beam.db", ["--compute", "stiffness=5 / deflection", "--maximize", "stiffness",
@@ -40,8 +39,6 @@ CASES = {
              Formulation(limits={"mass": (None, 60), "width": (60, None)})),
     "variable": ("beam.db", ["--objectives", "mass,wall", "--maximize", "wall"],
                  Formulation(["mass", "wall"], maximize=["wall"])),
-    "csv": ("cars.csv", [*OBJECTIVES, "--maximize", "range [km]"],
-            Formulation(["cost, k€", "range [km]"], maximize=["range [km]"])),
     "csv limits": ("cars.csv", [*OBJECTIVES, "--maximize", "range [km]",
                                 "--limits", '"cost, k€<=6",km>=0.2'],
                    Formulation(["cost, k€", "range [km]"], maximize=["range [km]"],
@@ -165,9 +162,12 @@ def test_designs_of_a_file_are_incomplete_and_tests_fail(said, tmp_path):
     for command in ("rank", "report", "page", "export"):
         out = f"{command}.{'csv' if command in ('rank', 'export') else 'html'}"
         shown += said(command, "set.csv", "--drop-incomplete", "--out", out)
-    assert "2 incomplete designs left out, the first in row 2 (line 3)." in shown
-    assert "3 of 5 designs are feasible, 2 incomplete" in shown
-    assert "5 designs (3 ok, 0 infeasible, 2 incomplete) written" in shown
+    for text in (
+        "2 incomplete designs left out, the first in row 2 (line 3).",
+        "3 of 5 designs are feasible, 2 incomplete",
+        "5 designs (3 ok, 0 infeasible, 2 incomplete) written",
+    ):
+        assert text in shown
     report = re.sub(
         "<style.*?</style>", "", Path("report.html").read_text("utf-8"), flags=re.DOTALL
     )
@@ -315,9 +315,12 @@ def test_tests_are_analyzed_as_by_the_library(sources, said):
     said("solve", "bnh", *sought)
     for words in ([], ["--limits", "f1<=100"]):
         printed = joined(said("analyze", "sought.db", *words))
-        assert "By the first 20 of 48 tests, the points of a sequence" in printed
-        assert "Sensitivities not available: f1 must be known of 40 tests or more" in printed
-        assert "The last doubling, from 10 to 20 tests" in printed
+        for text in (
+            "By the first 20 of 48 tests, the points of a sequence",
+            "Sensitivities not available: f1 must be known of 40 tests or more",
+            "The last doubling, from 10 to 20 tests",
+        ):
+            assert text in printed
     assert "--variables must be named" in said("analyze", "cars.csv", *OBJECTIVES, code=2)
 
 

@@ -143,19 +143,21 @@ def test_a_known_front_joins_the_reference():
 def test_mixed_variables_are_compared_and_kept_with_their_types(tmp_path):
     class Beam(ElementwiseProblem):
         def __init__(self):
-            variables = {
-                "length": Real(bounds=(1.0, 2.0)),
-                "ribs": Integer(bounds=(0, 3)),
-                "metal": Choice(options=["steel", "brass"]),
-            }
-            super().__init__(vars=variables, n_obj=2)
+            super().__init__(
+                vars={
+                    "length": Real(bounds=(1.0, 2.0)),
+                    "ribs": Integer(bounds=(0, 3)),
+                    "metal": Choice(options=["steel", "brass"]),
+                },
+                n_obj=2,
+            )
 
         def _evaluate(self, x, out, *args, **kwargs):
             weight = {"steel": 1.0, "brass": 1.3}[x["metal"]] * (x["length"] + 0.1 * x["ribs"])
             out["F"] = [weight, 1 / (x["length"] * (1 + x["ribs"]))]
 
-    arguments = {"n_evaluations": [32], "seeds": 2, "folder": tmp_path}
-    arguments["algorithms"] = ["psi", "psi-scrambled", "surrogate"]
+    algorithms = ["psi", "psi-scrambled", "surrogate"]
+    arguments = {"n_evaluations": [32], "seeds": 2, "folder": tmp_path, "algorithms": algorithms}
     result, again = compare(Beam(), **arguments), compare(Beam(), **arguments)
     for run, stored in zip(result.runs, again.runs, strict=True):
         assert stored.X.tolist() == run.X.tolist()
@@ -256,13 +258,12 @@ def test_an_objective_in_which_the_best_agree_still_tells_runs_apart():
     """One design beats all others: it has no span, yet a run that misses it is worse."""
 
     class Bowl(Problem):
-        def __init__(self):
-            super().__init__(n_var=1, n_obj=2, xl=0.0, xu=1.0)
-
         def _evaluate(self, x, out, *args, **kwargs):
             out["F"] = np.abs(x - 1.0) * [1.0, 1000.0]
 
-    result = compare(Bowl(), n_evaluations=[2, 1024], seeds=1, algorithms=["psi"])
+    result = compare(
+        Bowl(n_var=1, n_obj=2, xl=0.0, xu=1.0), n_evaluations=[2, 1024], seeds=1, algorithms=["psi"]
+    )
     frame = result.to_frame().set_index("evaluations")
     assert result.reference.n_union == 1
     assert frame.loc[1024, ["igd_plus", "epsilon", "optimum_distance"]].tolist() == [0, 0, 0]

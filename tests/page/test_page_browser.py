@@ -15,7 +15,6 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import rank_of_efficiency
-from pymoo_psi.cli import main
 from pymoo_psi.page import FurtherTests, decision_page
 from pymoo_psi.table import Formulation, group_sentences, read_table, separation_sentences
 from tests.beams import OBJECTIVES, beams, page_of_beams
@@ -451,12 +450,11 @@ def test_nothing_is_chosen_until_somebody_chooses(reader):
 
 
 @pytest.fixture
-def member(browser, page_file, tmp_path):
-    """Someone of a group, with an own window; returns the decision file."""
+def member(visit, page_file, tmp_path):
+    """Someone of a group, who opens the page anew; returns the decision file."""
 
     def saved(name, choose, limits, keys=False):
-        reader = Reader(browser)
-        reader.open(page_file.as_uri())
+        reader = visit(page_file)
         page = reader.page
         for label, value in limits.items():
             reader.type_limit(label, value)
@@ -464,12 +462,9 @@ def member(browser, page_file, tmp_path):
             label = reader.shown[k]
             if keys:
                 reader.tab_to("table")
-                page.keyboard.press("Home")
-                for _ in range(k):
-                    page.keyboard.press("ArrowDown")
-                page.keyboard.press("Enter")
+                reader.press("Home", *["ArrowDown"] * k, "Enter")
                 assert reader.state["chosen"] != label
-                page.keyboard.press("c")
+                reader.press("c")
             else:
                 page.locator("#table .row").nth(k).click()
                 reader.click(page.get_by_label(f"Choose: {label}").first)
@@ -481,28 +476,24 @@ def member(browser, page_file, tmp_path):
                 page.locator("#position-name").click()
             page.keyboard.press("Control+a")
             page.keyboard.type(name)
-            page.keyboard.press("Tab")
-            page.keyboard.press("Enter")
-            reader.settle()
+            reader.press("Tab", "Enter")
         path = tmp_path / f"{name}.json"
         path.write_text(reader.download("#save"), "utf-8")
-        assert reader.trouble == []
-        reader.context.close()
         return path
 
     return saved
 
 
-def test_a_group_decides(fresh, member, tmp_path):
-    """Three people, one by keys alone, one with a change of mind; a dissent; one report of all."""
+def test_a_group_decides(visit, page_file, member, tmp_path):
+    """Three people, one with a change of mind, one by keys alone; a dissent; one file of all."""
     files = [
         member("Ann", [4], {"mass [kg], at most": "0.9"}),
-        member("Ben", [6, 3], {}, keys=True),
-        member("Cy", [8], {"cost, total, at most": "120"}),
+        member("Ben", [6, 3], {}),
+        member("Cy", [8], {"cost, total, at most": "120"}, keys=True),
     ]
+    fresh = visit(page_file)
     fresh.page.set_input_files("#file", files)
     fresh.until("D.state().positions.length === 4")
-    fresh.settle()
     state = fresh.state
     assert [one["name"] for one in state["positions"]] == ["Ann", "Ben", "Ben", "Cy"]
     head = fresh.page.locator("#position-table thead b").all_inner_texts()
@@ -538,27 +529,17 @@ def test_a_group_decides(fresh, member, tmp_path):
     assert [fresh.page.locator("#separation li").nth(k).inner_text() for k in range(3)] == [
         *separation_sentences(table)[:3]
     ]
-    # A report has it all, and holds until a word is changed.
-    (tmp_path / "beams.csv").write_text(beams().to_csv(index=False), "utf-8")
-    report = tmp_path / "r.html"
-    made = ["report", str(tmp_path / "beams.csv"), "--decision", str(path), "--units", "mass=kg"]
-    assert main([*made, "--out", str(report)]) == 0
-    checked = ["report", "--check", str(report)]
-    assert main([*checked, *made[1:]]) == 0
-    html = report.read_text("utf-8")
-    report.write_text(html.replace("Dissent: Ann", "Dissent: Al", 1), "utf-8")
-    assert main(checked) == 1
     # Another choice undoes the decision.
     fresh.page.locator("#table").focus()
     fresh.press("Home", "ArrowDown", "c")
     assert fresh.state["decided"] is None
 
 
-def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, monkeypatch):
+def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, monkeypatch, said):
     monkeypatch.chdir(tmp_path)
     solve = ["solve", "dtlz2", "--n-obj", "2", "--n-var", "3", "--box", "x1=0.1:0.9"]
-    assert main([*solve, "--points", "32", "--study", "s.db"]) == 0
-    assert main(["page", "s.db", "--out", "p.html"]) == 0
+    said(*solve, "--points", "32", "--study", "s.db")
+    said("page", "s.db", "--out", "p.html")
     page = visit(tmp_path / "p.html")
     assert page.text("#next").startswith("Surrogates expect 16 more tests")
     page.type_limit("f1, at most", "0.8")
@@ -567,16 +548,16 @@ def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, mo
     command = page.text("#next code")
     assert json.loads(saved)["page"]["next"] == command
     (tmp_path / command.split()[-1]).write_text(saved, "utf-8")
-    assert main(shlex.split(command)[1:]) == 0
+    said(*shlex.split(command)[1:])
     assert len(read_table("s.db")) == 48
     decision = command.split()[-2:]
-    assert main(["report", "s.db", "--out", "r.html", *decision]) == 0
+    said("report", "s.db", "--out", "r.html", *decision)
     sentence, same = re.search(
         r"<p>([^<]*)</p>\s*<p>16 more tests.*?<code>(.*?)</code>", Path("r.html").read_text("utf-8")
     ).groups()
     assert sentence.startswith("Surrogates expect")
     assert sorted(same.split()) == sorted(command.split())
-    assert main(["report", "--check", "r.html", "s.db"]) == 0
+    said("report", "--check", "r.html", "s.db")
 
 
 def test_where_little_is_to_be_gained_no_further_tests_are_proposed(show):

@@ -218,6 +218,12 @@ def rankings(cases, answers):
     return list(ranked(cases, answers))
 
 
+@pytest.fixture(scope="module")
+def thorough(rankings):
+    """Those of which switching values and positions are compared."""
+    return [(case, k, *rest) for case, k, *rest in rankings if case.is_thorough(k)]
+
+
 def ranked(cases, answers):
     for case, answer in zip(cases, answers, strict=True):
         for k, (state, found) in enumerate(zip(case.states, answer["states"], strict=True)):
@@ -305,7 +311,7 @@ class Drag:
 
 @pytest.fixture(scope="module")
 def drags():
-    found = [Drag(m) for m in range(2, 9)]
+    found = [Drag(m) for m in (2, 3, 5, 6, 8)]
     return list(zip(found, in_node([drag.asked() for drag in found]), strict=True))
 
 
@@ -321,7 +327,7 @@ def test_designs_whose_dominators_are_rejected_are_found_among_many(drags):
             ranking = rank_of_efficiency(left)
             assert [found["place"][i] for i in rows] == ranking.place.tolist()
             freed += len(set(found["front"]) - whole)
-    assert freed > 1000
+    assert freed > 500
 
 
 def test_designs_are_sorted_by_any_column(drags):
@@ -384,12 +390,10 @@ def test_explanations_and_comparisons_are_those_of_python(rankings):
                 np.testing.assert_allclose(shares, two.shares[1:, j], rtol=1e-12)
 
 
-def test_switching_values_are_those_of_python(rankings):
+def test_switching_values_are_those_of_python(thorough):
     compared = changed = 0
-    for case, k, found, *_ in rankings:
+    for case, k, found, *_ in thorough:
         state = case.states[k]
-        if not case.is_thorough(k):
-            continue
         if state["fixed"]:
             ranges = {name: sorted(pair) for name, pair in zip(case.names, zip(case.whole.ideal.tolist(), case.whole.nadir.tolist(), strict=True), strict=True)}  # fmt: skip
             if any(low == high for low, high in ranges.values()):
@@ -425,12 +429,10 @@ def test_switching_values_are_those_of_python(rankings):
     assert changed > 60
 
 
-def test_what_separates_positions_is_that_of_python(rankings):
+def test_what_separates_positions_is_that_of_python(thorough):
     kinds = Counter()
-    for case, k, found, *_ in rankings:
+    for case, k, found, *_ in thorough:
         state = case.states[k]
-        if not case.is_thorough(k):
-            continue
         if state["fixed"]:
             continue
         limits = {**state["limits"], **state["categories"]}

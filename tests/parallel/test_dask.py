@@ -11,7 +11,6 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 
 from pymoo_psi import PSI, ExecutorRunner, JoblibRunner, VectorizedSphereChute, investigate
-from pymoo_psi.cli import main
 from pymoo_psi.errors import ArgumentValueError, WorkerError
 from pymoo_psi.table import read_table
 from tests.processes import posix, until
@@ -58,9 +57,24 @@ def cluster(tmp_path):
         process.wait()
 
 
-def test_workers_that_are_killed_and_a_scheduler_that_is_gone(cluster, tmp_path):
+def test_a_cluster_of_joblib_of_the_command_and_one_that_is_lost(
+    cluster, tmp_path, monkeypatch, said
+):
     (scheduler, worker, _), client = cluster
-    path, plain = tmp_path / "s.db", investigate(Sum(), 96)
+    with joblib.parallel_config("dask", client=client):
+        table = investigate(Sum(elementwise_runner=JoblibRunner()), 40)
+        pareto = investigate(VectorizedSphereChute(0.4), 2000, keep="pareto", n_jobs=-1)
+    assert (table.column("elsewhere") == 1).all()
+    assert pareto.equals(investigate(VectorizedSphereChute(0.4), 2000, keep="pareto"))
+    monkeypatch.chdir(tmp_path)
+    arguments = ["solve", f"{__name__}:Sum", "--points", "40", "--study", "s.db"]
+    said(*arguments, "--cluster", client.scheduler.address)
+    assert read_table("s.db").equals(table)
+    assert "--jobs must be left out with --cluster" in said(
+        *arguments, "--cluster", "tcp://127.0.0.1:1", "--jobs", "2", code=2
+    )
+    # A worker is killed, then the scheduler.
+    path, plain = tmp_path / "killed.db", investigate(Sum(), 96)
     runner = ExecutorRunner(client)
     problem = Sum(os.urandom(500_000), elementwise_runner=runner)
 
@@ -79,22 +93,6 @@ def test_workers_that_are_killed_and_a_scheduler_that_is_gone(cluster, tmp_path)
     assert not stored.reasons
     table = investigate(Sum(), 192, study=path)
     np.testing.assert_array_equal(table.F, investigate(Sum(), 192).F)
-
-
-def test_the_configuration_of_joblib_and_the_command(cluster, tmp_path, capsys, monkeypatch):
-    _, client = cluster
-    with joblib.parallel_config("dask", client=client):
-        table = investigate(Sum(elementwise_runner=JoblibRunner()), 40)
-        pareto = investigate(VectorizedSphereChute(0.4), 2000, keep="pareto", n_jobs=-1)
-    assert (table.column("elsewhere") == 1).all()
-    assert pareto.equals(investigate(VectorizedSphereChute(0.4), 2000, keep="pareto"))
-    monkeypatch.chdir(tmp_path)
-    name = f"{__name__}:Sum"
-    arguments = ["solve", name, "--points", "40", "--study", "s.db"]
-    assert main([*arguments, "--cluster", client.scheduler.address]) == 0
-    assert read_table("s.db").equals(table)
-    assert main([*arguments, "--cluster", "tcp://127.0.0.1:1", "--jobs", "2"]) == 2
-    assert "--jobs must be left out with --cluster" in capsys.readouterr().err
 
 
 def test_a_backend_of_joblib_that_cannot_be_used_is_refused():

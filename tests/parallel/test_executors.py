@@ -27,6 +27,7 @@ from pymoo_psi import (
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, WorkerError
 from pymoo_psi.table import read_table
 from tests.processes import posix
+from tests.refusals import refused
 
 
 class Sum(ElementwiseProblem):
@@ -83,7 +84,7 @@ def processes():
 
 
 @posix
-def test_every_algorithm_and_a_model_that_kills_its_process(processes, tmp_path):
+def test_every_algorithm_and_a_model_that_kills_its_process(processes, tmp_path, study_file):
     """Bit-identical to a run in this process, but for the design that kills."""
     runner = ExecutorRunner(processes)
     plain = investigate(Sum(), 48)
@@ -99,10 +100,11 @@ def test_every_algorithm_and_a_model_that_kills_its_process(processes, tmp_path)
         recorded = Recorded(problem, study=tmp_path / f"{len(fronts)}.db")
         fronts.append(minimize(recorded, NSGA2(12), ("n_gen", 4), seed=1).F)
     np.testing.assert_array_equal(*fronts)
-    path = tmp_path / "s.db"
-    search = minimize(Sum(elementwise_runner=runner), SurrogatePSI(32, study=path), seed=1)
-    assert len(search.algorithm.table) == len(read_table(path)) == 32
-    again = minimize(Sum(kills=-1, elementwise_runner=runner), SurrogatePSI(32, study=path), seed=1)
+    search = minimize(Sum(elementwise_runner=runner), SurrogatePSI(32, study=study_file), seed=1)
+    assert len(search.algorithm.table) == len(read_table(study_file)) == 32
+    again = minimize(
+        Sum(kills=-1, elementwise_runner=runner), SurrogatePSI(32, study=study_file), seed=1
+    )
     assert again.algorithm.table.equals(search.algorithm.table)
 
 
@@ -112,12 +114,10 @@ def test_a_vectorised_problem_on_an_executor(processes, monkeypatch):
     options = {"keep": "pareto", "limits": {"f1": 2.5}}
     table = investigate(problem, 3000, runner=runner, block_size=500, **options)
     assert table.equals(investigate(problem, 3000, **options))
-    with pytest.raises(
-        ArgumentValueError, match="vectorised, got one that is evaluated one design"
-    ):
-        investigate(Sum(), 8, runner=runner)
-    with pytest.raises(ArgumentTypeError, match="runner must be of type ExecutorRunner"):
-        investigate(problem, 8, runner=processes)
+    refused(
+        "vectorised, got one that is evaluated one design", investigate, Sum(), 8, runner=runner
+    )
+    refused("runner must be of type ExecutorRunner", investigate, problem, 8, runner=processes)
 
 
 def test_a_large_function_is_sent_to_those_that_lack_it():

@@ -187,16 +187,13 @@ class Locked(Exception):  # noqa: N818 - short for the reasons
 
 def test_whatever_is_raised_or_cannot_be_sent_is_recorded(workers):
     class Odd(ElementwiseProblem):
-        def __init__(self, **kwargs):
-            super().__init__(n_var=1, n_obj=1, xl=0, xu=9, **kwargs)
-
         def _evaluate(self, x, out, *args, **kwargs):
             if x[0] < 2:
                 raise [Locked("no key"), SystemExit("now")][int(x[0])]
             out["F"] = x
             out["more"] = [threading.Lock(), 1][int(x[0]) - 2]
 
-    problem = FailureTolerant(Odd(elementwise_runner=workers))
+    problem = FailureTolerant(Odd(n_var=1, n_obj=1, xl=0, xu=9, elementwise_runner=workers))
     problem.evaluate(np.arange(4.0)[:, None])
     for failure, reason in zip(
         problem.failures,
@@ -332,9 +329,6 @@ def test_an_error_that_cannot_say_what_it_is_costs_one_design(workers):
             raise KeyboardInterrupt
 
     class Silent(ElementwiseProblem):
-        def __init__(self, **kwargs):
-            super().__init__(n_var=1, n_obj=1, xl=0.0, xu=9.0, **kwargs)
-
         def _evaluate(self, x, out, *args, **kwargs):
             if x[0] == 3:
                 raise SilentError
@@ -342,7 +336,8 @@ def test_an_error_that_cannot_say_what_it_is_costs_one_design(workers):
                 raise ValueError("torn " * 2_000_000)
             out["F"] = x
 
-    problem = FailureTolerant(Silent(elementwise_runner=JoblibRunner(**workers)))
+    runner = JoblibRunner(**workers)
+    problem = FailureTolerant(Silent(n_var=1, n_obj=1, xl=0.0, xu=9.0, elementwise_runner=runner))
     F = problem.evaluate(np.arange(9.0)[:, None], return_values_of=["F"])
     assert np.flatnonzero(np.isinf(F[:, 0])).tolist() == [3, 4]
     silent, long = (failure.reason for failure in problem.failures)

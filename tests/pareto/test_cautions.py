@@ -1,7 +1,5 @@
 """The advice and its cautions on sets of every shape are what a specialist would say."""
 
-from dataclasses import replace
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -15,7 +13,6 @@ from pymoo_psi import (
     PSI,
     acceptability,
     cautions,
-    compare_designs,
     explain,
     investigate,
     lp_tau,
@@ -131,6 +128,7 @@ def test_a_value_unlike_all_others_is_named(bad):
     found = cautions(np.vstack([VALLEY, [bad]]))
     assert found[0].kind == "suspect"
     assert found[0].sentence.startswith("Design 26")
+    assert "suspect" not in kinds(np.vstack([VALLEY, [12.0, 4.9]]))  # 8 ranges from the others
 
 
 def test_a_maximised_objective_that_is_never_positive():
@@ -152,7 +150,7 @@ def test_no_false_alarm_of_values():
             designs = problem.xl + (problem.xu - problem.xl) * lp_tau(n, problem.n_var, first=2)
             sets.append(problem.evaluate(designs, return_values_of=["F"]))
     rng = np.random.default_rng(0)
-    for k in range(300):
+    for k in range(120):
         shape = rng.integers(3, 200), rng.integers(1, 6)
         sets.append(
             [rng.normal(size=shape), rng.random(shape), np.round(9 * rng.random(shape))][k % 3]
@@ -167,16 +165,6 @@ def test_anything_that_holds_objectives_is_taken():
     ranking = table.feasible_ranking()
     told = [str(caution) for caution in cautions(ranking)]
     assert [str(caution) for caution in cautions(table)] == told
-    best = table.best().names[0]
-    row = int(ranking.salukvadze[0])
-    assert explain(table, best).sentences == explain(ranking, row=row).sentences
-    named = replace(table, layout=replace(table.layout, units={"f1": "kg", "x1": "mm"}))
-    assert explain(named, best).sentences == named.explain().sentences
-    assert "kg" in str(explain(named, best))
-    assert (
-        compare_designs(table, [best, table.names[ranking.rows[0]]]).gains.tolist()
-        == compare_designs(F, [row, 0]).gains.tolist()
-    )
     front = rank_of_efficiency(result.F)
     assert representatives(result, 3).rows.tolist() == representatives(front, 3).rows.tolist()
     assert len(representatives(table, 3).rows) == len(representatives(pd.DataFrame(F), 3).rows) == 3
@@ -222,6 +210,8 @@ def moved_without(F, i):
 
 # The first design, once left out, frees the second.
 @example(F=np.array([[6.0, 0], [6, 1], [0, 6], [2, 3], [1, 5]]))
+# The optimum is the best in the first objective.
+@example(F=np.array([[0.0, 1, 1], [6, 0, 3], [3, 6, 0], [5, 5, 1]]))
 @given(
     F=arrays(
         float,

@@ -1,6 +1,5 @@
 """Ranks of efficiency: their invariances, obvious cases, and what is refused."""
 
-import moocore
 import numpy as np
 import pandas as pd
 import pytest
@@ -144,10 +143,3 @@ def test_large_sets_of_four_objectives_are_those_of_comparing_all_pairs(monkeypa
             F += rng.random((n, 4))
         worse = (F[:, None] >= F[None]).all(axis=2) & (F[:, None] > F[None]).any(axis=2)
         assert rank_of_efficiency(F).pareto.tolist() == (~worse.any(axis=1)).tolist()
-
-
-def test_a_large_front_of_four_objectives_is_moocores():
-    u = -np.log(np.random.default_rng(1).random((120_000, 4)))
-    F = np.vstack([u / u.sum(axis=1, keepdims=True), u[:20_000]])
-    pareto = rank_of_efficiency(F).pareto
-    np.testing.assert_array_equal(pareto, moocore.is_nondominated(F, keep_weakly=True))

@@ -1,5 +1,6 @@
 """What is read off a picture."""
 
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -26,11 +27,9 @@ def assert_whole(figure, *, draw=False):
     legends = {legend: legend.get_window_extent(renderer) for legend in figure.legends}
     others = [text.get_window_extent(renderer) for text in figure.texts]
     others += [text.get_window_extent(renderer) for ax in figure.axes for text in ax.texts]
-    width, height = canvas.get_width_height()
+    size = np.array(canvas.get_width_height())
     for box in (*boxes.values(), *legends.values(), *others):
-        assert box.x0 >= -1
-        assert box.y0 >= -1
-        assert box.x1 <= width + 1
-        assert box.y1 <= height + 1
+        assert (box.min >= -1).all()
+        assert (box.max <= size + 1).all()
     for legend, place in legends.items():
         assert not [ax for ax, box in boxes.items() if place.overlaps(box)], legend

@@ -128,7 +128,7 @@ def runner():
 @pytest.mark.parametrize("name", ALGORITHMS)
 def test_workers_change_no_result(name, runner):
     problems = Half(0.0), Half(0.0, elementwise_runner=runner)
-    results = [minimize(p, made(ALGORITHMS[name]), ("n_gen", 3), seed=1) for p in problems]
+    results = [minimize(p, made(ALGORITHMS[name]), ("n_gen", 2), seed=1) for p in problems]
     np.testing.assert_array_equal(results[0].X, results[1].X)
     np.testing.assert_array_equal(results[0].F, results[1].F)
 

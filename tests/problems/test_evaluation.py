@@ -267,8 +267,9 @@ def test_designs_are_evaluated_again_where_a_call_for_many_raises(spoil, first):
 def test_designs_by_name_are_copies_too():
     class Mixed(ElementwiseProblem):
         def __init__(self):
-            variables = {"a": Real(bounds=(0, 1)), "b": Choice(options=["u", "v"])}
-            super().__init__(vars=variables, n_obj=1)
+            super().__init__(
+                vars={"a": Real(bounds=(0, 1)), "b": Choice(options=["u", "v"])}, n_obj=1
+            )
 
         def _evaluate(self, x, out, *args, **kwargs):
             out["F"] = x["a"]
@@ -284,16 +285,14 @@ def test_problems_that_transform_designs_are_not_bypassed():
     """pymoo's ConstraintsAsPenalty evaluates another problem and changes its values."""
 
     class Holed(ElementwiseProblem):
-        def __init__(self):
-            super().__init__(n_var=1, n_obj=1, n_ieq_constr=1, xl=0, xu=1)
-
         def _evaluate(self, x, out, *args, **kwargs):
             if x[0] < 0.1:
                 raise ValueError("hole")
             out["F"], out["G"] = x[0], x[0] - 0.5
 
     designs = np.array([[0.0], [0.25], [0.75]])
-    out = evaluate_designs(ConstraintsAsPenalty(Holed(), penalty=100.0), designs)
+    holed = Holed(n_var=1, n_obj=1, n_ieq_constr=1, xl=0, xu=1)
+    out = evaluate_designs(ConstraintsAsPenalty(holed, penalty=100.0), designs)
     assert out["F"].tolist() == [[np.inf], [0.25], [25.75]]
     assert out["failure"].tolist() == ["ValueError: hole", "", ""]
 

@@ -91,18 +91,19 @@ def test_tolerances_are_limits_and_limits_are_those_of_any_table():
     )
 
 
-def test_a_study_belongs_to_its_measurements(tmp_path):
+def test_a_study_belongs_to_its_measurements(tmp_path, study_file):
     files = {}
     for name, data in measured().items():
         files[name] = tmp_path / f"{name}.csv"
         data.to_csv(files[name], index=False)
     weights = {"decay": 1.0, "step": 1.0}
-    study = tmp_path / "study.db"
-    first = investigate(Identification(oscillator, files, BOX, weights=weights), 4, study=study)
+    first = investigate(
+        Identification(oscillator, files, BOX, weights=weights), 4, study=study_file
+    )
     np.testing.assert_array_equal(first.F, investigate(problem(), 4).F)
     other = Identification(oscillator, measured(seed=2), BOX, weights=weights)
     with pytest.raises(PsiError):
-        investigate(other, 4, study=study)
+        investigate(other, 4, study=study_file)
 
 
 @pytest.mark.parametrize(

@@ -196,12 +196,11 @@ class AtLeast:
 
 
 @pytest.mark.parametrize("rule", [at_least, AtLeast, lambda limit: AtLeast(limit).__call__])
-def test_a_study_knows_what_a_function_requires(tmp_path, rule):
+def test_a_study_knows_what_a_function_requires(study_file, rule):
     """By its answers, whatever data it uses; not only by its name."""
-    study = tmp_path / "plain.db"
-    table = investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study)
-    assert investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study).equals(table)
-    other = investigate(Required(Plain(), {"enough": rule(0.6)}), 8, study=study)
+    table = investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study_file)
+    assert investigate(Required(Plain(), {"enough": rule(0.5)}), 8, study=study_file).equals(table)
+    other = investigate(Required(Plain(), {"enough": rule(0.6)}), 8, study=study_file)
     assert set(other["run"]) == {2}
     alone = investigate(Required(Plain(), {"enough": rule(0.6)}), 8)
     by_point = np.argsort(other["test_point"])

@@ -34,13 +34,17 @@ class Beam(ElementwiseProblem):
     """A mixed problem, whose model gives more than it must and fails for thick beams of wood."""
 
     def __init__(self, **kwargs):
-        variables = {
-            "width": Real(bounds=(0.1, 2.0)),
-            "ribs": Integer(bounds=(1, 9)),
-            "metal": Choice(options=list(DENSITY)),
-            "hollow": Binary(),
-        }
-        super().__init__(vars=variables, n_obj=2, n_ieq_constr=1, **kwargs)
+        super().__init__(
+            vars={
+                "width": Real(bounds=(0.1, 2.0)),
+                "ribs": Integer(bounds=(1, 9)),
+                "metal": Choice(options=list(DENSITY)),
+                "hollow": Binary(),
+            },
+            n_obj=2,
+            n_ieq_constr=1,
+            **kwargs,
+        )
 
     def _evaluate(self, x, out, *args, **kwargs):
         if x["metal"] == "wood" and x["width"] > 1.5:
@@ -101,7 +105,7 @@ def test_a_table_has_the_whole_problems_columns_and_values(make, box):
             assert set(column) == set(kept if isinstance(kept, list) else [kept])
 
 
-def test_every_way_of_testing_gives_one_table(tmp_path):
+def test_every_way_of_testing_gives_one_table(study_file):
     """minimize and investigate, processes, a study continued, tolerance of failures."""
     box = {"metal": ["wood", "steel"], "width": (1.0, 2.0)}
     table = investigate(Restricted(Beam(), box), 48)
@@ -109,11 +113,10 @@ def test_every_way_of_testing_gives_one_table(tmp_path):
     part = Restricted(Beam(), box)
     part.elementwise_runner = JoblibRunner(2)
     assert investigate(part, 48).equals(table)
-    study = tmp_path / "beam.db"
     for n in (16, 48):
-        result = minimize(Restricted(Beam(), box), PSI(n, study=study))
+        result = minimize(Restricted(Beam(), box), PSI(n, study=study_file))
     assert result.algorithm.table.equals(table)
-    assert read_table(study).equals(table)
+    assert read_table(study_file).equals(table)
     assert investigate(FailureTolerant(Restricted(Beam(), box)), 48).equals(table)
     refused("FailureTolerant around Restricted", Restricted, FailureTolerant(Beam()), box)
 
@@ -167,13 +170,12 @@ def test_refined_bounds_lead_to_a_part(make):
 @pytest.mark.parametrize(
     "box", [{"hollow": True}, {"metal": "wood"}, {"ribs": 2}, {"ribs": (1, 8)}]
 )
-def test_another_part_is_another_run_of_a_study(tmp_path, box):
-    study = tmp_path / "beam.db"
-    investigate(Restricted(Beam(), {"width": (0.1, 2.0)}), 4, study=study)
-    investigate(Beam(), 4, study=study)  # the whole, however it is said
-    assert len(Study(study).facts().runs) == 1
-    part = investigate(Restricted(Beam(), box), 4, study=study)
-    assert len(Study(study).facts().runs) == 2
+def test_another_part_is_another_run_of_a_study(study_file, box):
+    investigate(Restricted(Beam(), {"width": (0.1, 2.0)}), 4, study=study_file)
+    investigate(Beam(), 4, study=study_file)  # the whole, however it is said
+    assert len(Study(study_file).facts().runs) == 1
+    part = investigate(Restricted(Beam(), box), 4, study=study_file)
+    assert len(Study(study_file).facts().runs) == 2
     by_point = np.argsort(part["test_point"])
     alone = investigate(Restricted(Beam(), box), 4)
     assert part.X[by_point].tolist() == alone.X.tolist()

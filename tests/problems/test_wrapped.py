@@ -140,10 +140,11 @@ def test_a_wrapper_may_evaluate_in_its_own_way():
     np.testing.assert_array_equal(tested.F[:, 0], tested.X[:, 0])
 
 
-def test_a_study_tells_wrappers_with_other_arguments_apart(tmp_path):
-    study = tmp_path / "run.db"
-    investigate(Priced(Model(), 3.0), 4, study=study)
-    refused("price", investigate, Priced(Model(), 4.0), 4, error=pymoo_psi.PsiError, study=study)
+def test_a_study_tells_wrappers_with_other_arguments_apart(study_file):
+    investigate(Priced(Model(), 3.0), 4, study=study_file)
+    refused(
+        "price", investigate, Priced(Model(), 4.0), 4, error=pymoo_psi.PsiError, study=study_file
+    )
 
 
 def test_no_place_of_the_package_asks_for_the_class_of_a_wrapper():

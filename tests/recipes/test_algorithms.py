@@ -73,13 +73,15 @@ class Mixed(ElementwiseProblem):
     """The problem of the page on mixed variables, with one or two objectives."""
 
     def __init__(self, n_obj=2):
-        variables = {
-            "b": Binary(),
-            "x": Choice(options=["nothing", "multiply"]),
-            "y": Integer(bounds=(-2, 2)),
-            "z": Real(bounds=(-5, 5)),
-        }
-        super().__init__(vars=variables, n_obj=n_obj)
+        super().__init__(
+            vars={
+                "b": Binary(),
+                "x": Choice(options=["nothing", "multiply"]),
+                "y": Integer(bounds=(-2, 2)),
+                "z": Real(bounds=(-5, 5)),
+            },
+            n_obj=n_obj,
+        )
 
     def _evaluate(self, X, out, *args, **kwargs):
         factor = (100 if X["b"] else 1) * (10 if X["x"] == "multiply" else 1)
@@ -242,13 +244,10 @@ def test_terminations(make, termination, iterations):
 @pytest.mark.parametrize(
     ("before", "after"), [(1, ("n_gen", 20)), (2, ("n_eval", 10**6)), (9, ("n_gen", 20))]
 )
-def test_checkpoints_of_functional_runs(make, before, after, tmp_path):
+def test_checkpoints_of_functional_runs(make, before, after):
     algorithm = make()
     minimize(BNH, algorithm, ("n_gen", before), seed=1, copy_algorithm=False)
-    with open(tmp_path / "checkpoint", "wb") as file:
-        dill.dump(algorithm, file)
-    with open(tmp_path / "checkpoint", "rb") as file:
-        checkpoint = dill.load(file)
+    checkpoint = dill.loads(dill.dumps(algorithm))
     checkpoint.termination = (
         MaximumGenerationTermination(20) if after[0] == "n_gen" else termination_from_tuple(after)
     )

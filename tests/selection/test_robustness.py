@@ -38,14 +38,16 @@ def by_hand(X, points, normalize):
         problem = Beam(*row)
         F, G = problem.evaluate(np.array(X), return_values_of=["F", "G"])
         there = [i for i in range(n) if (G[i] <= 0).all()]
-        scenario = {i: {} for i in there}
+        scenario = {}
         if there:
             ranking = rank_of_efficiency(F[there], normalize=normalize)
             for k, i in enumerate(there):
-                scenario[i]["rank"] = ranking.rank[k]
-                scenario[i]["optimum"] = k in ranking.salukvadze
-                scenario[i]["pareto"] = ranking.pareto[k]
-                scenario[i]["regret"] = ranking.criteria[k, 0] - ranking.criteria[:, 0].min()
+                scenario[i] = {
+                    "rank": ranking.rank[k],
+                    "optimum": k in ranking.salukvadze,
+                    "pareto": ranking.pareto[k],
+                    "regret": ranking.criteria[k, 0] - ranking.criteria[:, 0].min(),
+                }
         seen.append(scenario)
     return [[scenario[i] for scenario in seen if i in scenario] for i in range(n)]
 

@@ -203,7 +203,7 @@ def test_edits_by_hand_that_cannot_be_read_are_reported(tmp_path, whole, stateme
 
 
 @pytest.mark.parametrize("name", ["test_point", "x", "n", "hollow", "metal", "f1", "g1", "status"])
-def test_a_cell_with_another_value_is_reported(tmp_path, whole, name):
+def test_a_cell_with_another_value_is_reported(study_file, whole, name):
     """Whatever it was that changed the value, by its last bit."""
     other = {
         "test_point": "1000 + test_point",
@@ -212,15 +212,14 @@ def test_a_cell_with_another_value_is_reported(tmp_path, whole, name):
         "metal": "'brass'",
         "status": "'infeasible'",
     }
-    path = tmp_path / "s.db"
-    path.write_bytes(whole[0])
-    edit(path, f"UPDATE tests SET {name} = {other.get(name, f'{name} + 1')} WHERE test = 8")
-    before = path.read_bytes()
-    refused("1 test changed, the first (1008|8);", read, path, error=StudyCorruptError)
+    study_file.write_bytes(whole[0])
+    edit(study_file, f"UPDATE tests SET {name} = {other.get(name, f'{name} + 1')} WHERE test = 8")
+    before = study_file.read_bytes()
+    refused("1 test changed, the first (1008|8);", read, study_file, error=StudyCorruptError)
     if name != "test_point":
         with pytest.raises(StudyCorruptError, match="1 test changed, the first 8;"):
-            Study(path).append(block(1, 200))
-    assert path.read_bytes() == before
+            Study(study_file).append(block(1, 200))
+    assert study_file.read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -20,12 +20,6 @@ def test_every_point_is_of_one_share(of):
         assert all((np.diff(own) > 0).all() for own in numbers)
 
 
-def test_whose_a_point_is_does_not_depend_on_the_run():
-    share = Share(3, 8)
-    short, long = (share.numbers(1, last) for last in (100, 2000))
-    assert short.tolist() == long[long <= 100].tolist()
-
-
 @pytest.mark.parametrize("of", [2, 16, 63, 64])
 def test_every_share_is_spread_over_the_box(of):
     """Every 64th point of LPτ has the same six leading digits in the first coordinate."""
@@ -118,15 +112,14 @@ def test_a_damaged_file_of_a_folder_is_named(tmp_path, content):
     refused("holds no study", read_folder, tmp_path, error=StudyAccessError)
 
 
-def test_a_study_is_written_at_once_and_never_over_another(tmp_path):
-    path = tmp_path / "s.db"
-    write_study(path, HEAD, block(1, 10))
-    assert bits(read(path)[1]) == bits(block(1, 10))
-    study = begun(path)
+def test_a_study_is_written_at_once_and_never_over_another(study_file):
+    write_study(study_file, HEAD, block(1, 10))
+    assert bits(read(study_file)[1]) == bits(block(1, 10))
+    study = begun(study_file)
     assert study.append(block(9, 4)) == 2
     with pytest.raises(StudyAccessError, match="exists already and was left as it is"):
-        write_study(path, HEAD, block(1, 3))
-    assert bits(read(path)[1]) == bits(block(1, 12))
+        write_study(study_file, HEAD, block(1, 3))
+    assert bits(read(study_file)[1]) == bits(block(1, 12))
 
 
 def test_shares_with_other_directions_and_names_have_the_same_objectives(tmp_path):

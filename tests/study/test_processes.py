@@ -87,30 +87,34 @@ def lines(path):
     return path.read_text().splitlines() if path.exists() else []
 
 
-def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, workers):
-    path = tmp_path / "s.db"
-    study = begun(path, wait=0)
+def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, study_file, workers):
+    study = begun(study_file, wait=0)
     study.append(block(1, 4))
     ready, go = tmp_path / "ready", tmp_path / "go"
     pid = workers.start(
-        f"with Study({str(path)!r}).writing():\n"
+        f"with Study({str(study_file)!r}).writing():\n"
         f"    say({str(ready)!r}, 'ready')\n"
         f"    while not os.path.exists({str(go)!r}): time.sleep(0.01)\n"
-        f"    Study({str(path)!r}).append(block(5, 4))\n"
+        f"    Study({str(study_file)!r}).append(block(5, 4))\n"
     )
     assert until(ready.exists)
     with pytest.raises(StudyLockedError, match="is being written by another process; waited 0 s"):
         study.append(block(9, 4))
     began = time.monotonic()
-    with pytest.raises(StudyLockedError, match=r"waited 0.3 s"), Study(path, wait=0.3).writing():
+    with (
+        pytest.raises(StudyLockedError, match=r"waited 0.3 s"),
+        Study(study_file, wait=0.3).writing(),
+    ):
         pass
     assert time.monotonic() - began >= 0.3
     study.begin(HEAD)
-    assert len(study.contents(1, 9)[1]["x"]) == len(read(path)[1]["x"]) == 4  # readers do not wait
+    assert (
+        len(study.contents(1, 9)[1]["x"]) == len(read(study_file)[1]["x"]) == 4
+    )  # readers do not wait
     other = workers.start(f"say({str(go)!r}, 'go')")
-    assert Study(path, wait=LONG).append(block(9, 4)) == 4
+    assert Study(study_file, wait=LONG).append(block(9, 4)) == 4
     assert workers.wait(pid) == workers.wait(other) == 0
-    assert bits(read(path)[1]) == bits(block(1, 12))
+    assert bits(read(study_file)[1]) == bits(block(1, 12))
 
 
 def test_a_writer_that_was_killed_is_in_nobodys_way(tmp_path, workers):
@@ -144,14 +148,15 @@ def test_many_writers_at_once_lose_nothing_and_repeat_nothing(tmp_path, workers)
     assert sorted(map(int, lines(log))) == list(range(1, 81, 4))
 
 
-def test_readers_see_whole_blocks_while_others_write(tmp_path, workers):
-    path = tmp_path / "s.db"
-    begun(path)
+def test_readers_see_whole_blocks_while_others_write(study_file, workers):
+    begun(study_file)
     expected = block(1, 200)
-    pid = workers.start(f"for n in range(1, 201, 4): Study({str(path)!r}).append(block(n, 4))")
+    pid = workers.start(
+        f"for n in range(1, 201, 4): Study({str(study_file)!r}).append(block(n, 4))"
+    )
     seen = 0
     while seen < 200:
-        tests, part = read(path)[1], of_one_run(Study(path).contents(1, 200)[1])
+        tests, part = read(study_file)[1], of_one_run(Study(study_file).contents(1, 200)[1])
         assert seen <= len(tests["x"]) <= len(part["x"])
         assert len(tests["x"]) % 4 == len(part["x"]) % 4 == 0
         assert bits(part) == bits(rows(expected, np.arange(len(part["x"]))))

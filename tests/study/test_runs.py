@@ -98,9 +98,8 @@ def test_more_points_continue_and_an_interrupted_run_is_finished_first(model, st
     assert len(investigate(model, 8, study=study, more=True)) == 16
     algorithm = PSI(32, study=study, block_size=8)
     algorithm.setup(model)
-    algorithm.next()  # of 32 points, 16 are known; then the run ends
-    algorithm.next()
-    algorithm.next()
+    for _ in range(3):  # of 32 points, 16 are known; then the run ends
+        algorithm.next()
     assert len(investigate(model, 8, study=study, more=True)) == 32
     assert len(investigate(model, 8, study=study, more=True)) == 40
     refused("more must be used with a study", PSI, 8, more=True)
@@ -189,11 +188,10 @@ def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, stu
         "UPDATE tests SET test_point = 5 WHERE test = 3",
     ],
 )
-def test_runs_with_another_value_are_reported(tmp_path, statement):
-    path = tmp_path / "s.db"
-    begun(path, HEAD).append(block(1, 8))
-    edit(path, statement)
-    refused("changed", read, path)
+def test_runs_with_another_value_are_reported(study_file, statement):
+    begun(study_file, HEAD).append(block(1, 8))
+    edit(study_file, statement)
+    refused("changed", read, study_file)
 
 
 def test_a_study_says_when_where_and_with_which_versions_a_run_was_begun(model, study):

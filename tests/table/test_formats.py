@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from pymoo_psi import VectorizedSphereChute, investigate
-from pymoo_psi.cli import main
 from pymoo_psi.table import (
     FORMATS,
     Cells,
@@ -37,21 +36,16 @@ class Records(FileFormat):
 
 
 @pytest.fixture
-def command(tmp_path, monkeypatch, capsys):
-    """The command in an empty folder, with a further format; it returns what is printed."""
-
-    def run(*words, code=0):
-        assert main([str(word) for word in words]) == code
-        printed = capsys.readouterr()
-        return printed.out + printed.err
-
+def formats(tmp_path, monkeypatch):
+    """An empty folder, and the formats with a further one."""
     monkeypatch.chdir(tmp_path)
+    before = [*FORMATS]
     FORMATS.insert(0, Records())
-    yield run
-    FORMATS.pop(0)
+    yield FORMATS
+    FORMATS[:] = before
 
 
-def test_a_table_of_tests_comes_back_unchanged(command, tmp_path):
+def test_a_table_of_tests_comes_back_unchanged(formats, tmp_path):
     table = investigate(VectorizedSphereChute(0.4, omega0=(0, -30, 0)), 64)
     path = tmp_path / "t.records"
     format_of(path, "tests").save_tests(path, table)
@@ -60,33 +54,31 @@ def test_a_table_of_tests_comes_back_unchanged(command, tmp_path):
     assert read_table("pipe").equals(table)
 
 
-def test_the_command_reads_and_writes_it(command, tmp_path):
-    command("solve", "bnh", "--points", 64, "--study", "s.db")
-    command("export", "s.db", "--out", "t.records")
+def test_the_command_reads_and_writes_it(formats, said, tmp_path):
+    said("solve", "bnh", "--points", 64, "--study", "s.db")
+    said("export", "s.db", "--out", "t.records")
     assert read_table("t.records").equals(read_table("s.db"))
     words = ["--limits", "f1<=60", "--units", "f1=kg"]
-    ranked = command("rank", "t.records", *words, "--out", "r.records")
-    assert ranked.replace("t.records", "s.db") == command(
-        "rank", "s.db", *words, "--out", "r.records"
-    )
+    ranked = said("rank", "t.records", *words, "--out", "r.records")
+    assert ranked.replace("t.records", "s.db") == said("rank", "s.db", *words, "--out", "r.records")
     designs = read_table("r.records")
     assert designs.layout.units == {"f1": "kg"}
     np.testing.assert_array_equal(designs.column("f1").max() <= 60, True)
-    command("rank", "r.records", "--out", "again.csv")
+    said("rank", "r.records", "--out", "again.csv")
 
 
-def test_files_of_others_stay(command, tmp_path):
-    command("solve", "bnh", "--points", 16, "--study", "s.db")
+def test_files_of_others_stay(formats, said, tmp_path):
+    said("solve", "bnh", "--points", 16, "--study", "s.db")
     others = tmp_path / "o.records"
     others.write_text("a")
-    assert "remove the file first" in command("export", "s.db", "--out", others, code=2)
+    assert "remove the file first" in said("export", "s.db", "--out", others, code=2)
     assert others.read_text() == "a"
 
 
-def test_other_suffixes_are_refused_by_those_that_there_are(command, tmp_path):
+def test_other_suffixes_are_refused_by_those_that_there_are(formats, said, tmp_path):
     (tmp_path / "set.csv").write_text("a,b\n1,2\n2,1\n")
     rule = "a file with the suffix .csv or .xlsx or .records"
-    assert rule in command("rank", "set.csv", "--out", "o.json", code=2)
+    assert rule in said("rank", "set.csv", "--out", "o.json", code=2)
     assert suffixes_for("tests") == [".csv", ".xlsx", ".db", ".records"]
     refused(rule, format_of, "o.json", "designs")
     table = read_table("set.csv")
@@ -94,16 +86,13 @@ def test_other_suffixes_are_refused_by_those_that_there_are(command, tmp_path):
     refused("sheet must be left out", read_table, "set.csv", sheet="S1")
 
 
-def test_a_file_that_the_reader_of_a_format_did_not_expect_is_refused(tmp_path):
+def test_a_file_that_the_reader_of_a_format_did_not_expect_is_refused(formats, tmp_path):
     class Odd(FileFormat):
         suffix = ".odd"
 
         def read(self, file):
             return file.text.splitlines()[0]
 
-    FORMATS.insert(0, Odd())
-    try:
-        (tmp_path / "a.odd").touch()
-        refused(r"a.odd: it cannot be read as .odd: IndexError", read_table, tmp_path / "a.odd")
-    finally:
-        FORMATS.pop(0)
+    formats.insert(0, Odd())
+    (tmp_path / "a.odd").touch()
+    refused(r"a.odd: it cannot be read as .odd: IndexError", read_table, tmp_path / "a.odd")

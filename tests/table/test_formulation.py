@@ -212,7 +212,7 @@ def test_every_column_stays_a_column():
     ],
 )  # fmt: skip
 def test_limits_that_are_none_or_could_mean_two_things_are_refused(limits, message):
-    refused(message, beam_tests().under, limits=limits)
+    refused(message, beam_tests({3}).under, limits=limits)
     refused(message, lambda: beam_tests().under(Formulation(limits=limits)))
 
 
@@ -252,8 +252,7 @@ def test_a_file_gives_the_formulation_back(formulations, tmp_path_factory):
 def test_a_file_that_is_no_formulation_is_refused_by_its_name(tmp_path, text, message):
     path = tmp_path / "asked.json"
     path.write_text(text, "utf-8")
-    with pytest.raises(ValueError, match=rf"asked\.json must be a formulation.*({message})"):
-        Formulation.read_json(path)
+    refused(rf"asked\.json must be a formulation.*({message})", Formulation.read_json, path)
 
 
 DECISION = {

@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import Formulation, TestTable, acceptability, decision_page, read_table
-from pymoo_psi.cli import main
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.table import Layout
 from tests.page.documents import payload_of
@@ -77,8 +76,7 @@ def test_failed_tests_do_not_count_and_a_design_of_failures_fails():
     assert designs.numbers.tolist() == [3, 5, 7]
     assert designs.reasons == {7: "no licence"}
     assert table.averaged().equals(designs)
-    with pytest.raises(ArgumentValueError, match="^by must be"):
-        TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]).averaged()
+    refused("^by must be", TestTable.of([1, 2], np.zeros((2, 0)), [[1.0], [2.0]]).averaged)
 
 
 @pytest.mark.parametrize(
@@ -87,8 +85,7 @@ def test_failed_tests_do_not_count_and_a_design_of_failures_fails():
 )
 def test_a_column_that_does_not_tell_designs_is_refused(column, rule):
     frame = FRAME.assign(x=range(8))
-    with pytest.raises(ArgumentValueError, match=f"^repeats must be.*{rule}"):
-        read_table(frame, ASKED, variables=["x"], repeats=column)
+    refused(f"^repeats must be.*{rule}", read_table, frame, ASKED, variables=["x"], repeats=column)
 
 
 def test_labels_that_never_recur_are_refused():
@@ -109,20 +106,19 @@ def test_repeats_that_are_not_declared_are_reported():
     )
 
 
-def test_rank_and_report_count_designs(file, tmp_path, capsys):
+def test_rank_and_report_count_designs(file, tmp_path, said):
     options = ["--objectives", "cost,mass", "--repeats", "variant"]
-    assert main(["rank", str(file), *options]) == 0
-    printed = capsys.readouterr().out
-    assert "3 designs, 8 tests" in printed
-    assert "Salukvadze optimum: C\n" in printed
-    assert "By the repeated tests, C is the best with a probability of" in printed
+    printed = said("rank", file, *options)
+    chance = "By the repeated tests, C is the best with a probability of"
+    for text in ("3 designs, 8 tests", "Salukvadze optimum: C\n", chance):
+        assert text in printed
     for command in ("report", "page"):
         out = tmp_path / f"{command}.html"
-        assert main([command, str(file), *options, "--out", str(out)]) == 0
-        text = out.read_text("utf-8")
-        assert "3 designs, 8 tests" in text
-        assert "By the repeated tests, C is the best with a probability of" in text
-        assert "of the weights within a factor of two of equal ones" in text
+        said(command, file, *options, "--out", out)
+        html = out.read_text("utf-8")
+        shares = "of the weights within a factor of two of equal ones"
+        for text in ("3 designs, 8 tests", chance, shares):
+            assert text in html
 
 
 def test_the_page_shades_designs_by_their_chances():
@@ -141,19 +137,23 @@ def test_the_page_shades_designs_by_their_chances():
         ]
 
 
-@pytest.mark.parametrize(("gap", "is_open"), [(0.02, True), (0.4, False)])
-def test_it_is_said_which_further_tests_would_settle_the_choice(gap, is_open, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("gap", "noise", "count", "is_open"),
+    [(0.02, 0.05, 4, True), (0.4, 0.05, 4, False), (0.0, 0.5, 100, False)],
+    ids=["open", "settled", "too close"],
+)
+def test_it_is_said_which_further_tests_would_settle_the_choice(
+    gap, noise, count, is_open, tmp_path, said
+):
     """The middle designs are a compromise each, one of them better by a gap in both objectives."""
     means = {"A": (0, 1), "B": (0.3, 0.3), "C": (0.3 + gap, 0.3 + gap), "D": (1, 0)}
     generator = np.random.default_rng(5)
-    rows = []
-    for name, mean in means.items():
-        for noise in 0.05 * generator.standard_normal((4, 2)):
-            rows.append((name, *(mean + noise)))
+    F = np.repeat(np.array([*means.values()]), count, axis=0)
+    frame = pd.DataFrame(F + noise * generator.standard_normal(F.shape), columns=["f1", "f2"])
     file = tmp_path / "tests.csv"
-    pd.DataFrame(rows, columns=["id", "f1", "f2"]).to_csv(file, index=False)
-    assert main(["rank", str(file), "--objectives", "f1,f2", "--repeats", "id"]) == 0
-    printed = " ".join(capsys.readouterr().out.split())
+    frame.assign(id=np.repeat([*means], count)).to_csv(file, index=False)
+    printed = said("rank", file, "--objectives", "f1,f2", "--repeats", "id")
+    printed = " ".join(printed.split())
     assert ("more tests of each would settle" in printed) == is_open
     assert not is_open or "Which of B and C is better" in printed or "of C and B" in printed
 

@@ -15,13 +15,13 @@ from pymoo_psi import (
 from pymoo_psi.errors import ArgumentValueError
 
 
-def offers(seed, n=40):
+def offers(seed, share=0.7, n=40):
     rng = np.random.default_rng(seed)
     F = np.abs(rng.normal(size=(n, 3)))
     F = (1.3 - F / np.linalg.norm(F, axis=1)[:, None]) ** 1.5 + 0.2 * rng.random((n, 1))
     frame = pd.DataFrame(np.round(F, 2), columns=["price", "days", "gain"])
     frame.insert(0, "name", [f"offer {k}" for k in range(n)])
-    limit = float(frame["price"].quantile(0.7))
+    limit = float(frame["price"].quantile(share))
     asked = Formulation(
         ["price", "days", "gain"],
         maximize=["gain"],
@@ -43,12 +43,13 @@ def first(frame, asked, **limits):
     return [ranking.name_of(row) for row in ranking.salukvadze.tolist()]
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_limits_between_which_the_recommendation_stays(seed):
+@pytest.mark.parametrize(("seed", "share"), [(0, 0.7), (1, 0.25), (2, 0.25), (3, 0.25)])
+def test_limits_between_which_the_recommendation_stays(seed, share):
     """Every value that a design has is tried: the first that changes it is the one reported."""
-    frame, asked = offers(seed)
+    frame, asked = offers(seed, share)
     best = first(frame, asked)[0]
     found = switching_values(read_table(frame, asked), kinds=["limit"])
+    assert (found[found["direction"] == "looser"]["value"].notna()).any() == (share < 0.5)
     assert found["exact"].all()
     assert {*found["column"]} == {"price", "days", "gain"}
     for row in found.itertuples():

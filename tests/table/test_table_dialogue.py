@@ -6,9 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from pymoo_psi import TestTable, explain, lp_tau
+from pymoo_psi import TestTable, lp_tau
 from pymoo_psi.table import Layout, histogram
-from tests.refusals import refused
 
 ring = lp_tau(512, 2)
 RING = TestTable.of(
@@ -124,25 +123,3 @@ def test_a_ranking_of_a_table_names_its_designs_by_their_test_points():
     assert (frame.index.name, frame.index[0]) == ("test_point", 5)
     assert table.to_frame().loc[frame.index, ["f1", "f2"]].equals(frame[["f1", "f2"]])
     assert "the best is design 5)" in repr(ranking)
-
-
-def test_a_design_is_explained_in_the_senses_and_units_of_its_table():
-    """As explain says it of the feasible designs when told everything, which it must be told."""
-    layout = Layout.of(1, ["mass", "gain"], maximize=["gain"], units={"mass": "kg", "x1": "m"})
-    # 15 is dominated, so that the ranges of all optimal designs are those within the limits.
-    F = [[1, -1], [2, -5], [3, -4], [4, -6], [9, -6], [np.inf, np.inf]]
-    table = TestTable.of(
-        [11, 12, 13, 14, 15, 16],
-        np.linspace(0, 1, 6)[:, None],
-        F,
-        reasons={16: "no"},
-        layout=layout,
-    )
-    limits = {"mass": 5}
-    frame = table.to_frame()[["mass", "gain"]].iloc[:4]
-    frame.index = [f"test point {n}" for n in frame.index]
-    for number, row in ((None, 1), (12, 1), (14, 3), (13, 2)):  # the last is dominated
-        theirs = explain(frame, row=row, maximize=["gain"], units={"mass": "kg"})
-        assert table.under(limits=limits).explain(number).sentences == theirs.sentences
-    for number in (15, 16, 1):  # infeasible, failed, not in the table
-        refused(f"design must be .*, got {number}", table.under(limits=limits).explain, number)
