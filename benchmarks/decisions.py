@@ -16,6 +16,11 @@ Measured within the limits: the hypervolume as a share of the best known one, wh
 points of ``references/`` or of the best run; and by how much the distance of the best compromise
 from the ideal point exceeds the least known one, in units of the ranges of the best known set
 within the limits. Every run is stored in ``decisions.jsonl`` when it is finished.
+
+Ax, which has the same first tests and the limits as thresholds of its objectives, proposes 32 tests
+in batches of 4; ``pip install ax-platform`` adds a torch of 5 GB:
+
+    python -m benchmarks.decisions rcm12 cre24 --seeds 1 --ax
 """
 
 from __future__ import annotations
@@ -59,6 +64,7 @@ HELD_OUT = (
     "carside",
 )
 N_FIRST, N_DIRECTED, N_UNDIRECTED = 64, 32, 128
+AX_BATCH = 4
 NEAR = 0.01
 SHARE = 0.1  # of the best known Pareto set that is within the limits of a region
 
@@ -127,31 +133,43 @@ def within(table: TestTable, region: Region) -> Array:
     return F[nondominated(F)]
 
 
+def tests(name: str, seed: int, n: int, **options: Any) -> TestTable:
+    """Return n tests of ``SurrogatePSI``."""
+    algorithm = SurrogatePSI(n, sampling=QMCSampling("sobol"), **options)
+    result = minimize(PROBLEMS[name](), algorithm, seed=seed)
+    table: TestTable = result.algorithm.table.tested
+    return table
+
+
+def row_of(
+    name: str, region: Region, seed: int, entry: str, F: Array, seconds: float
+) -> dict[str, Any]:
+    """Return what is stored of a run that has found the objectives F within the limits."""
+    row: dict[str, Any] = {"problem": name, "region": region.name, "seed": seed, "entry": entry}
+    for measured, value in region.measured(F).items():
+        row[measured] = float(f"{value:.6g}")
+    row["seconds"] = round(seconds, 2)
+    return row
+
+
 def run(name: str, seed: int) -> list[dict[str, Any]]:
     """Perform the tests of a problem with a seed, and measure them in its regions."""
-
-    def tests(n: int, study: Path, formulation: Formulation | None = None) -> TestTable:
-        algorithm = SurrogatePSI(
-            n, sampling=QMCSampling("sobol"), study=study, formulation=formulation
-        )
-        result = minimize(PROBLEMS[name](), algorithm, seed=seed)
-        table: TestTable = result.algorithm.table.tested
-        return table
-
     rows = []
     with TemporaryDirectory() as folder:
         first = Path(folder, "first.db")
-        tests(N_FIRST, first)
+        tests(name, seed, N_FIRST, study=first)
         content = first.read_bytes()
         tables = {}
         for region in regions(name):
             study = Path(folder, f"{region.name}.db")
             study.write_bytes(content)
             began = time.process_time()
-            directed = tests(N_FIRST + N_DIRECTED, study, region.formulation)
+            directed = tests(
+                name, seed, N_FIRST + N_DIRECTED, study=study, formulation=region.formulation
+            )
             tables[region.name] = directed, time.process_time() - began
         began = time.process_time()
-        undirected = tests(N_FIRST + N_UNDIRECTED, first)
+        undirected = tests(name, seed, N_FIRST + N_UNDIRECTED, study=first)
         seconds = time.process_time() - began
     for region in regions(name):
         directed, seconds_directed = tables[region.name]
@@ -161,13 +179,60 @@ def run(name: str, seed: int) -> list[dict[str, Any]]:
             "undirected": (undirected, seconds),
         }
         for entry, (table, seconds_of_entry) in entries.items():
-            row: dict[str, Any] = {"problem": name, "region": region.name, "seed": seed}
-            row["entry"] = entry
-            measures = region.measured(within(table, region))
-            for measured, value in measures.items():
-                row[measured] = float(f"{value:.6g}")
-            row["seconds"] = round(seconds_of_entry, 2)
-            rows.append(row)
+            F = within(table, region)
+            rows.append(row_of(name, region, seed, entry, F, seconds_of_entry))
+    return rows
+
+
+def outputs(problem: Any, x: Array) -> dict[str, float]:
+    """Return objectives and constraints of a design by the names that Ax knows."""
+    F, G = problem.evaluate(x[None, :], return_values_of=["F", "G"])
+    values = {f"f{j}": float(f) for j, f in enumerate(F[0])}
+    values |= {f"g{j}": float(g) for j, g in enumerate(G[0])}
+    return values
+
+
+def run_ax(name: str, seed: int) -> list[dict[str, Any]]:
+    """Let Ax continue the first tests of a problem under the limits of each region."""
+    from ax.api.client import Client
+    from ax.api.configs import RangeParameterConfig
+
+    problem = PROBLEMS[name]()
+    first = tests(name, seed, N_FIRST).X.astype(float)
+    names = [f"x{j}" for j in range(problem.n_var)]
+    parameters = []
+    for x, low, high in zip(names, problem.xl, problem.xu, strict=True):
+        bounds = float(low), float(high)
+        parameters.append(RangeParameterConfig(name=x, parameter_type="float", bounds=bounds))
+    rows = []
+    for region in regions(name):
+        limits = [f"f{j} <= {limit}" for j, limit in enumerate(region.limits)]
+        limits += [f"g{j} <= 0" for j in range(problem.n_ieq_constr)]
+        client = Client(random_seed=seed)
+        client.configure_experiment(parameters=parameters)
+        client.configure_optimization(
+            objective=", ".join(f"-f{j}" for j in range(problem.n_obj)),
+            outcome_constraints=limits,
+        )
+        client.configure_generation_strategy(
+            method="fast", initialization_budget=0, initialize_with_center=False
+        )
+        X = [*first]
+        for x in first:
+            trial = client.attach_trial(dict(zip(names, x.tolist(), strict=True)))
+            client.complete_trial(trial, outputs(problem, x))
+        began = time.process_time()
+        for _ in range(N_DIRECTED // AX_BATCH):
+            for trial, values in client.get_next_trials(max_trials=AX_BATCH).items():
+                x = np.array([values[name] for name in names])
+                client.complete_trial(trial, outputs(problem, x))
+                X.append(x)
+        seconds = time.process_time() - began
+        F, G = problem.evaluate(np.array(X), return_values_of=["F", "G"])
+        found = F[(G <= 0).all(axis=1) & (region.limits >= F).all(axis=1)]
+        if len(found) > 0:
+            found = found[nondominated(found)]
+        rows.append(row_of(name, region, seed, "ax", found, seconds))
     return rows
 
 
@@ -247,29 +312,51 @@ def summary(frame: pd.DataFrame) -> list[str]:
     return lines
 
 
+def ax_table(frame: pd.DataFrame) -> list[str]:
+    """Return the table of the cases that Ax has run, in Markdown."""
+    index = ["problem", "region", "seed"]
+    shares = frame.pivot_table(index=index, columns="entry", values="share")
+    if "ax" not in shares:
+        return []
+    shares = shares[shares["ax"].notna()]
+    lines = [
+        "| problem, region, seed | 64 | 64 + 32 directed | 64 + 32 of Ax |",
+        f"|---|{'---|' * 3}",
+    ]
+    for (name, region, seed), row in shares.iterrows():
+        cells = [f"{row[entry]:.3f}" for entry in ("first", "directed", "ax")]
+        lines.append(f"| {name}, {region}, {seed} | {' | '.join(cells)} |")
+    return ["", *lines]
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Perform the missing runs and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("problems", nargs="*", default=[*TUNED, *HELD_OUT])
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--out", type=Path, default=KEPT)
+    parser.add_argument("--ax", action="store_true", help="let Ax continue the first tests")
     parser.add_argument("--table", action="store_true", help="only the table of the stored runs")
     options = parser.parse_args(arguments)
+    perform = run
+    if options.ax:
+        perform = run_ax
     if not options.table:
         done = set()
         frame = results(options.out)
         if not frame.empty:
+            frame = frame[(frame["entry"] == "ax") == options.ax]
             done = {*zip(frame["problem"], frame["seed"], strict=True)}
         for seed in range(options.seeds):
             for name in options.problems:
                 if (name, seed) in done:
                     continue
-                rows = run(name, seed)
+                rows = perform(name, seed)
                 with options.out.open("a", encoding="utf-8") as file:
                     file.writelines(json.dumps(row) + "\n" for row in rows)
                 print(name, seed, [row["hypervolume"] for row in rows], flush=True)
     frame = results(options.out)
-    lines = [*summary(frame), "", *table(frame)]
+    lines = [*summary(frame), "", *table(frame), *ax_table(frame)]
     print("\n".join(lines))
     if options.out == KEPT:
         before, rest = README.read_text("utf-8").split(BEGIN)
