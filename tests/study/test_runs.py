@@ -63,15 +63,16 @@ def test_no_design_is_evaluated_twice_whatever_runs_ask_for_it(model, study):
 
 @pytest.mark.parametrize("n_first", [8, 40])
 def test_a_run_has_the_points_that_it_would_have_alone(model, study, n_first):
-    investigate(model, n_first, study=study)
+    options = {"study": study, "names": {"f1": "point", "f2": "row_checksum"}}
+    investigate(model, n_first, **options)
     part = Restricted(model, {"x2": (0.5, 1)})
-    table = investigate(part, 16, study=study)
+    table = investigate(part, 16, **options)
     by_point = table.rows(np.argsort(table["test_point"]))
     alone = investigate(part, 16)
     np.testing.assert_array_equal(by_point.X, alone.X)
     np.testing.assert_array_equal(by_point.F, alone.F)
     assert table.numbers.min() > n_first
-    result = minimize(part, PSI(16, study=study))
+    result = minimize(part, PSI(16, **options))
     assert result.algorithm.evaluator.n_eval == 0
     expected = minimize(part, PSI(16)).opt.get("test_point")
     assert sorted(result.opt.get("test_point")) == sorted(expected)

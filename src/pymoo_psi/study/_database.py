@@ -14,13 +14,23 @@ import sqlite3
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pymoo_psi._kinds import DTYPES, Kind
 from pymoo_psi._output import whole_file
-from pymoo_psi._validation import Columns, Head, Integers, Mask, Received, Values, counted, invalid
+from pymoo_psi._validation import (
+    AnyArray,
+    Columns,
+    Head,
+    Integers,
+    Mask,
+    Received,
+    Values,
+    counted,
+    invalid,
+)
 from pymoo_psi.errors import StudyVersionError
 from pymoo_psi.study._facts import (
     NOT_VALUES,
@@ -69,9 +79,31 @@ _FIXED_IN_0_3 = ("test_point", "status", "reason", "origin", "seconds")
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
 _AT_A_TIME = 65_536  # rows in memory as Python's objects
 
-_Terms: TypeAlias = dict[str, tuple[str, Any]]
-"""Expressions of SQL by the name of their column, and the dtype of its cells."""
-_PROVENANCE: _Terms = {"origin": ("origin", np.object_), "seconds": ("seconds", np.float64)}
+
+class _Column(NamedTuple):
+    """A column that is read from the tests of a study.
+
+    Attributes:
+        name: Its name for callers.
+        sql: Its name, or an expression, in SQL.
+        kind: The kind of its cells.
+    """
+
+    name: str
+    sql: str
+    kind: Kind
+
+
+_NUMBERS = [_Column(name, name, Kind.INTEGER) for name in NUMBERS]
+_STATUS = [
+    _Column("status", "status", Kind.CHOICE),
+    _Column("reason", "coalesce(reason, '')", Kind.CHOICE),
+]
+_PROVENANCE = [
+    _Column("origin", "origin", Kind.CHOICE),
+    _Column("seconds", "seconds", Kind.REAL),
+]
+_CHECKSUM = _Column("row_checksum", "row_checksum", Kind.INTEGER)
 
 
 class Proposal(NamedTuple):
@@ -168,9 +200,9 @@ def _checked_rows(
 def _converted(db: sqlite3.Connection, path: str) -> Database:
     """Return a study of version 0.3 as one of this version."""
     facts = Facts(**_stored_facts(db.execute("SELECT name, value FROM study")))
-    terms = {"test": ("test_point", np.int64)} | _PROVENANCE
-    terms |= _terms(_columns(facts.head, _FIXED_IN_0_3))
-    columns = _read(db, terms, "tests")
+    number = _Column("test", "test_point", Kind.INTEGER)
+    stored = [number, *_PROVENANCE, *_with_status(_columns_of_values(facts.head, _FIXED_IN_0_3))]
+    columns = _by_name(stored, _read(db, stored, "tests"))
     proposals = db.execute("SELECT test_point, round, origin, content FROM proposals").fetchall()
     for table in _TABLES[_OF_0_3]:
         db.execute(f"DROP TABLE {table}")
@@ -207,7 +239,7 @@ class Database:
 
     def fill(self) -> None:
         """Write the facts, runs and columns of a new study."""
-        self._add_columns({})
+        self._add_columns(())
         self.write_facts()
         for run in self.facts.runs:
             self._write_run(run)
@@ -312,11 +344,12 @@ class Database:
         """
         renaming = Renaming.between(self.facts.head, head)
         if renaming:
-            columns = self._selected(_PROVENANCE, "tests ORDER BY test")
+            provenance = _read(self.db, _PROVENANCE, "tests ORDER BY test")
+            columns = self.tests() | _by_name(_PROVENANCE, provenance)
             self.facts.head = renaming.of_head(self.facts.head)
             self.db.execute("DROP TABLE tests")
             self.db.execute(_TESTS)
-            self._add_columns({})
+            self._add_columns(())
             self.insert(renaming.of_columns(columns))
         if self._change_head(with_outputs(head, columns_of_head(self.facts.head))):
             self.facts.is_complete = False
@@ -333,15 +366,15 @@ class Database:
         if head == present:
             return False
         self.facts.head = head
-        self._add_columns(_columns(present))
+        self._add_columns(columns_of_head(present))
         return True
 
     def _add_columns(self, present: Collection[str]) -> None:
         """Add the columns of the head that are not present."""
         require_other_names(self.facts.head)
-        for name, (column, kind) in _columns(self.facts.head).items():
+        for name, sql, kind in _columns_of_values(self.facts.head):
             if name not in present:
-                self.db.execute(f"ALTER TABLE tests ADD COLUMN {column} {_TYPES.get(kind, '')}")
+                self.db.execute(f"ALTER TABLE tests ADD COLUMN {sql} {_TYPES.get(kind, '')}")
 
     # Tests
 
@@ -369,14 +402,14 @@ class Database:
         """
         if len(self.facts.runs) == 1 or "repeat" in self.facts.run(run).identity:
             return
-        variables = self.facts.head["variables"]
-        named = _columns(self.facts.head)
-        names = ", ".join(named[name][0] for name in variables)
-        marks = ", ".join("?" * len(variables))
+        n_variables = len(self.facts.head["variables"])
+        variables = _columns_of_values(self.facts.head)[:n_variables]
+        names = ", ".join(variable.sql for variable in variables)
+        marks = ", ".join("?" * n_variables)
         self.db.execute(f"CREATE INDEX IF NOT EXISTS designs ON tests ({names})")
         test_points = columns["test_point"]
         numbers = test_points + self.facts.run(run).start
-        designs = [columns[name].astype(DTYPES[named[name][1]]).tolist() for name in variables]
+        designs = [columns[name].astype(DTYPES[kind]).tolist() for name, _, kind in variables]
         self.db.executemany(
             f"INSERT OR IGNORE INTO adopted SELECT {run}, ?, min(test) FROM tests "
             f"WHERE ({names}) = ({marks}) AND run <> {run} "
@@ -425,10 +458,12 @@ class Database:
         _, rows, stored_rows = np.intersect1d(numbers, stored["test"], return_indices=True)
         stored = rows_of(stored, stored_rows)
         again = rows_of(columns, rows)
-        self._require_equal(stored, again)
-        changed = _changed(stored, again)
+        differ = differing(stored, again)
+        self._require_equal(stored, again, differ)
+        replaced = _replaced(stored, again, differ)
+        filled = _filled(stored, again, differ)
         new = rows_of(columns, np.setdiff1d(np.arange(len(numbers)), rows))
-        n_changed = len(changed["test"])
+        n_changed = len(replaced["test"]) + len(filled["test"])
         n_written = len(new["test"]) + n_changed
         if n_written:
             if n_changed:
@@ -437,16 +472,17 @@ class Database:
             self.write_facts()
             self.widen(columns)
             self.insert(new)
-            self.insert(changed)
+            self.insert(replaced)
+            self.insert(filled)
         return n_written
 
-    def _require_equal(self, stored: Columns, again: Columns) -> None:
+    def _require_equal(self, stored: Columns, again: Columns, differ: Mask) -> None:
         """Refuse other values of stored tests that did not fail; those of other runs stay.
 
         Raises:
             ArgumentValueError: There are some.
         """
-        is_wrong = differing(stored, again) & (stored["run"] == again["run"])
+        is_wrong = differ & (stored["run"] == again["run"])
         is_wrong &= stored["status"] != "failed"
         if is_wrong.any():
             raise invalid(
@@ -460,15 +496,15 @@ class Database:
         """Write tests; the origin and seconds of stored ones stay unless ``columns`` has others."""
         n = len(columns["test"])
         values = {}
-        for name, (_, kind) in _columns(self.facts.head).items():
+        for name, _, kind in _columns_of_values(self.facts.head):
             # NaN where these tests lack an output.
             values[name] = columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind])
         cells = {name: columns[name] for name in NOT_VALUES if name in columns}
         cells["reason"] = np.where(columns["reason"] == "", np.array(None), columns["reason"])
         kept = {name: columns[name] for name in (*NUMBERS, "status", "reason")}
         cells["row_checksum"] = row_checksums(kept | values)
-        for name, (column, _) in _columns(self.facts.head).items():
-            cells[column] = values[name]
+        for name, sql, _ in _columns_of_values(self.facts.head):
+            cells[sql] = values[name]
         marks = ", ".join("?" * len(cells))
         changes = ", ".join(f"{name} = excluded.{name}" for name in cells)
         statement = (
@@ -486,7 +522,7 @@ class Database:
             StudyCorruptError: A row has another checksum.
         """
         ends = min(first, LAST), min(last, LAST)
-        return self._selected({}, "tests WHERE test BETWEEN ? AND ? ORDER BY test", ends)
+        return self._selected("tests WHERE test BETWEEN ? AND ? ORDER BY test", ends)
 
     def tests_of_run(self, run: int, first: int, last: int) -> Columns:
         """Return the tests of test points ``first`` to ``last`` of a run, in their order."""
@@ -494,27 +530,23 @@ class Database:
             start = self.facts.run(run).start
             return self.tests(start + first, start + last)
         points = self._points_of_run(run, first, last)
-        source = f"({points}) AS points JOIN tests USING (test) ORDER BY point"
-        columns = self._selected({"point": ("point", np.int64)}, source)
-        columns["test_point"] = columns.pop("point")
-        return columns
+        tests = self._selected(
+            f"({points}) AS points JOIN tests USING (test) ORDER BY points.point"
+        )
+        tests["test_point"] = self.test_points(run, first, last)
+        return tests
 
-    def _selected(self, more: _Terms, source: str, arguments: Sequence[int] = ()) -> Columns:
-        """Return tests of a source, after a comparison of their checksums."""
-        # The number of a test says its run and test point, which are columns for other programs.
-        checksum = f"row_checksum * (test = test_point + (run - 1) * {ROOM})"
-        terms = {"": (checksum, np.int64), "test": ("test", np.int64)}
-        terms |= _terms(_columns(self.facts.head)) | more
+    def _selected(self, source: str, arguments: Sequence[int] = ()) -> Columns:
+        """Return tests of a source in SQL, after a comparison of their checksums."""
+        columns = [*_NUMBERS, *_with_status(_columns_of_values(self.facts.head))]
         with intact(self._path):
-            columns = _read(self.db, terms, source, arguments)
-            stored = columns.pop("")
-            columns = self.numbered(columns["test"]) | columns
-            kept = {name: column for name, column in columns.items() if name not in more}
-            changed = columns["test"][stored != row_checksums(kept)]
+            checksums, *cells = _read(self.db, [_CHECKSUM, *columns], source, arguments)
+            tests = _by_name(columns, cells)
+            changed = tests["test"][checksums != row_checksums(tests)]
         if len(changed):
             problem = f"{counted(len(changed), 'test')} changed, the first {changed[0]}"
             raise unreadable(self._path, problem)
-        return columns
+        return tests
 
     def test_numbers(self) -> Integers:
         """Return the numbers of the tests."""
@@ -522,9 +554,9 @@ class Database:
         (text,) = self.db.execute("SELECT group_concat(test, ' ') FROM tests").fetchone()
         return np.fromstring(text or "", np.int64, sep=" ")
 
-    def test_points(self, run: int, first: int) -> Integers:
-        """Return the test points of a run from ``first`` on that have a test, increasing."""
-        points = self._points_of_run(run, first, LAST)
+    def test_points(self, run: int, first: int, last: int = LAST) -> Integers:
+        """Return the test points of a run from ``first`` to ``last`` with a test, increasing."""
+        points = self._points_of_run(run, first, last)
         rows = self.db.execute(f"SELECT point FROM ({points}) AS points ORDER BY point")
         return np.fromiter((point for (point,) in rows), np.int64)
 
@@ -559,54 +591,31 @@ def differing(columns: Columns, others: Columns) -> Mask:
     return np.asarray(differ)
 
 
-def _changed(stored: Columns, again: Columns) -> Columns:
-    """Return the stored tests that change as they are tested again.
-
-    A failed test takes all values of a repetition that differs. Any other takes values where it has
-    none, which are NaN.
-    """
-    differ = differing(stored, again)
+def _replaced(stored: Columns, again: Columns, differ: Mask) -> Columns:
+    """Return the failed tests whose repetitions differ, with all values of the repetitions."""
     is_replaced = differ & (stored["status"] == "failed")
+    numbers = {name: stored[name] for name in NUMBERS}
+    return rows_of(again | numbers, is_replaced)
+
+
+def _filled(stored: Columns, again: Columns, differ: Mask) -> Columns:
+    """Return the tests that lack values, which are NaN, and have them in an equal repetition."""
     unknown = np.full(len(differ), np.nan)
-    is_changed = is_replaced.copy()
-    changed = again | {name: stored[name] for name in NUMBERS}
-    for name in (again.keys() | stored.keys()).difference(NUMBERS, ("origin", "seconds")):
+    is_filled = np.zeros(len(differ), dtype=bool)
+    filled = again | stored
+    for name in again.keys() - {*NOT_VALUES}:
         old = stored.get(name, unknown)
-        new = again.get(name, unknown)
-        # NaN differs from itself.
-        is_taken = is_replaced | (~differ & (old != old) & (new == new))
-        changed[name] = np.where(is_taken, new, old)
-        is_changed |= is_taken
-    return rows_of(changed, is_changed)
+        new = again[name]
+        is_new = ~differ & (old != old) & (new == new)  # NaN differs from itself
+        filled[name] = np.where(is_new, new, old)
+        is_filled |= is_new
+    return rows_of(filled, is_filled)
 
 
-def _terms(columns: Mapping[str, tuple[str, Kind]]) -> _Terms:
-    terms: _Terms = {}
-    for name, (column, kind) in columns.items():
-        # With the table: SQLite takes a quoted name that is no column for a text.
-        terms[name] = (f"tests.{column}", DTYPES[kind])
-    terms["status"] = ("status", np.object_)
-    terms["reason"] = ("coalesce(reason, '')", np.object_)
-    return terms
-
-
-def _read(
-    db: sqlite3.Connection, terms: _Terms, source: str, arguments: Sequence[int] = ()
-) -> Columns:
-    """Return the cells of terms in SQL."""
-    columns = {name: [np.array([], dtype)] for name, (_, dtype) in terms.items()}
-    query = ", ".join(term for term, _ in terms.values())
-    cursor = db.execute(f"SELECT {query} FROM {source}", arguments)
-    for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
-        for (name, (_, dtype)), cells in zip(terms.items(), zip(*rows, strict=True), strict=True):
-            columns[name].append(np.array(cells, dtype))
-    return {name: np.concatenate(parts) for name, parts in columns.items()}
-
-
-def _columns(head: Head, fixed: Collection[str] = _FIXED) -> dict[str, tuple[str, Kind]]:
-    """Return for each name its column, quoted for SQL, and the kind of its cells."""
+def _columns_of_values(head: Head, fixed: Collection[str] = _FIXED) -> list[_Column]:
+    """Return the columns of a head, as the table of tests has them, quoted for SQL."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
-    columns = {}
+    columns = []
     taken = {*fixed}
     for name in columns_of_head(head):
         column = name
@@ -614,8 +623,35 @@ def _columns(head: Head, fixed: Collection[str] = _FIXED) -> dict[str, tuple[str
             column += "_"
         taken.add(column.lower())
         quoted = column.replace('"', '""')
-        columns[name] = (f'"{quoted}"', kinds.get(name, Kind.REAL))
+        columns.append(_Column(name, f'"{quoted}"', kinds.get(name, Kind.REAL)))
     return columns
+
+
+def _with_status(values: Sequence[_Column]) -> list[_Column]:
+    """Return columns of values as they are read, and those of the status."""
+    # With the table: SQLite takes a quoted name that is no column for a text.
+    columns = [column._replace(sql=f"tests.{column.sql}") for column in values]
+    return [*columns, *_STATUS]
+
+
+def _by_name(columns: Sequence[_Column], cells: Sequence[AnyArray]) -> Columns:
+    return dict(zip([column.name for column in columns], cells, strict=True))
+
+
+def _read(
+    db: sqlite3.Connection,
+    columns: Sequence[_Column],
+    source: str,
+    arguments: Sequence[int] = (),
+) -> list[AnyArray]:
+    """Return the cells of each column."""
+    parts: list[list[AnyArray]] = [[np.array([], DTYPES[column.kind])] for column in columns]
+    query = ", ".join(column.sql for column in columns)
+    cursor = db.execute(f"SELECT {query} FROM {source}", arguments)
+    for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
+        for column, arrays, cells in zip(columns, parts, zip(*rows, strict=True), strict=True):
+            arrays.append(np.array(cells, DTYPES[column.kind]))
+    return [np.concatenate(arrays) for arrays in parts]
 
 
 def _text(value: Any) -> str:
