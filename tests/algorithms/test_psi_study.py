@@ -156,18 +156,6 @@ def whole():
 forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="the runs of these tests are forks")
 
 
-@forks
-def test_processes_share_a_study_and_test_nothing_twice(server, whole):
-    run, path = server
-    logs = [path.with_name(f"shared{k}") for k in range(3)]
-    assert run(*(f"{log}@" for log in logs)) == [0] * 3
-    lines = [line for log in logs if log.exists() for line in log.read_text().splitlines()]
-    assert sorted(tuple(json.loads(line)) for line in lines) == sorted(map(tuple, whole.X.tolist()))
-    assert read_table(path).equals(whole)
-    for file in path.parent.glob("s.db*"):  # a log too, if the last reader left one
-        file.unlink()
-
-
 KILLS = 6
 
 

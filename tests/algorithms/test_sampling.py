@@ -65,7 +65,9 @@ def test_a_continued_sequence_is_the_whole_one():
         np.testing.assert_array_equal(np.concatenate(parts), whole)
 
 
-def test_bad_arguments():
+def test_bad_arguments(study_file):
+    rule = "more must be used with a sequence that can be continued"
+    refused(rule, investigate, PROBLEM, 8, sampling="lhs", seed=1, more=True, study=study_file)
     refused("got 'soboll'; did you mean 'sobol'", QMCSampling, "soboll", error=ValueError)
     with pytest.raises(ValueError, match="at most 51 for LPτ, got 60; use QMCSampling"):
         LPTauSampling().do(get_problem("zdt1", n_var=60), 10)

@@ -90,6 +90,8 @@ def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model
     np.testing.assert_array_equal(
         X[np.argsort(longer["test_point"].astype(int))], investigate(model, 16).X
     )
+    last = investigate(model, 1, study=study, first=1_000_000)
+    assert last.numbers.tolist() == [1_000_000]
     with pytest.raises(PsiError, match="number of test points must be at most 1000000 for run 1"):
         investigate(model, 1, study=study, first=1_000_001)
 

@@ -181,6 +181,7 @@ def test_what_is_stored_is_not_written_again(study):
     folder = Path(study.path).parent
     before = contents(folder), os.stat(study.path).st_mtime_ns
     assert study.append(block(1, 4, failed=[2])) == 0
+    assert study.append(rows(block(1, 4, failed=[2]), [3, 1, 0, 2])) == 0
     assert study.append(block(1, 0)) == 0
     study.begin(HEAD)
     read(study.path)
