@@ -52,17 +52,17 @@ NEAR_BEST = 0.05
 """Designs at most 5 % farther from the ideal point than the best one are as good as it."""
 
 _VARIABLES = "variables"
-_SURE = 0.9  # a probability that is enough
-_FEWEST = 5  # designs with noise that show how much it differs
-_N_LISTED = 3  # designs that a remark names
+_SURE = 0.9  # the probability from which on no further tests are proposed
+_FEWEST = 5  # designs with noise from which on variances are moderated, not pooled
+_N_LISTED = 3  # the most designs that a remark names
 _SAMPLES = 1000
-_OF_MANY = 200  # samples of more designs than _MANY
-_MANY = 2000
-_PRIOR = 5  # designs for each objective from which on means are shrunk
-_LEAST = 1e-9  # of a variance, so that no matrix is singular
+_MANY = 2000  # designs above which there are fewer samples
+_SAMPLES_OF_MANY = 200
+_FEWEST_FOR_PRIOR = 5  # designs for each objective from which on means are shrunk
+_LEAST_VARIANCE = 1e-9  # on scaled objectives, so that no matrix is singular
 _SEED = 1
-_ROUNDED = 1e-13  # of a value: a mean of equal values may differ from them by so much
-_ROUNDING = 1e-9  # distances closer than this are equal
+_ROUNDED = 1e-13  # the relative rounding error of a mean of equal values
+_ROUNDING = 1e-9  # the relative difference up to which distances or variances are equal
 
 
 def error_column(objective: str) -> str:
@@ -189,7 +189,7 @@ def _layout_of_means(
 
 
 def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
-    """Return what says which tests are of one design: its name, and its n values."""
+    """Return the name and the n values of the column whose equal values mark one design."""
     if by is None or (by == _VARIABLES and by not in table.columns):
         if not table.layout.variables:
             raise invalid("by", "the column that names designs, as there are no variables", by)
@@ -225,9 +225,11 @@ def _variances(squares: Array, degrees: Integers) -> Array:
     excess = logs.var(ddof=1) - polygamma(1, half).mean()
     if excess <= 0:
         return variance
-    y = (1 + np.sqrt(1 + 2 * excess)) / (2 * excess)  # of which excess is the trigamma function
-    typical = np.exp(logs.mean() + digamma(y))
-    return np.asarray((2 * typical + squares) / (2 * y + degrees))
+    # The trigamma function of half the degrees of freedom of the prior is the excess; it is about
+    # 1 / y + 1 / (2 y^2).
+    half_prior = (1 + np.sqrt(1 + 2 * excess)) / (2 * excess)
+    half_squares = np.exp(logs.mean() + digamma(half_prior))
+    return np.asarray((2 * half_squares + squares) / (2 * half_prior + degrees))
 
 
 def _common_cells(table: TestTable, first: Rows) -> tuple[dict[str, Any], list[str]]:
@@ -244,7 +246,7 @@ def _common_cells(table: TestTable, first: Rows) -> tuple[dict[str, Any], list[s
             varying.append(name)
         else:
             cells[name] = column[np.unique(first)]
-    # Rows of a file that has no names differ by nature, and the runs of repeats.
+    # Repeated tests always differ in the rows of a file without names, and in their runs.
     return cells, [name for name in varying if name not in ("row", RUN, POINT)]
 
 
@@ -305,40 +307,54 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
 
     ranking = table.feasible_ranking()
     objectives = ranking.objectives
-    designs = table.rows(ranking.rows)
-    errors = _errors(designs, noise)
-    is_estimated = noise is None and N_TESTS in designs.layout.outputs
-    degrees = errors
-    if is_estimated:
-        degrees = _degrees(designs.column(N_TESTS), errors)
-    values = objectives.minimized
-    means, factors = _posterior(values, errors)
+    errors = _errors(table.rows(ranking.rows), noise)
+    degrees = None
+    if noise is None and N_TESTS in table.layout.outputs:
+        degrees = _degrees(table.column(N_TESTS), ranking.rows, errors)
+    means, factors = _posterior(objectives.minimized, errors)
+    n_designs = len(means)
     n_samples = _SAMPLES
-    if len(values) > _MANY:
-        n_samples = _OF_MANY
+    if n_designs > _MANY:
+        n_samples = _SAMPLES_OF_MANY
     generator = np.random.default_rng(_SEED)
-    chances = np.zeros((3, len(values)))
+    n_pareto = np.zeros(n_designs)
+    n_best = np.zeros(n_designs)
+    n_near_best = np.zeros(n_designs)
     for _ in range(n_samples):
-        steps = generator.standard_normal(values.shape)
-        if is_estimated:  # the size of the noise is not known either
+        steps = generator.standard_normal(means.shape)
+        if degrees is not None:  # the variance of the noise is an estimate, too
             steps *= np.sqrt(degrees / generator.chisquare(degrees))
         sample = means + np.einsum("ijk,ik->ij", factors, steps)
-        pareto = nondominated(sample)
-        distance = ranking.frame.around(sample[pareto]).distances(sample)[:, 0]
-        least = distance[pareto].min()
-        is_best = pareto & (distance <= least * (1 + _ROUNDING))
-        chances += pareto, is_best, distance <= least * (1 + NEAR_BEST)
-    chances /= n_samples
+        is_pareto = nondominated(sample)
+        distance = ranking.frame.around(sample[is_pareto]).distances(sample)[:, 0]
+        least = distance[is_pareto].min()
+        n_pareto += is_pareto
+        n_best += is_pareto & (distance <= least * (1 + _ROUNDING))
+        n_near_best += distance <= least * (1 + NEAR_BEST)
     columns = dict(zip(objectives.names, objectives.original(means).T, strict=True))
-    columns |= dict(zip(("pareto", "best", "near_best"), chances, strict=True))
+    columns["pareto"] = n_pareto / n_samples
+    columns["best"] = n_best / n_samples
+    columns["near_best"] = n_near_best / n_samples
     return pd.DataFrame(columns, index=list(objectives.labels))
 
 
-def _degrees(tests: Array, errors: Array) -> Array:
-    """Return the ``(n, m)`` degrees of freedom of standard errors by ``(n,)`` tests."""
-    variances = errors**2 * tests[:, None]
+def _degrees(n_tests: Array, rows: Rows, errors: Array) -> Array:
+    """Return the degrees of freedom of the variances in the standard errors of some designs.
+
+    A pooled variance has those of all designs, feasible or not. A moderated one has d + n - 1, with
+    d of the prior (Smyth 2004, as in :func:`_variances`). Standard errors do not tell d, so it is
+    taken as 1, which is low: probabilities are less extreme than with the d of the prior.
+
+    Args:
+        n_tests: ``(n,)`` numbers of tests of all designs.
+        rows: ``(k,)`` rows of some of them.
+        errors: ``(k, m)`` their standard errors.
+    """
+    tests = n_tests[rows, None]
+    variances = errors**2 * tests
     is_pooled = np.ptp(variances, axis=0) <= _ROUNDING * variances.max(axis=0)
-    return np.where(is_pooled, max((tests - 1).sum(), 1), tests[:, None])
+    pooled = np.fmax(n_tests - 1, 0).sum()
+    return np.where(is_pooled, max(pooled, 1), tests)
 
 
 def _errors(designs: TestTable, noise: Mapping[str, float] | None) -> Array:
@@ -410,7 +426,7 @@ def tests_to_settle(share: float, n_tests: float) -> int:
 
     quantiles = ndtri((np.arange(_SAMPLES) + 0.5) / _SAMPLES)
     for n_more in (0, 1, 2, 4, 8, 16, 32, 64):
-        # Of the difference, in standard errors that it has now.
+        # Further tests leave this part of the variance of the difference.
         left = n_tests / (n_tests + n_more)
         expected = ndtri(share) + np.sqrt(1 - left) * quantiles
         if ndtr(np.abs(expected) / np.sqrt(left)).mean() >= _SURE:
@@ -437,12 +453,12 @@ def _posterior(values: Array, errors: Array) -> tuple[Array, Array]:
     lengths = np.where(np.isfinite(lengths), lengths, 1.0)
     # The noise of each design, as a diagonal matrix.
     noise = ((errors / lengths) ** 2)[:, :, None] * np.eye(m)
-    if n < _PRIOR * m:
+    if n < _FEWEST_FOR_PRIOR * m:
         return values, np.sqrt(noise) * lengths[:, None]
     scaled = values / lengths
     spread = np.atleast_2d(np.cov(scaled.T)) - noise.mean(axis=0)
     sizes, axes = np.linalg.eigh(spread)
-    prior = (axes * np.maximum(sizes, _LEAST)) @ axes.T
+    prior = (axes * np.maximum(sizes, _LEAST_VARIANCE)) @ axes.T
     gains = prior @ np.linalg.inv(prior + noise)
     center = scaled.mean(axis=0)
     means = center + np.einsum("ijk,ik->ij", gains, scaled - center)
