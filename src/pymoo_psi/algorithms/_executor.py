@@ -27,26 +27,28 @@ from pymoo_psi.problems import Seeded, stream_designs, streams
 from pymoo_psi.study import LAST
 from pymoo_psi.table import TestTable
 
-# Points that may wait for workers: as many as can be held easily.
+# Points that may wait for workers; the executor takes more when fewer wait.
 _WAITING = 4096
 # Points for each worker that may be evaluated ahead where a termination may end the run. With 8,
 # the slowest design of a block takes as long as 8 others.
-_NEAR = 8
-# A piece takes about so many seconds: a commit of some milliseconds does not count beside them, and
+_AHEAD_OF_WORKER = 8
+# Seconds that a piece takes, about: a commit of some milliseconds does not count beside them, and
 # not much more is lost when the process is killed.
 _SECONDS = 1.0
-# The same for a runner that is not ours: its workers wait for the slowest design of each piece.
+# The same for a runner of another package: its workers wait for the slowest design of each piece.
 _SECONDS_OF_OTHERS = 10.0
-# Designs in the first piece: enough to measure the cost of one and to keep the workers busy of a
-# runner that is not ours, and few enough that a model of seconds a design loses minutes only.
+# Designs in the first piece: enough to measure the cost of one and to keep the workers of a runner
+# of another package busy, and few enough that a model of seconds a design loses minutes only.
 _SMALLEST = 64
-# 65 536 designs fill NumPy's loops and take some megabytes; 512 let a progress bar move.
+# The most designs in a piece: 65 536 fill NumPy's loops and take some megabytes; 512, where they
+# are evaluated one by one, let a progress bar move.
 _LARGEST, _LARGEST_ELEMENTWISE = 65_536, 512
 # Pieces for each worker, at least, so that the last ones end at about the same time.
 _PIECES = 8
-# Pieces for each worker that are under way, wait for it, or are done and wait to be read.
+# Pieces for each worker that are evaluated, wait for it, or are evaluated and wait to be read.
 _PIECES_AHEAD = 4
-_TELLING = 4096  # tests, the share of whose front says what that of others will be
+# Tests in a block, from which on the share of its Pareto set predicts that of later blocks.
+_PREDICTIVE = 4096
 
 
 class Block(NamedTuple):
@@ -88,72 +90,103 @@ class BlockFilter:
         self._model = model
 
     def __call__(self, tests: TestTable) -> TestTable:
-        """Return the needed ones of a block."""
+        """Return the tests of a block that are needed."""
         if self._keep == "all":
             return tests
         table = self._model.under_so_far(tests)
         if self._keep == "feasible":
             return tests.rows(table.feasible())
         kept = tests.rows(table.pareto())
-        if 2 * len(kept) > len(tests) > _TELLING:
+        if 2 * len(kept) > len(tests) > _PREDICTIVE:
             self._keep = "all"
         return kept
 
 
-class _Executor:
+class Executor:
     """Evaluates points; it knows nothing of studies, of points still to come, or of algorithms.
 
-    Copies have the settings; what is being evaluated stays with the executor. A subclass writes
+    It makes tasks of points: single designs, or pieces of many points. Workers take waiting tasks.
+    A subclass writes ``room``, ``submit``, ``wait`` and ``take``.
 
-    - ``room``: how many more points to submit now; 0 while enough of them wait.
-    - ``submit(points)``: take points to evaluate, with numbers above those of all before, also
-      while others are evaluated.
-    - ``wait()``: wait until more is evaluated, or for a moment; return what it took, in seconds of
-      a worker.
-    - ``take()``: return the tests of the evaluated points, in the order of their evaluation.
+    Args:
+        may_end_early: Whether a termination may end the run before all points are tested.
 
     Attributes:
         elastic: Whether workers may join and leave.
-        ahead: How many points to submit beyond those that are awaited.
     """
 
     elastic = False
-    ahead = 0
 
-    def __init__(self) -> None:
-        self._clear()
+    def __init__(self, may_end_early: bool) -> None:
+        self._may_end_early = may_end_early
+        self._reset()
+
+    def _reset(self) -> None:
+        """Forget all points."""
+        self._points = Points.none()
+        self._waiting: Waiting = deque()  # tasks that no worker has begun, by their first number
+        self._held: Waiting = deque()  # those that workers must not begin, during a pause
+        self._is_paused = False
+        # all tasks that are not evaluated, by their first number: of designs None, or the pieces
+        self._pending: dict[int, Any] = {}
+        self._evaluated: list[Any] = []
+        self._results: Generator[Any] | None = None
+
+    def __getstate__(self) -> Values:
+        """Copies have the settings; what is being evaluated stays with the executor."""
+        copied = object.__new__(type(self))
+        vars(copied).update(vars(self))
+        copied._reset()
+        return vars(copied)
 
     @property
     def n_workers(self) -> int:
         """How many workers evaluate designs now without waiting for one another, or 0."""
         return 0
 
-    def _clear(self) -> None:
-        self._points = Points.none()
-        self._waiting: Waiting = deque()
-        self._held: Waiting = deque()
-        self._is_holding = False
-        self._pending: dict[int, Any] = {}  # what waits or is evaluated, by the first number
-        self._evaluated: list[Any] = []
-        self._results: Generator[Any] | None = None
-
-    def __getstate__(self) -> Values:
-        """Return the settings, and no points."""
-        return vars(self) | vars(_Executor())
+    @property
+    def n_ahead(self) -> int:
+        """How many points to submit beyond those that are awaited, so that no worker waits."""
+        if self._may_end_early:
+            return 0
+        return LAST
 
     @property
-    def n_pending(self) -> int:
-        """How many points, or pieces of points, are to be evaluated and are not held back."""
-        return len(self._pending) - len(self._held)
+    def room(self) -> int:
+        """How many more points to submit now; 0 while enough of them wait."""
+        raise NotImplementedError
 
-    def hold(self, on: bool) -> None:
-        """Hold back what no worker has begun, or let it go on."""
-        self._is_holding = on
-        source, target = self._held, self._waiting
-        if on:
-            source, target = self._waiting, self._held
-        target.extend(source)
-        source.clear()
+    def submit(self, points: Points) -> None:
+        """Take points to evaluate, with numbers above those of all earlier points.
+
+        It may be called while others are evaluated, but not during a pause.
+        """
+        raise NotImplementedError
+
+    def wait(self) -> float:
+        """Wait for another task, or for a moment; return its seconds of a worker, or 0."""
+        raise NotImplementedError
+
+    def take(self) -> Block:
+        """Take the tests of the evaluated points, in the order of their evaluation."""
+        raise NotImplementedError
+
+    def pause(self) -> None:
+        """Let no worker begin another task."""
+        self._is_paused = True
+        self._held.extend(self._waiting)
+        self._waiting.clear()
+
+    def resume(self) -> None:
+        """Let workers begin tasks again."""
+        self._is_paused = False
+        self._waiting.extend(self._held)
+        self._held.clear()
+
+    @property
+    def n_pending_tasks(self) -> int:
+        """How many tasks wait for workers or are evaluated; none of those held by a pause."""
+        return len(self._pending) - len(self._held)
 
     @property
     def first_pending(self) -> int:
@@ -171,10 +204,10 @@ class _Executor:
             if not self._pending:
                 next(self._results, None)  # the end, where workers become idle
             self._results.close()
-        self._clear()
+        self._reset()
 
 
-class OneByOne(_Executor):
+class OneByOne(Executor):
     """Sends designs to workers that do not wait for one another, or evaluates them here.
 
     Args:
@@ -183,12 +216,11 @@ class OneByOne(_Executor):
     """
 
     def __init__(self, model: Model, may_end_early: bool) -> None:
-        super().__init__()
+        super().__init__(may_end_early)
         self._model = model
-        self._may_end_early = may_end_early
         self._runner = model.problem.elementwise_runner
         self._has_workers = isinstance(self._runner, Runner)
-        self.elastic = self._has_workers and self._runner.elastic
+        self.elastic = getattr(self._runner, "elastic", False)
 
     @property
     def n_workers(self) -> int:
@@ -198,12 +230,10 @@ class OneByOne(_Executor):
         return int(self._runner.n_workers)
 
     @property
-    def ahead(self) -> int:  # type: ignore[override]
+    def n_ahead(self) -> int:
         """How many points to submit beyond those that are awaited, so that no worker waits."""
-        if not self._has_workers:
-            return 0
-        if self._may_end_early:
-            return _NEAR * self.n_workers
+        if self._may_end_early or not self._has_workers:
+            return _AHEAD_OF_WORKER * self.n_workers  # 0 in this process
         return LAST  # one slow design holds up none of the others
 
     @property
@@ -259,25 +289,23 @@ class PieceTask:
 
     Args:
         model: The model.
-        kept: Returns the tests that are needed; ``None`` for all.
+        block_filter: Returns the tests that are needed.
     """
 
-    def __init__(self, model: Model, kept: BlockFilter | None) -> None:
+    def __init__(self, model: Model, block_filter: BlockFilter) -> None:
         self.problem = model.problem
         self._model = model
-        self._kept = kept
+        self._filter = block_filter
 
     def __call__(self, piece: Points) -> tuple[TestTable, float]:
         """Evaluate the points of a piece."""
         began = time.monotonic()
         tests = self._model.evaluated(piece)
         seconds = (time.monotonic() - began) / len(piece)
-        if self._kept is not None:
-            tests = self._kept(tests)
-        return tests, seconds
+        return self._filter(tests), seconds
 
 
-class InPieces(_Executor):
+class InPieces(Executor):
     """Evaluates points by calls for many, in this process or in others.
 
     Args:
@@ -286,6 +314,7 @@ class InPieces(_Executor):
         largest: The same for the largest one.
         seconds: What a piece takes; it shrinks or grows until it does.
         runner: What evaluates pieces; ``None`` is this process.
+        may_end_early: Whether a termination may end the run before all points are tested.
     """
 
     def __init__(
@@ -295,8 +324,9 @@ class InPieces(_Executor):
         largest: int,
         seconds: float,
         runner: Runner | None,
+        may_end_early: bool,
     ) -> None:
-        super().__init__()
+        super().__init__(may_end_early)
         self._task = task
         self._smallest = smallest
         self._largest = largest
@@ -325,7 +355,7 @@ class InPieces(_Executor):
 
     def _cut(self) -> None:
         """Cut as many pieces as workers need."""
-        while len(self._points) and len(self._waiting) < self._n_waiting and not self._is_holding:
+        while len(self._points) and len(self._waiting) < self._n_waiting and not self._is_paused:
             piece = self._points.at(slice(0, self._size))
             self._points = self._points.at(slice(self._size, None))
             first = int(piece.numbers[0])
@@ -368,9 +398,6 @@ class InPieces(_Executor):
         return Block(numbers, tests, len(numbers), np.repeat(seconds, sizes))
 
 
-Executor = OneByOne | InPieces
-
-
 def executor_of(
     model: Model,
     options: RunOptions,
@@ -378,7 +405,7 @@ def executor_of(
     n_points: int | None = None,
     runner: Runner | None = None,
     may_end_early: bool = True,
-    kept: BlockFilter | None = None,
+    keep: str = "all",
 ) -> Executor:
     """Return the executor for a model.
 
@@ -389,7 +416,7 @@ def executor_of(
         runner: What evaluates pieces of a vectorised model; ``None`` is this process.
         may_end_early: Whether a termination may end the run before all points are tested; if not,
             points are evaluated ahead of the blocks that are asked for.
-        kept: Returns the tests of a piece that are needed; ``None`` for all.
+        keep: Which tests of a piece are returned: ``"all"``, or as for :class:`BlockFilter`.
 
     Raises:
         ArgumentValueError: The model is noisy, and is called for several designs together.
@@ -400,13 +427,13 @@ def executor_of(
         rule = "called for one design at a time, as each test has its own seed, if it is noisy"
         remedy = "make an ElementwiseProblem with a runner of this package"
         raise invalid("problem", rule, model.inner, remedy)
-    task = PieceTask(model, kept)
-    if n_points is None:
-        return InPieces(task, LAST, LAST, _SECONDS, runner)
-    largest = _LARGEST
     smallest = _SMALLEST
+    largest = _LARGEST
     seconds = _SECONDS
-    if model.problem.elementwise:
+    if n_points is None:
+        smallest = LAST
+        largest = LAST
+    elif model.problem.elementwise:
         largest = _LARGEST_ELEMENTWISE
         if isinstance(model.problem.elementwise_runner, LoopedElementwiseEvaluation):
             smallest = 1
@@ -414,9 +441,7 @@ def executor_of(
             seconds = _SECONDS_OF_OTHERS
     elif runner is not None and runner.n_workers != 1:
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
-        largest = min(largest, max(_SMALLEST, points_of_a_worker))
+        largest = min(_LARGEST, max(_SMALLEST, points_of_a_worker))
     largest = options.block_size or largest
-    pieces = InPieces(task, min(smallest, largest), largest, seconds, runner)
-    if not may_end_early:
-        pieces.ahead = LAST
-    return pieces
+    task = PieceTask(model, BlockFilter(keep, model))
+    return InPieces(task, min(smallest, largest), largest, seconds, runner, may_end_early)

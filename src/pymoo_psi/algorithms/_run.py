@@ -27,7 +27,7 @@ from pymoo_psi._validation import (
     integer,
     invalid,
 )
-from pymoo_psi.algorithms._executor import Block, BlockFilter, Executor, executor_of
+from pymoo_psi.algorithms._executor import Block, Executor, executor_of
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
@@ -147,7 +147,7 @@ class Run:
             try:
                 while not self._queue.are_ready(self._queue.awaited).all():
                     self._advance()
-                if self.executor.n_pending == 0:
+                if self.executor.n_pending_tasks == 0:
                     self._end_work()  # which releases the lock; workers are kept
             except BaseException:
                 self.close()
@@ -221,14 +221,17 @@ class Run:
             return {"answer": f"{total} tests in all", "points": total}
         self._is_paused = action == "pause"
         self._is_stopped = action == "stop"
-        self.executor.hold(action != "continue")
+        if action == "continue":
+            self.executor.resume()
+        else:
+            self.executor.pause()
         return {"answer": "done"}
 
     # The work: from points to tests
 
     @property
     def _n_free(self) -> int:
-        return self.executor.n_workers - self.executor.n_pending
+        return self.executor.n_workers - self.executor.n_pending_tasks
 
     def _test_points(self) -> Generator[None]:
         """Test the awaited points, and some ahead; yield whenever tests are ready."""
@@ -240,12 +243,12 @@ class Run:
             try:
                 self._follow_requests()
                 yield from self._start(recall, self._queue.n_awaited)
-                if executor.n_pending:  # nothing ahead of points whose tests are all stored
-                    yield from self._start(recall, self._queue.n_awaited + executor.ahead)
+                if executor.n_pending_tasks:  # nothing ahead of points whose tests are all stored
+                    yield from self._start(recall, self._queue.n_awaited + executor.n_ahead)
                 began = time.monotonic()
                 computed = 0.0
-                while executor.n_pending or self._is_paused:
-                    if executor.n_pending:
+                while executor.n_pending_tasks or self._is_paused:
+                    if executor.n_pending_tasks:
                         computed += executor.wait()
                     else:
                         time.sleep(_MOMENT)
@@ -255,7 +258,7 @@ class Run:
                         yield
                         began = time.monotonic()
                         computed = 0.0
-                    yield from self._start(recall, self._queue.n_awaited + executor.ahead)
+                    yield from self._start(recall, self._queue.n_awaited + executor.n_ahead)
                 if self._is_stopped:  # points without a test are left
                     is_ready = self._queue.are_ready(self._queue.points)
                     self._queue.drop(self._queue.points.numbers[~is_ready])
@@ -271,7 +274,7 @@ class Run:
         much = max(COMPUTED, SECONDS * executor.n_workers)
         is_late = computed >= much or time.monotonic() - began >= SECONDS
         last_awaited = self._queue.awaited.numbers.max(initial=0)
-        is_complete = executor.n_pending == 0 or executor.first_pending > last_awaited
+        is_complete = executor.n_pending_tasks == 0 or executor.first_pending > last_awaited
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 
@@ -518,16 +521,15 @@ def run_of_sequence(
     repeats = None
     if model.space.finite and not model.noisy and (model.problem.elementwise or runner is None):
         repeats = Repeats(model, store.known())
-    kept = None
-    if keep != "all" and options.study is None and repeats is None:
-        kept = BlockFilter(keep, model)
+    if options.study is not None or repeats is not None:
+        keep = "all"
     executor = executor_of(
         model,
         options,
         n_points=len(points),
         runner=runner,
         may_end_early=may_end_early,
-        kept=kept,
+        keep=keep,
     )
     continued = None
     if sampling.extendable and options.share is None:

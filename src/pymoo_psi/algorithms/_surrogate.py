@@ -271,7 +271,7 @@ class SurrogateSource(Source):
         """Whether a round is due, although points are being tested; it begins with all tests."""
         if not self._is_asynchronous or self._making is not None or self.n_left == 0:
             return False
-        return self._executor.n_workers - self._executor.n_pending >= -self._n_ahead
+        return self._executor.n_workers - self._executor.n_pending_tasks >= -self._n_ahead
 
     @property
     def n_left(self) -> int:
