@@ -104,6 +104,7 @@ class Cells:
         label: The column that names the designs, if the source says so.
         rows: The numbers of the rows; from 1 to n if empty.
         metadata: The file that is read as head if it exists.
+        remarks: What a reader must know about the rows, in sentences.
     """
 
     columns: dict[str, list[Any]]
@@ -113,6 +114,7 @@ class Cells:
     label: str | None = None
     rows: Sequence[int] = ()
     metadata: str = ""
+    remarks: tuple[str, ...] = ()
 
     def where(self, i: int) -> str:
         """Return the place of the i-th row, for messages."""

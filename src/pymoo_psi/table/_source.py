@@ -262,13 +262,11 @@ class _Designs(NamedTuple):
         cells: Their cells.
         columns: The columns with their numbers, without those that follow from others.
         labels: The columns that name or number designs.
-        remarks: What a reader must know about the rows, in sentences.
     """
 
     cells: Cells
     columns: dict[str, Column]
     labels: set[str]
-    remarks: list[str]
 
 
 def _designs(
@@ -287,70 +285,102 @@ def _designs(
     Raises:
         ArgumentValueError: No design is feasible, or a row summarises others.
     """
-    names = cells.columns.keys()
-    is_ranking = names >= {*_DISTANCES}
-    remarks: list[str] = []
     if not (cells.head["objectives"] or formulation.objectives):
-        _require_directions(cells)
-        if cells.metadata and is_ranking and not formulation.maximize:
-            remarks.append(
-                f"{cells.metadata}, which says the directions, is not there: all objectives are "
-                "minimized unless --maximize says otherwise."
-            )
-    derived = {*_DERIVED}
+        cells = _with_stated_directions(cells, formulation)
     # A failed design may hold anything, so it is left out before numbers are read.
-    status = [*map(str, cells.columns.get("status", ()))]
-    # A column "status" with other words in it is another program's, and selects nothing.
-    if status and {*status} <= {*STATUSES}:
-        cells = _rows(cells, np.array(status) == "ok", "not feasible", remarks)
-    if is_ranking and "mark" in names:  # an export of the page
-        derived.add("mark")
-        marks = np.array(cells.columns["mark"], dtype=object)
-        cells = _rows(cells, marks != "prototype", "prototypes of a page", remarks)
+    cells = _without_infeasible(cells)
+    cells = _without_prototypes(cells)
     if is_file:
-        texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
-        first = first_of(zip(*texts, strict=True))
-        is_first = first == np.arange(len(first))
-        cells = _rows(cells, is_first, "equal to another one in all cells", remarks)
-    labels = set(filter(_is_label, names))
-    columns = read_columns(cells, decimal, thousands, labels)
-    is_pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ("none",))}
-    if "place" in columns and columns["place"].numbers is None:  # a town
-        derived.discard("place")
-    for name in derived & columns.keys():
-        del columns[name]
+        cells = _without_equal_rows(cells)
+    labels = set(filter(_is_label, cells.columns))
+    columns = _without_derived(cells, read_columns(cells, decimal, thousands, labels))
     if cells.label is None:
         cells = replace(cells, label=_label(columns))
     if cells.label is not None:
         labels.add(cells.label)
-    # Every row of a ranking is a design, whatever it is called; a summary is not Pareto optimal.
-    if not (is_ranking and is_pareto <= {"true", "false"}):
+    if not _is_whole_ranking(cells):
         require_designs(cells, [c for name, c in columns.items() if name not in labels])
-    return _Designs(cells, columns, labels, remarks)
+    return _Designs(cells, columns, labels)
 
 
-def _require_directions(cells: Cells) -> None:
-    """Refuse tests without what says which of their columns are objectives."""
+def _with_stated_directions(cells: Cells, formulation: Formulation) -> Cells:
+    """Refuse tests without what says which columns are objectives; of a ranking, remark it."""
+    missing = cells.metadata or "their table"
     if cells.columns.keys() >= {*RESERVED[1:]}:
-        missing = cells.metadata or "their table"
         raise UnfitError(
             f"it holds tests without {missing}, which says what the columns are",
             "put it beside the file or give the table itself, or say --objectives and --maximize "
             "(Formulation(objectives=..., maximize=...))",
         )
+    if not (cells.metadata and _is_ranking(cells)) or formulation.maximize:
+        return cells
+    remark = (
+        f"{missing}, which says the directions, is not there: all objectives are minimized unless "
+        "--maximize says otherwise."
+    )
+    return replace(cells, remarks=(*cells.remarks, remark))
 
 
-def _rows(cells: Cells, is_kept: Mask, why: str, remarks: list[str]) -> Cells:
+def _is_ranking(cells: Cells) -> bool:
+    """Whether designs were written with their distances, by a ranking or an export of the page."""
+    return cells.columns.keys() >= {*_DISTANCES}
+
+
+def _is_whole_ranking(cells: Cells) -> bool:
+    """Whether every row is a design of a ranking, whatever it is called; no summary is."""
+    is_pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ("none",))}
+    return _is_ranking(cells) and is_pareto <= {"true", "false"}
+
+
+def _without_infeasible(cells: Cells) -> Cells:
+    """Return the cells of feasible designs."""
+    status = list(map(str, cells.columns.get("status", ())))
+    # A column "status" with other words in it is another program's, and selects nothing.
+    if not status or not {*status} <= {*STATUSES}:
+        return cells
+    return _rows(cells, np.array(status) == "ok", "not feasible")
+
+
+def _without_prototypes(cells: Cells) -> Cells:
+    """Return the cells of designs, without the prototypes that an export of the page marks."""
+    if "mark" not in cells.columns or not _is_ranking(cells):
+        return cells
+    marks = np.array(cells.columns["mark"], dtype=object)
+    return _rows(cells, marks != "prototype", "prototypes of a page")
+
+
+def _without_equal_rows(cells: Cells) -> Cells:
+    """Return the cells of the first of the rows that are equal."""
+    texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
+    first = first_of(zip(*texts, strict=True))
+    return _rows(cells, first == np.arange(len(first)), "equal to another one in all cells")
+
+
+def _without_derived(cells: Cells, columns: Mapping[str, Column]) -> dict[str, Column]:
+    """Return columns without those that follow from others."""
+    derived = {*_DERIVED}
+    if _is_ranking(cells):
+        derived.add("mark")
+    if "place" in columns and columns["place"].numbers is None:  # a town
+        derived.discard("place")
+    return {name: column for name, column in columns.items() if name not in derived}
+
+
+def _rows(cells: Cells, is_kept: Mask, why: str) -> Cells:
     """Return the cells of the rows that are kept; a remark says why others are left out."""
     n_out = int((~is_kept).sum())
     if n_out == 0:
         return cells
     if n_out == len(is_kept):
         raise UnfitError(f"none of its {counted(n_out, 'row')} counts: {why}")
-    remarks.append(f"{counted(n_out, 'row')} left out: {why}.")
-    columns = {name: [*compress(column, is_kept)] for name, column in cells.columns.items()}
-    rows = [*compress(cells.rows, is_kept)]
-    return replace(cells, columns=columns, rows=rows, lines=[*compress(cells.lines, is_kept)])
+    remark = f"{counted(n_out, 'row')} left out: {why}."
+    return replace(
+        cells,
+        columns={name: [*compress(column, is_kept)] for name, column in cells.columns.items()},
+        rows=[*compress(cells.rows, is_kept)],
+        lines=[*compress(cells.lines, is_kept)],
+        remarks=(*cells.remarks, remark),
+    )
 
 
 def _is_label(name: str) -> bool:
@@ -408,7 +438,7 @@ def _table(
     objectives, variables = _names_of_roles(designs, formulation, variables)
     roles = _roles(designs, formulation, objectives, variables)
     F = np.column_stack([*roles.objectives.values()])
-    remarks = [*designs.remarks]
+    remarks = [*cells.remarks]
     if not (formulation.objectives or head["objectives"]):
         remarks += _counting(objectives[0], F[:, 0])
     remarks += _incomplete(cells, objectives, F, drop_incomplete)
