@@ -151,14 +151,15 @@ class TestTable(Tests, Shown):
     def _under(self, formulation: Formulation) -> TestTable:
         """Return these tests, which are as they were tested, under a formulation."""
         reasons = self._failed_in_evaluation()
-        table = self._with(formulation=formulation, _tested=self)
-        if formulation.without_columns() != formulation:
-            table = table._with(**self._rearranged(formulation, [*reasons]))
         if formulation.ranges is None:  # those of the tests, if they are of the same objectives
             ranges: Any = {}
-            if {*table.layout.objectives} == {*self.layout.objectives}:
+            if {*(formulation.objectives or self.layout.objectives)} == {*self.layout.objectives}:
                 ranges = self.formulation.ranges
-            table = table._with(formulation=replace(formulation, ranges=ranges))
+            formulation = replace(formulation, ranges=ranges)
+        changes: Values = {}
+        if formulation.without_columns() != formulation:
+            changes = self._rearranged(formulation, [*reasons])
+        table = self._with(formulation=formulation, _tested=self, **changes)
         table._check_ranges()
         table._set_status(reasons)
         table._require_ranges()
