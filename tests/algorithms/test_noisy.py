@@ -92,6 +92,8 @@ def test_designs_that_are_not_run_stay_infeasible():
     assert np.array_equal(table.status, once.status)
     assert "infeasible" in table.status
     assert not table.reasons
+    none = investigate(Queue(), 4, repeat=2, requirements={"low": "x1 <= x1 - 1"})
+    assert none.status.tolist() == ["infeasible"] * 4
 
 
 def test_standard_errors_follow_the_noise_of_each_design():

@@ -93,6 +93,8 @@ def test_prospects_shrink_as_tests_grow_and_say_where_nothing_is_found():
     first = prospects(table.rows(np.arange(20)), 8)
     assert first.gain > 0.03
     assert prospects(table, 8).gain < first.gain / 5
+    part = table.under(ranges={"f1": (0, 1), "f2": (4, 5)})  # smaller than the front
+    assert prospects(part, 8).gain >= 0
     impossible = prospects(table.under(limits={"f1": 10, "f2": 10}), 8)
     assert impossible.found < 0.05
     assert np.isnan(impossible.gain)

@@ -200,7 +200,7 @@ def test_no_other_test_can_be_changed(study):
     study.append(block(1, 4, failed=[2]))
     with pytest.raises(
         ArgumentValueError,
-        match="got other values for test point 1; use another file if the model has changed",
+        match="got other values for test point 1 of run 1; use another file if the model has changed",
     ):
         study.append(block(1, 6, seed=1))
     assert bits(read(study.path)[1]) == bits(block(1, 4, failed=[2]))

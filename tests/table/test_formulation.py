@@ -14,7 +14,7 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi import Formulation, PsiError, TestTable, investigate, lp_tau
 from pymoo_psi.errors import ArgumentValueError
-from pymoo_psi.table import Layout, constraint_costs, read_table
+from pymoo_psi.table import Layout, constraint_costs, limit_text, limits_of, read_table
 from tests.mutations import mutated
 from tests.refusals import refused
 
@@ -416,3 +416,11 @@ def test_limits_on_texts(limits, kept, tmp_path):
 def test_limits_on_texts_that_do_not_fit(limits, said):
     with pytest.raises(ArgumentValueError, match=re.escape(said)):
         read_table(OFFERS, Formulation(["price", "days"], limits=limits))
+
+
+def test_limits_as_they_are_written_can_be_typed():
+    limits = {
+        "mass": (None, 1.234), "time, s": (-12.125, 1e-7), 'the "time", in s': (999.999, None),
+        "rail": ["a, b", 'the "c", d'], "material": ["steel, cast"], "cost": (None, 1e300),
+    }  # fmt: skip
+    assert limits_of(", ".join(limit_text(*limit) for limit in limits.items())) == limits

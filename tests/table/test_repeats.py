@@ -56,6 +56,15 @@ def test_computed_columns_and_limits_are_of_means(file):
     assert sorted(np.array(table.names)[table.feasible()]) == ["B", "C"]  # A has 5.2 on average
 
 
+def test_designs_of_one_usable_test_each_have_means_and_no_confidence():
+    F = [[1.0, 2.0], [np.nan, np.nan], [2.0, 1.0]]
+    table = TestTable.of([1, 2, 3], [[0], [0], [1]], F).averaged()
+    assert table.F.tolist() == [[1, 2], [2, 1]]
+    refused("standard errors", table.confidence)
+    shades = payload_of(decision_page(table))["shades"]
+    assert "probability of being optimal" not in [shade["label"] for shade in shades]
+
+
 def test_equal_rows_of_a_file_are_repeated_tests(tmp_path):
     path = tmp_path / "tests.csv"
     path.write_text("name,a,b\nA,1,4\nA,1,4\nA,4,4\nB,2,2\n")

@@ -245,7 +245,8 @@ class _NewDesigns:
         designs = self._first(X[is_met], n)
         if len(designs) < n:
             rule = f"at most {len(designs)}, the new designs up to point {n_points}"
-            raise invalid("the number of designs", rule, n)
+            remedy = "ask for fewer, or loosen the requirements"
+            raise invalid("the number of designs", rule, n, remedy)
         return designs
 
     def of_surrogates(self, options: RunOptions, store: StudyStore, n: int) -> list[Values]:
@@ -305,8 +306,8 @@ def tell_tests(
     Args:
         source: The table of :func:`ask_tests` with results, as a file or a data frame; or ``None``.
         study: The study.
-        withdraw: Tests whose results are withdrawn before others are added; proposed tests are then
-            pending again.
+        withdraw: Tests whose results are withdrawn before others are added. A proposed test is then
+            pending again; a repeat is not, as nobody has asked for it.
         cancel: Pending tests that will not be made.
         decimal: The decimal mark of a text, if it is not clear.
         sheet: The sheet of a workbook, if it has several.

@@ -543,7 +543,8 @@ def _random_points(count: int, goal: Goal, random: Random) -> Array:
         if len(points) >= count:
             return points
     rule = f"met by at least {count} of {_ATTEMPTS * _DRAWN} random designs"
-    raise invalid("requirements", rule, Received(f"{len(points)}"))
+    remedy = "narrow the bounds of the variables, or loosen the requirements"
+    raise invalid("requirements", rule, Received(f"{len(points)}"), remedy)
 
 
 def _failure_risk(known: Array, failed: Array, round_number: int) -> ArrayFunction:

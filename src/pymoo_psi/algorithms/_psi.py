@@ -525,7 +525,7 @@ def investigate(
 def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
     kept = BlockFilter(keep, run.model)  # again, where workers have done so: it takes no time
-    n_points = run.n_left  # of this share
+    n_tested = 0
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
         progress_bar(progress) as show_progress,
@@ -534,7 +534,8 @@ def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) ->
     ):
         for block in blocks:
             tables.append(kept(block.tests))
-            show_progress(1 - run.n_left / n_points)
+            n_tested += len(block.numbers)
+            show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
                 tables = [_pareto_tests(by_number(tables), run.model, on_workers)]

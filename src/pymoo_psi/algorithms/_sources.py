@@ -26,7 +26,7 @@ class Points:
     """Points to test, which may be sent to other processes.
 
     Attributes:
-        numbers: ``(n,)`` their numbers, increasing.
+        numbers: ``(n,)`` their numbers, each once; increasing as a source returns them.
         n_dim: In how many dimensions they lie.
         coordinates: ``(n, n_dim)`` the points of the unit cube; ``None`` for those of LPτ, which
             are computed from their numbers where they are needed.
@@ -157,7 +157,7 @@ class Source:
         Raises:
             PsiError: There are no more.
         """
-        raise PsiError("the points of this run cannot be continued")
+        raise PsiError("the points of this run cannot be continued; start another run for more")
 
 
 class PlannedPoints(Source):

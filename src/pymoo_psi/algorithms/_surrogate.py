@@ -527,7 +527,8 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     """
     n = len(table)
     if n > _MOST_LEARNED:
-        raise invalid("the table", f"of {_MOST_LEARNED} tests at most", Received(f"{n}"))
+        remedy = "take some of them, as by table.rows(...)"
+        raise invalid("the table", f"of {_MOST_LEARNED} tests at most", Received(f"{n}"), remedy)
     model = TestedModel(space_of_table(table.tested), len(table.tested.layout.inequalities))
     random = np.random.default_rng(0)
     with threadpool_limits(limits=1, user_api="blas"):
@@ -542,7 +543,8 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     front = table.F[table.pareto()]
     if len(front) < 2:
         return Prospects(n_tests, found, np.nan)
-    frame = table.under(normalize=True).ranking().frame  # the reference point is in its units
+    # The reference point is in units of the front, of which fixed ranges may hold a part only.
+    frame = table.under(normalize=True, ranges={}).ranking().frame
     low = frame.scaled(np.vstack([front, *draws])).min(axis=0)
     volumes = []
     for F in [front[:0], *draws]:

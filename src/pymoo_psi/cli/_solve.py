@@ -245,25 +245,24 @@ class _Tally:
     Args:
         show: Shows a share of 1 and a note.
         task: The task.
-        n_expected: How many tests will arrive.
 
     Attributes:
         n_evaluated: How many designs were evaluated for them.
     """
 
-    def __init__(self, show: Show, task: Task, n_expected: int = 0) -> None:
-        self.n_expected = n_expected
+    def __init__(self, show: Show, task: Task) -> None:
         self.n_evaluated = 0
         self._show = show
         self._task = task
         self._statuses: Counter[str] = Counter()
 
-    def add(self, tests: TestTable, n_evaluated: int = 0) -> None:
-        """Count further tests; a column that the first of them do not have is refused."""
+    def add(self, tests: TestTable, n_left: int, n_evaluated: int = 0) -> None:
+        """Count further tests before some that are left; a column that is not there is refused."""
         self.n_evaluated += n_evaluated
         self._statuses.update(_under(tests, self._task).status.tolist())
         note = f"{self._statuses['ok']} feasible, {self._statuses['failed']} failed"
-        self._show(min(1.0, self._statuses.total() / self.n_expected), note)
+        n_tests = self._statuses.total()
+        self._show(n_tests / max(1, n_tests + n_left), note)
 
 
 def _under(tests: TestTable, task: Task) -> TestTable:
@@ -283,11 +282,10 @@ def _by_psi(task: Task, show: Show) -> Result:
     tally = _Tally(show, task)
 
     def tested(run: Run) -> TestTable:
-        tally.n_expected += run.n_left
         tables = [run.store.empty]
         with closing(run.tests()) as blocks:
             for block in blocks:
-                tally.add(block.tests, block.n_called)
+                tally.add(block.tests, run.n_left, block.n_called)
                 tables.append(block.tests)
         return by_number(tables)
 
@@ -310,7 +308,7 @@ def _by_surrogate(task: Task, show: Show) -> Result:
     )
 
     def callback(algorithm: SurrogatePSI) -> None:
-        _Tally(show, task, task.n_points).add(algorithm.table.tested)
+        _Tally(show, task).add(algorithm.table.tested, algorithm.n_left)
 
     algorithm = minimize(task.problem, algorithm, seed=options.seed, callback=callback).algorithm
     return _result(task, algorithm.table.tested, algorithm.evaluator.n_eval)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Rows, collection, counted, integer, invalid
+from pymoo_psi._validation import Array, Received, Rows, collection, counted, integer, invalid
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import (
@@ -323,6 +323,8 @@ def explain(
         Towards cost A gives up least: better in cost by 1 € (25 % of its range); worse
         in yield by 20 (67 %).
     """
+    if is_table(F) and normalize is not None:
+        F = F.under(normalize=normalize)  # the ranking and what keeps its optimum are of one table
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     ranking = with_units(ranking, units)
     if row is not None:
@@ -461,6 +463,8 @@ def compare_designs(
         ranked = [_row_of_row("rows", row, F, ranking) for row in rows]
     else:
         raise invalid("designs", "left out where rows are given", designs)
+    if len(ranked) < 2:
+        raise invalid("designs", "two designs or more", Received(f"{len(ranked)}"))
     return _compared(ranking, ranked)
 
 
@@ -515,18 +519,29 @@ def _row_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int
     """Return the row in the ranking of a design by its label or its number."""
     if not is_table(F):
         return ranking.row_of(design)
-    rows = ranking.rows.tolist()
-    row = F.row_of(design)
-    if row not in rows:
-        raise invalid("design", "a feasible design", design)
-    return int(rows.index(row))
+    return _ranked_row("design", F.row_of(design), F, ranking)
 
 
 def _row_of_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
-    """Return the row in the ranking of a row of F; of a table only the feasible rows are ranked."""
-    rows = list(range(len(ranking.rows)))
+    """Return the row in the ranking of a row of F."""
+    n = len(ranking.rows)
     if is_table(F):
-        rows = ranking.rows.tolist()
-    if integer(name, row, minimum=0) not in rows:
-        raise invalid(name, f"a row of F that is ranked, at most {max(rows)}", row)
-    return rows.index(row)
+        n = len(F)
+    if integer(name, row, minimum=0) >= n:
+        raise invalid(name, f"a row of F, from 0 to {n - 1}", row)
+    if is_table(F):
+        return _ranked_row(name, row, F, ranking)
+    return row
+
+
+def _ranked_row(name: str, row: int, table: Any, ranking: EfficiencyRanking) -> int:
+    """Return the row in the ranking of a row of a table, of which the feasible ones are ranked."""
+    rows = ranking.rows.tolist()
+    if row not in rows:
+        violated, names = table.violations()
+        reasons = np.array(names)[violated[row]]
+        received = f"{table.names[row]}, which failed"
+        if len(reasons):
+            received = f"{table.names[row]}, which violates {', '.join(reasons)}"
+        raise invalid(name, "a feasible design", Received(received))
+    return int(rows.index(row))

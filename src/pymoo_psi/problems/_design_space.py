@@ -491,5 +491,6 @@ def _variable(name: str, where: str, variable: Any) -> Variable:
     # points are lower + (upper - lower) * u
     if not np.isfinite(high - low) or low > high:
         received = Received(" and ".join(map(str, variable.bounds)))
-        raise invalid(f"bounds of {where}", "finite and in increasing order", received)
+        remedy = "give the problem bounds within which to search"
+        raise invalid(f"bounds of {where}", "finite and in increasing order", received, remedy)
     return Variable(name, kind, low, high)

@@ -18,6 +18,7 @@ from html import escape
 from os import PathLike
 from pathlib import Path
 from platform import node
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -412,9 +413,11 @@ def live(study: str | PathLike[str], *, steer: bool = False, port: int | None = 
     if port is not None:
         words.append(f"--port={port}")
     pipe = subprocess.PIPE
-    process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
-    address = process.stdout.readline().strip() if process.stdout else ""
-    if not address:
-        _, problem = process.communicate()
-        raise PsiError(f"the server of {study} cannot start: {problem.strip()}")
+    with TemporaryFile("w+") as messages:  # a pipe that nobody reads would block the server
+        process = subprocess.Popen(words, stdin=pipe, stdout=pipe, stderr=messages, text=True)
+        address = process.stdout.readline().strip() if process.stdout else ""
+        if not address:
+            process.communicate()
+            messages.seek(0)
+            raise PsiError(f"the server of {study} cannot start: {messages.read().strip()}")
     return LiveView(process, address)

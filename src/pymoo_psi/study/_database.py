@@ -485,10 +485,12 @@ class Database:
         is_wrong = differ & (stored["run"] == again["run"])
         is_wrong &= stored["status"] != "failed"
         if is_wrong.any():
+            first = int(is_wrong.argmax())
+            test_point = f"test point {stored['test_point'][first]} of run {stored['run'][first]}"
             raise invalid(
                 "block",
                 "of new test points, repetitions of failed ones, or what is stored",
-                Received(f"other values for test point {stored['test'][is_wrong][0]}"),
+                Received(f"other values for {test_point}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
 

@@ -704,22 +704,41 @@ def limits_on(limits: Limits | None, layout: Layout) -> dict[str, Allowed]:
 def limit_text(name: str, limit: Any) -> str:
     """Return a limit in its written form, which :func:`limits_of` reads.
 
+    It cannot read a list without texts, nor names and texts that contain < > or =.
+
     Example:
-        >>> limit_text("mass", 30.0), limit_text("width", (0.25, 0.75))
-        ('mass<=30', '0.25<=width<=0.75')
+        >>> limit_text("mass", 30.0), limit_text("width", (0.25, 1.125)), limit_text("time, s", 5.0)
+        ('mass<=30', '0.25<=width<=1.1250', '"time, s<=5"')
         >>> limit_text("rail", ["yes"]), limit_text("material", ["steel", "alu"])
         ('rail=yes', 'material in steel, alu')
     """
     if is_of_texts(limit):
         if len(limit) == 1:
-            return f"{name}={limit[0]}"
-        return f"{name} in {', '.join(limit) or 'nothing'}"
-    lower, upper = map(plain_number, ends(name, limit))
+            return _entry(f"{name}={limit[0]}")
+        first, *others = limit or ["nothing"]
+        return ", ".join(map(_entry, [f"{name} in {first}", *others]))
+    lower, upper = ends(name, limit)
     if upper == np.inf:
-        return f"{name}>={lower}"
+        return _entry(f"{name}>={_digits(lower)}")
     if lower == -np.inf:
-        return f"{name}<={upper}"
-    return f"{lower}<={name}<={upper}"
+        return _entry(f"{name}<={_digits(upper)}")
+    return _entry(f"{_digits(lower)}<={name}<={_digits(upper)}")
+
+
+def _entry(text: str) -> str:
+    """Return a text as an entry of a list, which :func:`entries_of` reads."""
+    if "," not in text:
+        return text
+    doubled = text.replace('"', '""')
+    return f'"{doubled}"'
+
+
+def _digits(number: float) -> str:
+    """Return a number as it is written in a limit, where its point is a decimal one."""
+    text = str(plain_number(number))
+    if _AMBIGUOUS.fullmatch(text):
+        text += "0"
+    return text
 
 
 def plain_number(value: float) -> float:

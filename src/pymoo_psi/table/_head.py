@@ -422,16 +422,16 @@ def blocks_of(layout: Layout, columns: Columns, n: int) -> Columns:
 
 @contextmanager
 def described(where: object) -> Iterator[None]:
-    """Name the source in the errors of what is no table; readers have errors of many kinds."""
+    """Name the source in the errors of what is no table, whose cause is what was found there."""
     try:
         yield
-    except Exception as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         problem = str(error)
         if isinstance(error, KeyError):
             problem = f"the column or entry {error} is missing"
         raise ArgumentValueError(
             f"{where} must be a table of tests, of to_csv or 'pymoo-psi export': {problem}"
-        ) from None
+        ) from error
 
 
 def kinds_of_columns(layout: Layout, extra: Collection[str] = ()) -> dict[str, Kind]:

@@ -97,7 +97,7 @@ class _Groups:
         first, design = np.unique(first_of(labels), return_inverse=True)
         usable = ~table.failed() & np.isfinite(table.F).all(axis=1)
         groups = cls(column, first, design, usable)
-        if groups.counts.max(initial=0) < 2:
+        if len(first) == len(design):
             rule = "a column in which a value recurs"
             raise invalid("repeats", rule, column, "it has none that does")
         keys = design_keys(table.X)
@@ -126,16 +126,19 @@ class _Groups:
         with np.errstate(invalid="ignore"):
             return np.where(counts == 0, values[self.first], self.sums(values) / counts)
 
+    @np.errstate(divide="ignore", invalid="ignore")
     def standard_errors(self, F: Array) -> Array:
-        """Return the ``(k, m)`` standard errors of the means of ``(n, m)`` objectives."""
-        with np.errstate(invalid="ignore"):  # of tests that are not usable
-            deviations = F - self.means(F)[self.design]
+        """Return the ``(k, m)`` standard errors of the means of ``(n, m)`` objectives.
+
+        They are not finite where they are unknown: if no design has two usable tests, or this one
+        has none.
+        """
+        deviations = F - self.means(F)[self.design]
         deviations[np.abs(deviations) <= _ROUNDED * np.abs(F)] = 0.0
         squares = self.sums(deviations**2)
         counts = self.counts
         variances = np.column_stack([_variances(column, counts - 1) for column in squares.T])
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.sqrt(variances / counts[:, None]))
+        return np.asarray(np.sqrt(variances / counts[:, None]))
 
 
 def averaged(table: TestTable, by: str | None) -> TestTable:
@@ -252,8 +255,7 @@ def _common_cells(table: TestTable, first: Rows) -> tuple[dict[str, Any], list[s
 
 def averaged_repeats(table: TestTable) -> TestTable:
     """Return the tests of a noisy model, those of the same design averaged if there are any."""
-    keys = design_keys(table.X[~table.failed()])
-    if len(set(keys)) == len(keys):
+    if len(np.unique(first_rows(table.X))) == len(table):
         return table
     return table.averaged()
 
@@ -370,7 +372,7 @@ def _errors(designs: TestTable, noise: Mapping[str, float] | None) -> Array:
             if N_TESTS in designs.layout.outputs:
                 tests = designs.column(N_TESTS)
             errors[:, j] = noise[name] / np.sqrt(tests)
-        elif column in designs.layout.outputs:
+        elif column in designs.layout.outputs and np.isfinite(designs.column(column)).all():
             errors[:, j] = designs.column(column)
         else:
             rule = f"one with standard errors ({column})"
@@ -381,8 +383,11 @@ def _errors(designs: TestTable, noise: Mapping[str, float] | None) -> Array:
 
 def has_errors(table: TestTable) -> bool:
     """Whether designs are means with numbers of tests and standard errors."""
-    names = map(error_column, table.layout.objectives)
-    return {*names, N_TESTS} <= {*table.layout.outputs}
+    names = [error_column(name) for name in table.layout.objectives]
+    if not {*names, N_TESTS} <= {*table.layout.outputs}:
+        return False
+    designs = table.rows(table.eligible())
+    return all(np.isfinite(designs.column(name)).all() for name in names)
 
 
 def confidence_sentence(table: TestTable, row: int) -> str:

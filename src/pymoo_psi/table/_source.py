@@ -98,7 +98,9 @@ def read_table(
             :class:`TestTable`. A path leads to a study or a folder of studies; a text with commas,
             semicolons, tabs, bars or spaces between its cells; a workbook (.xlsx); a list of
             designs in JSON; or a file of a format that was added to ``FORMATS``.
-        formulation: Objectives, directions and limits; see :meth:`TestTable.under`.
+        formulation: Objectives, directions and limits, in addition to what the source states: its
+            limits on other columns hold, and it is ranked without normalisation if either says so.
+            :meth:`TestTable.under` without a source replaces all of them.
         variables: Names of the columns with design variables; by default as the source says.
         repeats: The column whose equal values mark tests of one design, or ``"variables"``; the
             design is their mean, see :meth:`TestTable.averaged`. By default only repeated tests of
@@ -161,7 +163,7 @@ def read_table(
         table = with_repeats(table, repeats, is_study=is_study)
     if formulation is None:
         return table
-    # Limits that the formulation leaves open are those of the table.
+    # One more limit, as a command adds it, must not silently drop those that are part of a file.
     limits = limits_of(table.formulation.limits) | limits_of(formulation.limits)
     normalize = table.formulation.normalize and formulation.normalize
     try:

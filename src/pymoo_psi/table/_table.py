@@ -190,7 +190,8 @@ class TestTable(Tests, Shown):
         for name, (low, high) in (self.formulation.ranges or {}).items():
             if low == high and (self.column(name)[candidates] != low).any():
                 rule = "of two different numbers, as designs differ in it"
-                raise invalid(f"the fixed range of {name!r}", rule, [low, high])
+                remedy = "leave ranges out to use those of the Pareto set"
+                raise invalid(f"the fixed range of {name!r}", rule, [low, high], remedy)
 
     def _failed_in_evaluation(self) -> dict[int, str]:
         """Return the reasons of tests that failed for more than an objective, by number."""

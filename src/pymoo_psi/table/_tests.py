@@ -148,7 +148,8 @@ class Tests:
     def _check_ranges(self) -> None:
         ranges = self.formulation.ranges
         if ranges and {*ranges} != {*self.layout.objectives}:
-            raise invalid("ranges", "of every objective, or of none", Received([*ranges]))
+            rule = f"of every objective ({', '.join(self.layout.objectives)}), or of none"
+            raise invalid("ranges", rule, Received([*ranges]))
 
     def _set_status(self, reasons: Mapping[int, str]) -> None:
         """Derive the status of the tests, and the reasons of failures.
@@ -464,7 +465,9 @@ class Tests:
             )
         rows = np.flatnonzero(self.numbers == design)
         if len(rows) == 0:
-            raise invalid("design", "the number of a test of the table", design)
+            last = self.numbers.max(initial=0)
+            remedy = f"there are {counted(len(self), 'test')}, numbered up to {last}"
+            raise invalid("design", "the number of a test of the table", design, remedy)
         return int(rows[0])
 
     def _row_of_name(self, name: str) -> int:
