@@ -7,15 +7,18 @@ not been interrupted.
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
 from dataclasses import replace
+from functools import partial
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pymoo_psi._validation import Array, Received, Rows, boolean, integer, invalid
+from pymoo_psi._validation import Array, Mask, Received, boolean, integer, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
 from pymoo_psi.algorithms._outputs import LearnedOutputs, TestedModel
@@ -31,7 +34,7 @@ from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.algorithms._sources import Points, Source
-from pymoo_psi.algorithms._store import renumbered
+from pymoo_psi.algorithms._store import Store, renumbered
 from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
 from pymoo_psi.pareto import hypervolume
 from pymoo_psi.study import Proposal
@@ -41,23 +44,27 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-# Lengths are fitted again when there are so many times as many tests; a fit takes as long as all
-# else for some rounds. Each fit is a function of the first tests alone, so that a continued run
-# does not depend on where it was interrupted.
+# Lengths are fitted again when there are this many times as many tests as at the last fit, as a fit
+# takes as long as everything else in several rounds. Each fit is a function of the first tests
+# alone, so that a continued run does not depend on where it was interrupted.
 _GROWTH = 1.1
-# Designs in a round, which share the time of the surrogates. Small rounds learn more from each
-# test, which matters most while little is known.
-_BATCH, _FEW, _LITTLE = 8, 2, 64
+# The designs of a round share the time of the surrogates. While few tests are eligible, rounds are
+# smaller: these learn more from each test, which matters most while little is known.
+_BATCH = 8
+_FIRST_BATCH = 2
+_FEW_ELIGIBLE = 64
 # Part of the name of a run in its study, as 0.3.0 wrote it: with another one, a study would not
 # continue, but begin another run.
 _DEFAULT_BATCHES = "4, from 64 tests on 8"
-_POINTS = 20  # enough to show a heavy tail; more would tell less than as many proposals
-# Tests of which the surrogates of an asynchronous run are made when lengths are fitted again: a
-# round takes longer with their second power, and thousands of workers wait for it.
+# The points of the sequence show a heavy tail. More of them would tell less than as many proposals.
+_POINTS = 20
+# The surrogates of an asynchronous run learn from at most this many tests when lengths are fitted
+# again: the time of a round grows with their second power, and thousands of workers wait for it.
 _MOST_LEARNED = 2048
-_LEAST = 4  # known tests, below which there is no surrogate
-_DRAWS = 64  # of what surrogates predict for further tests
-_REFERENCE = 1.1  # of the hypervolume, in units of the ranges of the Pareto set
+_LEAST_LEARNED = 4  # with fewer known tests there is no surrogate
+_DRAWS = 64  # draws of the outputs of further tests from what surrogates predict
+# The reference point of the hypervolume, in units of the ranges of the Pareto set.
+_REFERENCE = 1.1
 
 
 class SurrogatePSI(PointAlgorithm):
@@ -158,7 +165,7 @@ class SurrogatePSI(PointAlgorithm):
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
         self.seed = self.seed or 0
         batches = self._batch or _DEFAULT_BATCHES
-        # of the points all, also where a run ends among them, as it may go on
+        # The text names all points of the sequence, even if a run ends among them: it may go on.
         method = f", {self._n_sequence} points, then proposals in batches of {batches}"
         method += f", seed {self.seed}"
         options = replace(options, seed=self.seed)
@@ -202,18 +209,150 @@ class SurrogatePSI(PointAlgorithm):
         return int(run.store.remembered("points left out of the sequence", n_left_out))
 
 
-class _Making(NamedTuple):
-    """A round of proposals that is made.
+class _Log:
+    """The proposals of a run by round, which are stored before they are tested.
 
-    Attributes:
-        pending: The points that were being tested when it began.
-        n_tests: How many tests were known then.
-        units: The ``(n, d)`` points that it proposes.
+    Args:
+        store: The store of the run.
     """
 
-    pending: Points
-    n_tests: int
-    units: Future[Array]
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._stored: list[Proposal] | None = None  # read when the first round is due
+
+    def of_round(self, round_number: int) -> Array:
+        """Return the ``(n, d)`` points of a round as the study had it; none if it had none."""
+        if self._stored is None:
+            self._stored = self._store.proposals()
+        return _points_of(self._stored, round_number)
+
+    def add(
+        self, points: Array, round_number: int, first: int, pending: Points, request: int
+    ) -> Array:
+        """Store the points of a round, numbered from ``first``; return those that are stored now.
+
+        Another process may have stored the same round meanwhile, which then counts: all processes
+        on one file test the same designs.
+        """
+        content: dict[str, Any] = {}
+        if len(pending):  # all tests before the round were known but these
+            content["pending"] = pending.numbers.tolist()
+        if request:
+            content["request"] = request
+        proposals = []
+        for number, point in enumerate(points.tolist(), first):
+            entries = {"point": point} | content
+            proposals.append(Proposal(number, round_number, "surrogates", entries))
+        return _points_of(self._store.propose(proposals), round_number)
+
+
+def _points_of(proposals: Sequence[Proposal], round_number: int) -> Array:
+    """Return the ``(n, d)`` points of the proposals of a round."""
+    points = []
+    for proposal in proposals:
+        if proposal.round == round_number:
+            points.append(proposal.content["point"])
+    return np.array(points)
+
+
+class _Round:
+    """A round of proposals that is being made.
+
+    Args:
+        pending: The points that are being tested at its start.
+        n_tests: How many tests are known at its start.
+
+    Attributes:
+        points: The ``(n, d)`` points that it proposes, or an error.
+    """
+
+    def __init__(self, pending: Points, n_tests: int) -> None:
+        self.pending = pending
+        self.n_tests_at_start = n_tests
+        self.points: Future[Array] = Future()
+
+    def make(self, proposed: Callable[[], Array]) -> None:
+        """Set the points to what a function returns."""
+        try:
+            # On matrices as small as these, several threads take ten times as long where other work
+            # is going on, and their sums differ in the last digits from those of one.
+            with threadpool_limits(limits=1, user_api="blas"):
+                self.points.set_result(proposed())
+        except BaseException as error:
+            self.points.set_exception(error)
+
+
+class _FittedSurrogates:
+    """Surrogates of the tests of a run, whose lengths are fitted to the first of these.
+
+    Args:
+        most: From how many tests, at most, they learn when lengths are fitted.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._n_fitted = 0  # to how many of the first tests lengths are fitted
+        self._learned: Learned | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
+        return {"_most": self._most, "_n_fitted": 0, "_learned": None}
+
+    def update(
+        self, tests: KnownTests, n_uniform: int, ends: Sequence[int], goal: Goal
+    ) -> Learned | None:
+        """Return what is learned of tests, or ``None`` if too few are known.
+
+        Tests after those to which lengths are fitted are appended round by round, also where a run
+        continues, as the last digits depend on it.
+
+        Args:
+            tests: All tests, those of the last call first.
+            n_uniform: How many of them, the first, are of the sequence or of other runs.
+            ends: How many tests there were at the start, and after each round.
+            goal: The goal of the search.
+        """
+        is_known = ~tests.unknown
+        n_fitted = _n_fitted(is_known, n_uniform, ends)
+        if self._n_fitted != n_fitted:
+            self._learned = _fitted(tests, n_fitted, n_uniform, goal)
+            self._n_fitted = n_fitted
+            n_learned = np.count_nonzero(is_known[:n_fitted])
+            if self._learned is not None and n_learned > self._most:
+                rows = np.flatnonzero(is_known[:n_fitted])
+                best = best_and_spread(tests.Y[rows], self._learned.fit, goal, self._most)
+                self._learned.leave_out(tests.numbers[np.delete(rows, best)])
+        if self._learned is not None:
+            for end in (n_fitted, *ends, len(is_known)):
+                if end >= n_fitted:
+                    _extend(self._learned, tests, end, goal)
+        return self._learned
+
+
+def _n_fitted(is_known: Mask, n_uniform: int, ends: Sequence[int]) -> int:
+    """Return to how many of the first tests lengths are fitted; see :class:`_FittedSurrogates`."""
+    n_tests = len(is_known)
+    n_fitted = n_uniform
+    for end in ends:
+        if n_fitted * _GROWTH <= end <= n_tests:
+            n_fitted = end
+    if is_known[:n_fitted].sum() < _LEAST_LEARNED:
+        return n_tests
+    return n_fitted
+
+
+class _Direction(NamedTuple):
+    """What proposals follow.
+
+    Attributes:
+        formulation: The formulation.
+        request: The number of the request for it; 0 without one.
+        surrogates: The surrogates of its outputs.
+    """
+
+    formulation: Formulation
+    request: int
+    surrogates: _FittedSurrogates
 
 
 class SurrogateSource(Source):
@@ -239,39 +378,36 @@ class SurrogateSource(Source):
         is_asynchronous: bool,
     ) -> None:
         self._model = run.model
-        self._store = run.store
-        self._asked = run.model.formulation
+        self._executor = run.executor
+        self._seed = seed
+        self._batch = batch
+        self._is_asynchronous = is_asynchronous
         self._sequence = replace(
             sequence, coordinates=sequence.units, rounds=np.zeros(len(sequence))
         )
         self._n_points = len(sequence) + n_proposed
+        self._points = self._sequence.at(slice(0, 0))  # all that were returned
+        self._ends = [len(sequence)]  # how many points there are at the start, after each round
         others = run.store.others()
         self._others = others.rows(run.model.space.has_options(others.X))
-        self._n_dim = len(run.model.space.searched)
-        self._seed = seed
-        self._batch = batch
-        self._executor = run.executor
-        self._is_asynchronous = is_asynchronous
-        self._points = self._sequence.at(slice(0, 0))  # all that were returned
         self._tests = run.store.empty
-        self._ends = [len(sequence)]  # how many points there are at the start, after each round
-        self._fitted: tuple[int, Learned | None] = (0, None)  # to how many of the first tests
-        self._proposals: list[Proposal] | None = None  # of the study
-        self._making: _Making | None = None
-        self._n_meanwhile = 0  # tests that ended while the last round was made
-        self._request = 0  # of people, whose formulation the proposals follow
-        self._directed: tuple[Formulation, int] = self._asked, 0  # for the next round
+        self._log = _Log(run.store)
+        self._most_learned = _MOST_LEARNED if is_asynchronous else sys.maxsize
+        self.direct(run.model.formulation, 0)
+        self._round: _Round | None = None  # while it is being made
+        self._n_meanwhile = 0  # how many tests ended while the last round was made
 
     def __getstate__(self) -> dict[str, Any]:
-        """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
-        return self.__dict__ | {"_fitted": (0, None), "_making": None}
+        """Copies make a round anew, which gives the same."""
+        return self.__dict__ | {"_round": None}
 
     @property
     def eager(self) -> bool:  # type: ignore[override]
         """Whether a round is due, although points are being tested; it begins with all tests."""
-        if not self._is_asynchronous or self._making is not None or self.n_left == 0:
+        if not self._is_asynchronous or self._round is not None or self.n_left == 0:
             return False
-        return self._executor.n_workers - self._executor.n_pending_tasks >= -self._n_ahead
+        n_waiting = self._executor.n_pending_tasks - self._executor.n_workers
+        return n_waiting <= self._n_ahead  # workers start these while the round is made
 
     @property
     def n_left(self) -> int:
@@ -285,7 +421,8 @@ class SurrogateSource(Source):
 
     def direct(self, formulation: Formulation, request: int) -> None:
         """Propose the next points for another formulation, that of a request."""
-        self._directed = formulation, request
+        surrogates = _FittedSurrogates(self._most_learned)
+        self._next_direction = _Direction(formulation, request, surrogates)
 
     def extend(self, count: int) -> None:
         """Add so many points, which are proposed."""
@@ -293,36 +430,65 @@ class SurrogateSource(Source):
 
     def ask(self, count: int, n_free: int) -> Points:
         """Return the points of the sequence, and then a round of proposals when one is due."""
-        points = self._next(n_free)
+        if len(self._points) == 0 and len(self._sequence) > 0:
+            points = self._sequence
+        else:
+            points = self._proposed_points(n_free)
         self._points = self._points.joined(points)
         return points
 
-    def _next(self, n_free: int) -> Points:
-        if len(self._points) == 0 and len(self._sequence) > 0:
-            return self._sequence
+    def wait(self) -> bool:
+        """Wait for proposals that are in the making; return whether there were any."""
+        if self._round is None:
+            return False
+        wait([self._round.points])
+        return True
+
+    def _proposed_points(self, n_free: int) -> Points:
+        """Return the points of the next round; none while it is not due, or being made."""
         pending = self._points.at(~np.isin(self._points.numbers, self._tests.numbers))
-        is_due = len(pending) == 0 or self.eager or self._making is not None
+        is_due = len(pending) == 0 or self.eager or self._round is not None
         if self.n_left == 0 or not is_due:
             return Points.none()
         first = int(self._points.numbers.max(initial=0)) + 1
         round_number = len(self._ends)
-        units = self._round(first, n_free, pending)
-        if len(units) == 0:
+        points = self._log.of_round(round_number)
+        if len(points) == 0:
+            if self._round is None:
+                self._round = self._started_round(n_free, pending)
+            if not self._round.points.done():
+                return Points.none()
+            points = self._finished_round(self._round, first)
+        if len(points) == 0:
             return Points.none()
-        self._ends.append(len(self._points) + len(units))
-        units = units[: self.n_left]
-        numbers = first + np.arange(len(units))
-        return Points(numbers, self._n_dim, units, np.full(len(units), float(round_number)))
+        self._ends.append(len(self._points) + len(points))
+        points = points[: self.n_left]
+        numbers = first + np.arange(len(points))
+        rounds = np.full(len(points), float(round_number))
+        return Points(numbers, points.shape[1], points, rounds)
 
-    def _table(self) -> TestTable:
-        """Return the known tests, under the formulation."""
-        tests = by_number([self._tests])
-        if len(self._others):  # tests of other runs come first
-            n_others = len(self._others)
-            others = renumbered(self._others, np.arange(1, n_others + 1))
-            own = renumbered(tests, n_others + np.arange(1, len(tests) + 1))
-            tests = others.extended(own)
-        return self._model.under(tests, self._asked)
+    def _started_round(self, n_free: int, pending: Points) -> _Round:
+        """Begin the next round; return it when it is made, or at once if it is asynchronous."""
+        self._direction = self._next_direction
+        table = self._table()
+        size = self._size(n_free, int(table.eligible().sum()))
+        is_first = np.isin(self._tests.numbers, self._sequence.numbers)
+        n_uniform = int(np.count_nonzero(is_first)) + len(self._others)
+        started = _Round(pending, len(self._tests))
+        proposed = partial(self._proposed, size, pending, table, n_uniform)
+        if self._is_asynchronous:  # tests are stored meanwhile
+            Thread(target=started.make, args=[proposed], daemon=True).start()
+        else:
+            started.make(proposed)
+        return started
+
+    def _finished_round(self, finished: _Round, first: int) -> Array:
+        """Return the ``(n, d)`` points of a round that was made, numbered from ``first``."""
+        self._round = None
+        self._n_meanwhile = len(self._tests) - finished.n_tests_at_start
+        request = self._direction.request
+        points = finished.points.result()
+        return self._log.add(points, len(self._ends), first, finished.pending, request)
 
     def _size(self, n_free: int, n_eligible: int) -> int:
         """Return the size of the next round, for so many free workers and eligible tests."""
@@ -332,8 +498,8 @@ class SurrogateSource(Source):
             # Enough for the free workers, for those that end before it is there, and while the
             # next round is in the making.
             return max(1, n_free + 2 * self._n_ahead)
-        if n_eligible < _LITTLE:
-            return max(_FEW, self._executor.n_workers)
+        if n_eligible < _FEW_ELIGIBLE:
+            return max(_FIRST_BATCH, self._executor.n_workers)
         return _BATCH
 
     @property
@@ -342,80 +508,23 @@ class SurrogateSource(Source):
         n_workers = self._executor.n_workers
         return max(1, n_workers // 4, min(self._n_meanwhile, n_workers))
 
-    def wait(self) -> bool:
-        """Wait for proposals that are in the making; return whether there were any."""
-        if self._making is None:
-            return False
-        wait([self._making.units])
-        return True
-
-    def _round(self, first: int, n_free: int, pending: Points) -> Array:
-        """Return the points that a round proposes, those of the study if it has them.
-
-        There are none while they are in the making.
-        """
-        round_number = len(self._ends)
-        if self._proposals is None:
-            self._proposals = self._store.proposals()
-        stored = [proposal for proposal in self._proposals if proposal.test_point >= first]
-        if not stored:
-            if self._making is None:
-                self._making = self._begin(n_free, pending)
-            making = self._making
-            if not making.units.done():
-                return np.zeros((0, 0))
-            self._making = None
-            self._n_meanwhile = len(self._tests) - making.n_tests
-            content: dict[str, Any] = {}
-            if len(making.pending):  # all tests before them were known but these
-                content["pending"] = making.pending.numbers.tolist()
-            if self._request:
-                content["request"] = self._request
-            proposals = []
-            for number, point in enumerate(making.units.result().tolist(), first):
-                entries = {"point": point} | content
-                proposals.append(Proposal(number, round_number, "surrogates", entries))
-            # Another process may have proposed the same meanwhile: one file, one truth.
-            stored = self._store.propose(proposals)
-        points = []
-        for _, round_of_proposal, _, content in stored:
-            if round_of_proposal == round_number:
-                points.append(content["point"])
-        return np.array(points)
-
-    def _begin(self, n_free: int, pending: Points) -> _Making:
-        """Begin to make a round: in another thread if tests are to be stored meanwhile."""
-        units: Future[Array] = Future()
-        if self._directed[1] != self._request:  # not while a round is in the making
-            self._asked, self._request = self._directed
-            self._fitted = 0, None  # to other outputs
-        table = self._table()
-        size = self._size(n_free, int(table.eligible().sum()))
-        is_first = np.isin(self._tests.numbers, self._sequence.numbers)
-        n_uniform = int(np.count_nonzero(is_first)) + len(self._others)
-
-        def make() -> None:
-            try:
-                # Several threads would spin at matrices as small as these, ten times as long where
-                # other work is going on, and their sums differ in the last digits from those of
-                # one.
-                with threadpool_limits(limits=1, user_api="blas"):
-                    units.set_result(self._proposed(size, pending, table, n_uniform))
-            except BaseException as error:
-                units.set_exception(error)
-
-        if self._is_asynchronous:
-            Thread(target=make, daemon=True).start()
-        else:
-            make()
-        return _Making(pending, len(self._tests), units)
+    def _table(self) -> TestTable:
+        """Return the known tests, under the formulation."""
+        tests = by_number([self._tests])
+        n_others = len(self._others)
+        if n_others > 0:  # tests of other runs come first
+            others = renumbered(self._others, np.arange(1, n_others + 1))
+            own = renumbered(tests, n_others + np.arange(1, len(tests) + 1))
+            tests = others.extended(own)
+        return self._model.under(tests, self._direction.formulation)
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        outputs = LearnedOutputs(self._model, table, self._asked)
+        outputs = LearnedOutputs(self._model, table, self._direction.formulation)
         tests = outputs.known_tests(n_uniform, pending.units)
         goal = outputs.goal
-        learned = self._learned(tests, n_uniform, goal)
+        ends = [len(self._others) + end for end in self._ends]
+        learned = self._direction.surrogates.update(tests, n_uniform, ends, goal)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
         points = propose(tests, learned, goal, size, round_number, random)
@@ -423,51 +532,32 @@ class SurrogateSource(Source):
             points = with_repeats(points, tests, learned, goal)
         return points
 
-    def _learned(self, tests: KnownTests, n_uniform: int, goal: Goal) -> Learned | None:
-        """Return what is learned of the tests, or ``None`` if too few are known.
 
-        Lengths are fitted to the first tests. The others are appended round by round, also where a
-        run continues, as the last digits depend on it.
-        """
-        n_tests = len(tests.points)
-        n_fitted = n_uniform
-        ends = [len(self._others) + end for end in self._ends]
-        for end in ends:
-            if n_fitted * _GROWTH <= end <= n_tests:
-                n_fitted = end
-        is_known = ~tests.unknown
-        if is_known[:n_fitted].sum() < _LEAST:
-            n_fitted = n_tests
-        if self._fitted[0] != n_fitted:
-            rows = np.flatnonzero(is_known[:n_fitted])
-            learned = None
-            if len(rows) >= _LEAST:
-                learned = _fitted(tests, rows, int(is_known[:n_uniform].sum()), goal)
-                if self._is_asynchronous and len(rows) > _MOST_LEARNED:
-                    fit = learned.fit
-                    chosen = rows[best_and_spread(tests.Y[rows], fit, goal, _MOST_LEARNED)]
-                    learned.leave_out(tests.numbers[np.setdiff1d(rows, chosen)])
-            self._fitted = n_fitted, learned
-        learned = self._fitted[1]
-        if learned is not None:
-            for end in (n_fitted, *ends, n_tests):
-                if end >= n_fitted:
-                    rows = np.flatnonzero(is_known[:end])
-                    learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
-        return learned
-
-
-def _fitted(tests: KnownTests, rows: Rows, n_uniform: int, goal: Goal) -> Learned:
-    """Return surrogates fitted to some rows of tests, to which tests can be appended.
+def _fitted(tests: KnownTests, n_fitted: int, n_uniform: int, goal: Goal) -> Learned | None:
+    """Return surrogates fitted to the first tests, to which tests can be appended.
 
     Args:
         tests: The tests.
-        rows: The rows.
-        n_uniform: How many of these, the first, are of the sequence.
+        n_fitted: To how many of them surrogates are fitted.
+        n_uniform: How many of them, the first, are of the sequence or of other runs.
         goal: The goal of the search.
+
+    Returns:
+        The surrogates, or ``None`` if too few of these tests are known.
     """
+    is_known = ~tests.unknown
+    rows = np.flatnonzero(is_known[:n_fitted])
+    if len(rows) < _LEAST_LEARNED:
+        return None
     Z = goal.encode(tests.points[rows])
-    return Learned(Fit.of(Z, bounded(tests.Y[rows]), max(n_uniform, _LEAST), goal.n_obj))
+    n_known_uniform = max(int(np.count_nonzero(is_known[:n_uniform])), _LEAST_LEARNED)
+    return Learned(Fit.of(Z, bounded(tests.Y[rows]), n_known_uniform, goal.n_obj))
+
+
+def _extend(learned: Learned, tests: KnownTests, end: int, goal: Goal) -> None:
+    """Append those of the first ``end`` tests that are known and not learned yet."""
+    rows = np.flatnonzero(~tests.unknown[:end])
+    learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
 
 
 def proposed_now(
@@ -536,7 +626,8 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
         goal = outputs.goal
         tests, learned = _learned_now(outputs, table, np.zeros((0, len(goal.low))))
         if learned is None:
-            raise invalid("the table", f"of {_LEAST} tests with outputs or more", Received(f"{n}"))
+            rule = f"of {_LEAST_LEARNED} tests with outputs or more"
+            raise invalid("the table", rule, Received(f"{n}"))
         points = propose(tests, learned, goal, n_tests, 0, random)
         draws = drawn(tests, learned, goal, points, _DRAWS, random)
     found = float(np.mean([len(F) > 0 for F in draws]))
@@ -562,11 +653,7 @@ def _learned_now(
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
     tests = outputs.known_tests(n_uniform, pending)
-    goal = outputs.goal
-    rows = np.flatnonzero(~tests.unknown)
-    if len(rows) < _LEAST:
-        return tests, None
-    n_known_uniform = int(np.count_nonzero(~tests.unknown[:n_uniform]))
-    learned = _fitted(tests, rows, n_known_uniform, goal)
-    learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
+    learned = _fitted(tests, len(table), n_uniform, outputs.goal)
+    if learned is not None:
+        _extend(learned, tests, len(table), outputs.goal)
     return tests, learned
