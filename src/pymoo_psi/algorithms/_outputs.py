@@ -18,7 +18,7 @@ from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
 from pymoo_psi.algorithms._surrogate_models import bounded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions
-from pymoo_psi.table import OPEN, Expression, Formulation, TestTable
+from pymoo_psi.table import OPEN, Expression, Layout, TestTable
 
 
 @dataclass(frozen=True)
@@ -67,109 +67,47 @@ class _Output(NamedTuple):
         return np.where(np.isnan(values), beyond, values)
 
 
+@dataclass(frozen=True)
 class LearnedOutputs:
     """The outputs that surrogates learn from tests under a formulation.
 
-    They are, in this order: the objectives; the constraints, without requirements; other columns
-    that have a limit; and operands, columns as tested from which others are computed.
+    They are, in this order: the objectives; the constraints; the limited columns; and the operands.
 
-    Args:
+    Attributes:
         model: The model of the tests.
         table: All tests, under the formulation.
-        formulation: The formulation, whose computed columns are not learned.
+        limits: The limits on numbers, by column.
+        objectives: The objectives.
+        constraints: The constraints, without requirements.
+        limited: Other columns that have a limit.
+        computed_columns: Columns of the formulation that are computed, not learned, in their order.
+        expressions: Outputs of the problem that are expressions.
+        operands: Columns as tested from which others are computed.
     """
 
-    def __init__(
-        self, model: Model | TestedModel, table: TestTable, formulation: Formulation
-    ) -> None:
-        self._model = model
-        self._table = table
-        self._limits: dict[str, tuple[float, float]] = {}
-        for name, limit in table.limits.items():
-            if not isinstance(limit, list):
-                self._limits[name] = limit
-        self._objectives = self._objective_outputs()
-        self._constraints = self._constraint_outputs()
-        self._limited = self._limited_outputs()
-        self._outputs = [*self._objectives, *self._constraints, *self._limited]
-        self._computed = _needed(formulation.computed, [output.name for output in self._outputs])
-        self._expressions = self._expressions_of_model()
-        self._operands = self._operand_names()
-
-    def _objective_outputs(self) -> list[_Output]:
-        layout = self._table.layout
-        tested = self._table.tested.layout
-        outputs = []
-        for name in layout.objectives:
-            # An equality that is an objective counts by its absolute value.
-            is_tested = name in tested.columns and name not in tested.equalities
-            least, greatest = self._limits.get(name, OPEN)
-            output = _Output(name, least, greatest, is_tested)
-            if name in layout.maximize:
-                output = _Output(name, -greatest, -least, is_tested, sign=-1)
-            outputs.append(output)
-        return outputs
-
-    def _constraint_outputs(self) -> list[_Output]:
-        layout = self._table.layout
-        requirements = self._table.tested.layout.inequalities[self._model.n_ieq_constr :]
-        outputs = []
-        for name in layout.inequalities:
-            if name not in requirements:
-                outputs.append(_Output(name, -np.inf, 0.0))
-        for name in layout.equalities:
-            outputs.append(_Output(name, 0.0, 0.0))
-        return outputs
-
-    def _limited_outputs(self) -> list[_Output]:
-        layout = self._table.layout
-        names = [*layout.outputs]
-        if self._model.space.equalities:  # limits on variables are then no sides of the unit cube
-            names += layout.variables
-        outputs = []
-        for name, limit in self._limits.items():
-            if name in names:
-                outputs.append(_Output(name, *limit, name in self._table.tested.layout.columns))
-        return outputs
-
-    def _expressions_of_model(self) -> Mapping[str, Any]:
-        """Return the outputs of the problem that are expressions, if they mean these columns."""
-        tested = self._table.tested.layout
-        problem = self._model.inner
-        expressions = known_expressions(problem)
-        if expressions and (
-            tested.variables != tuple(problem.variables)
-            or tested.objectives != tuple(problem.objectives)
-            or {*tested.maximize} != {*problem.maximize}
-        ):
-            return {}  # they mean other names and signs than those of the run
-        return expressions
-
-    def _operand_names(self) -> list[str]:
-        tested = self._table.tested.layout
-        operands = set()
-        for expression in self._expressions.values():
-            operands |= {*expression.operands} & {*tested.outputs}
-        for computed in self._computed.values():
-            operands |= {*computed.columns} & {*tested.columns}
-        operands -= {*tested.variables}
-        operands -= {*self._expressions}
-        operands -= {output.name for output in self._outputs if output.is_tested}
-        return sorted(operands)
+    model: Model | TestedModel
+    table: TestTable
+    limits: Mapping[str, tuple[float, float]]
+    objectives: Sequence[_Output]
+    constraints: Sequence[_Output]
+    limited: Sequence[_Output]
+    computed_columns: Mapping[str, Expression]
+    expressions: Mapping[str, Any]
+    operands: Sequence[str]
 
     @property
-    def n_obj(self) -> int:
-        """Number of objectives, which come first."""
-        return len(self._objectives)
+    def outputs(self) -> list[_Output]:
+        """All outputs but the operands."""
+        return [*self.objectives, *self.constraints, *self.limited]
 
     @property
     def goal(self) -> Goal:
         """The goal of a search for the formulation."""
-        variables = self._table.tested.layout.variables
-        space = self._model.space
+        variables = self.table.tested.layout.variables
+        space = self.model.space
         limits = []
-        for name in [*self._table.layout.constraints, *self._limits]:
-            for j, output in enumerate(self._outputs):
+        for name in [*self.table.layout.constraints, *self.limits]:
+            for j, output in enumerate(self.outputs):
                 if output.name == name:
                     limits.append((j, output.least, output.greatest))
         # The names of the table, which may be those of the problem or of the run.
@@ -177,16 +115,16 @@ class LearnedOutputs:
         titles = dict(zip(own_names, variables, strict=True))
         low = np.zeros(len(space.searched))
         high = np.ones(len(space.searched))
-        learned = {output.name for output in self._outputs}.union(self._operands)
+        learned = {output.name for output in self.outputs}.union(self.operands)
         for j, variable in enumerate(space.searched):
             name = titles[variable.name]
-            if name in self._limits and name not in learned:
-                low[j], high[j] = variable.between(*self._limits[name])
+            if name in self.limits and name not in learned:
+                low[j], high[j] = variable.between(*self.limits[name])
         compute = None
-        if self._computed or self._expressions or learned & {*variables}:
+        if self.computed_columns or self.expressions or learned & {*variables}:
             compute = self.computed
         return Goal(
-            self.n_obj,
+            len(self.objectives),
             limits,
             low,
             high,
@@ -194,15 +132,15 @@ class LearnedOutputs:
             encode=partial(encoded, space),
             compute=compute,
             ranges=self._ranges(),
-            narrowed=bool(self._limits),
+            narrowed=bool(self.limits),
         )
 
     def violations(self, points: Array) -> Array:
         """Return ``(n, k)`` by how much points violate requirements, and limits on texts."""
-        X = self._model.space.matrix(points)
-        columns = [self._model.violations(X)]
-        variables = self._table.tested.layout.variables
-        for name, limit in self._table.limits.items():
+        X = self.model.space.matrix(points)
+        columns = [self.model.violations(X)]
+        variables = self.table.tested.layout.variables
+        for name, limit in self.table.limits.items():
             if name in variables and isinstance(limit, list):
                 values = X[:, variables.index(name)].astype(str)
                 is_other = ~np.isin(values, limit)
@@ -211,8 +149,8 @@ class LearnedOutputs:
 
     def _ranges(self) -> Array | None:
         """Return the ``(2, m)`` fixed ranges of the objectives, as these are minimised."""
-        layout = self._table.layout
-        ranges = self._table.formulation.ranges
+        layout = self.table.layout
+        ranges = self.table.formulation.ranges
         if not ranges:
             return None
         ends = []
@@ -230,21 +168,21 @@ class LearnedOutputs:
             n_uniform: How many of the tests, the first, are of the sequence.
             pending: ``(p, d)`` the points that are being tested.
         """
-        table = self._table
+        table = self.table
         failed = table.status == "failed"
-        n_ieq = self._model.n_ieq_constr
+        n_ieq = self.model.n_ieq_constr
         # The model does not run for a design that violates a requirement.
         unmet = (table.tested.G[:, n_ieq:] > 0).any(axis=1)
         unknown = failed | unmet
         uniform = table.F[:n_uniform][~unknown[:n_uniform]]
         columns = [without_penalties(table.F, uniform)]
-        for output in self._constraints:
+        for output in self.constraints:
             columns.append(np.where(unknown, np.nan, table.column(output.name)))
-        for output in self._limited:
+        for output in self.limited:
             columns.append(output.known_or_beyond(table.column(output.name)))
-        for name in self._operands:
+        for name in self.operands:
             columns.append(table.tested.column(name))
-        points = self._model.space.points(table.tested.X)
+        points = self.model.space.points(table.tested.X)
         eligible = table.eligible()
         Y = np.column_stack(columns)
         return KnownTests(table.numbers, points, Y, eligible, failed, unknown, pending)
@@ -254,35 +192,127 @@ class LearnedOutputs:
 
         Args:
             points: ``(n, d)`` points of the unit cube.
-            Y: ``(n, q)`` outputs as surrogates predict them; it is changed.
+            Y: ``(n, q)`` outputs as surrogates predict them.
         """
-        variables = self._table.tested.layout.variables
-        columns = dict(zip(variables, self._model.space.matrix(points).T, strict=True))
-        of_outputs, of_operands = np.split(Y.T, [len(self._outputs)])
-        for output, y in zip(self._outputs, of_outputs, strict=True):
+        columns = self._columns(points, Y)
+        computed = Y.copy()
+        # Others are predicted, such as the absolute value of an equality that is an objective.
+        exact = {*self.table.tested.layout.variables, *self.expressions, *self.computed_columns}
+        for j, output in enumerate(self.outputs):
+            if output.name in exact:
+                values = output.sign * columns[output.name]
+                if output in self.limited:
+                    values = output.known_or_beyond(values)
+                computed[:, j] = values
+        return bounded(computed)
+
+    def _columns(self, points: Array, Y: Array) -> dict[str, Any]:
+        """Return the columns of points by name, those that are computed after their operands."""
+        variables = self.table.tested.layout.variables
+        columns = dict(zip(variables, self.model.space.matrix(points).T, strict=True))
+        of_outputs, of_operands = np.split(Y.T, [len(self.outputs)])
+        for output, y in zip(self.outputs, of_outputs, strict=True):
             if output.is_tested and output.name not in variables:
                 columns[output.name] = output.sign * y
-        columns |= zip(self._operands, of_operands, strict=True)
-        if self._expressions:
-            columns |= self._model.inner.computed(columns)
-        for name, expression in self._computed.items():
+        columns |= zip(self.operands, of_operands, strict=True)
+        if self.expressions:
+            columns |= self.model.inner.computed(columns)
+        for name, expression in self.computed_columns.items():
             columns[name] = expression.values(columns)
-        # Others are predicted, such as the absolute value of an equality that is an objective.
-        exact = {*variables, *self._expressions, *self._computed}
-        for output, y in zip(self._outputs, of_outputs, strict=True):
-            if output.name in exact:
-                y[:] = output.sign * columns[output.name]
-                if output in self._limited:
-                    y[:] = output.known_or_beyond(y)
-        return bounded(Y)
+        return columns
+
+
+def learned_outputs(model: Model | TestedModel, table: TestTable) -> LearnedOutputs:
+    """Return the outputs that surrogates learn.
+
+    Args:
+        model: The model of the tests.
+        table: All tests, under a formulation, whose computed columns are not learned.
+    """
+    limits = {}
+    for name, limit in table.limits.items():
+        if not isinstance(limit, list):
+            limits[name] = limit
+    objectives = _objectives(table, limits)
+    constraints = _constraints(table, model.n_ieq_constr)
+    names = [*table.layout.outputs]
+    if model.space.equalities:  # limits on variables are then no sides of the unit cube
+        names += table.layout.variables
+    limited = []
+    for name, limit in limits.items():
+        if name in names:
+            limited.append(_Output(name, *limit, name in table.tested.layout.columns))
+    outputs = [*objectives, *constraints, *limited]
+    computed = _needed(table.formulation.computed, [output.name for output in outputs])
+    expressions = _known_expressions(model.inner, table.tested.layout)
+    operands = _operands(table.tested.layout, outputs, computed, expressions)
+    return LearnedOutputs(
+        model, table, limits, objectives, constraints, limited, computed, expressions, operands
+    )
+
+
+def _objectives(table: TestTable, limits: Mapping[str, tuple[float, float]]) -> list[_Output]:
+    tested = table.tested.layout
+    outputs = []
+    for name in table.layout.objectives:
+        # An equality that is an objective counts by its absolute value.
+        is_tested = name in tested.columns and name not in tested.equalities
+        least, greatest = limits.get(name, OPEN)
+        output = _Output(name, least, greatest, is_tested)
+        if name in table.layout.maximize:
+            output = _Output(name, -greatest, -least, is_tested, sign=-1)
+        outputs.append(output)
+    return outputs
+
+
+def _constraints(table: TestTable, n_ieq_constr: int) -> list[_Output]:
+    requirements = table.tested.layout.inequalities[n_ieq_constr:]
+    outputs = []
+    for name in table.layout.inequalities:
+        if name not in requirements:
+            outputs.append(_Output(name, -np.inf, 0.0))
+    for name in table.layout.equalities:
+        outputs.append(_Output(name, 0.0, 0.0))
+    return outputs
 
 
 def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expression]:
     """Return the expressions, in their order, from which columns of these names follow."""
     needed = {*names}
-    expressions = {}
-    for name, text in reversed([*computed.items()]):
+    expressions: dict[str, Expression] = {}
+    for name, text in reversed([*computed.items()]):  # an expression uses columns before it
         if name in needed:
-            expressions[name] = Expression.of(text)
-            needed |= {*expressions[name].columns}
-    return dict(reversed([*expressions.items()]))
+            expression = Expression.of(text)
+            needed |= {*expression.columns}
+            expressions = {name: expression, **expressions}
+    return expressions
+
+
+def _known_expressions(problem: Any, tested: Layout) -> Mapping[str, Any]:
+    """Return the outputs of a problem that are expressions, if they mean the tested columns."""
+    expressions = known_expressions(problem)
+    if expressions and (
+        tested.variables != tuple(problem.variables)
+        or tested.objectives != tuple(problem.objectives)
+        or {*tested.maximize} != {*problem.maximize}
+    ):
+        return {}  # they mean other names and signs than those of the run
+    return expressions
+
+
+def _operands(
+    tested: Layout,
+    outputs: Sequence[_Output],
+    computed: Mapping[str, Expression],
+    expressions: Mapping[str, Any],
+) -> list[str]:
+    """Return the columns as tested from which others are computed, without learned outputs."""
+    operands = set()
+    for output_expression in expressions.values():
+        operands |= {*output_expression.operands} & {*tested.outputs}
+    for expression in computed.values():
+        operands |= {*expression.columns} & {*tested.columns}
+    operands -= {*tested.variables}
+    operands -= {*expressions}
+    operands -= {output.name for output in outputs if output.is_tested}
+    return sorted(operands)

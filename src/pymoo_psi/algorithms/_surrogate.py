@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 from pymoo_psi._validation import Array, Mask, Received, boolean, integer, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
-from pymoo_psi.algorithms._outputs import LearnedOutputs, TestedModel
+from pymoo_psi.algorithms._outputs import TestedModel, learned_outputs
 from pymoo_psi.algorithms._proposals import (
     Goal,
     KnownTests,
@@ -520,7 +520,7 @@ class SurrogateSource(Source):
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        outputs = LearnedOutputs(self._model, table, self._direction.formulation)
+        outputs = learned_outputs(self._model, table)
         tests = outputs.known_tests(n_uniform, pending.units)
         goal = outputs.goal
         ends = [len(self._others) + end for end in self._ends]
@@ -575,9 +575,8 @@ def proposed_now(
     """
     random = np.random.default_rng([seed, round_number])
     with threadpool_limits(limits=1, user_api="blas"):
-        outputs = LearnedOutputs(model, table, model.formulation)
-        tests, learned = _learned_now(outputs, table, pending)
-        return propose(tests, learned, outputs.goal, size, round_number, random)
+        goal, tests, learned = _learned_now(model, table, pending)
+        return propose(tests, learned, goal, size, round_number, random)
 
 
 class Prospects(NamedTuple):
@@ -622,9 +621,8 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     model = TestedModel(space_of_table(table.tested), len(table.tested.layout.inequalities))
     random = np.random.default_rng(0)
     with threadpool_limits(limits=1, user_api="blas"):
-        outputs = LearnedOutputs(model, table, table.formulation)
-        goal = outputs.goal
-        tests, learned = _learned_now(outputs, table, np.zeros((0, len(goal.low))))
+        no_points = np.zeros((0, len(model.space.searched)))
+        goal, tests, learned = _learned_now(model, table, no_points)
         if learned is None:
             rule = f"of {_LEAST_LEARNED} tests with outputs or more"
             raise invalid("the table", rule, Received(f"{n}"))
@@ -645,15 +643,17 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
 
 
 def _learned_now(
-    outputs: LearnedOutputs, table: TestTable, pending: Array
-) -> tuple[KnownTests, Learned | None]:
-    """Return what surrogates learn from, and what is learned, outside of a run."""
+    model: Model | TestedModel, table: TestTable, pending: Array
+) -> tuple[Goal, KnownTests, Learned | None]:
+    """Return the goal, what surrogates learn from, and what is learned, outside of a run."""
     n_uniform = len(table)
     if PROPOSAL_ROUND in table.layout.outputs:
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
+    outputs = learned_outputs(model, table)
+    goal = outputs.goal
     tests = outputs.known_tests(n_uniform, pending)
-    learned = _fitted(tests, len(table), n_uniform, outputs.goal)
+    learned = _fitted(tests, len(table), n_uniform, goal)
     if learned is not None:
-        _extend(learned, tests, len(table), outputs.goal)
-    return tests, learned
+        _extend(learned, tests, len(table), goal)
+    return goal, tests, learned
