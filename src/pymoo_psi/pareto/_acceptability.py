@@ -21,13 +21,13 @@ from pymoo_psi.pareto._ranking import EfficiencyRanking, front_of, rank_of_effic
 from pymoo_psi.pareto._sentences import capital, percent, sentence
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
-_BLOCKS = 8  # parts of the weights whose differences give the error
-_PER_BLOCK = 1024  # weights in each, a power of 2: each block is evenly distributed itself
-_MANY = 10_000  # designs from which on a quarter of the weights must do
-_AT_ONCE = 1 << 18  # distances in memory, so that they fit in a cache
-_P = 32  # from here on powers of distances would underflow
-_SUM = 1e-9  # part of the sum that breaks ties of the Chebyshev distance
-_FACTOR = 2.0  # of the sentence
+_BLOCKS = 8  # parts of the sample of weights, whose differences give the error
+_PER_BLOCK = 1024  # weights in a block, a power of 2, so that each block is evenly distributed
+_MANY = 10_000  # designs from which on there are a quarter of the weights
+_AT_ONCE = 1 << 18  # distances that are in memory at the same time, so that they fit in a cache
+_P = 32  # the exponent from which on powers of distances would underflow
+_SUM = 1e-9  # the part of the sum in the Chebyshev distance, which breaks ties
+_FACTOR = 2.0  # the factor between weights in the sentence
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -42,8 +42,9 @@ OUTLIER = 2.0
 FAR = 10.0
 """A value farther from all others than ten times their range is not of the same kind."""
 
-_MORE = 0.05  # of the weights, as many designs share those of a dense front
-_OTHERS = 4  # the fewest values that show what is usual
+# A smaller difference of shares means little, as many designs of a dense front share the weights.
+_CLEAR_DIFFERENCE = 0.05
+_OTHERS = 4  # the fewest other values that show what is usual
 
 
 class Caution(NamedTuple):
@@ -223,7 +224,7 @@ class _Checks:
             yield _caution("equidistant", near=len(near), count=len(self.rows))
             return
         yield from self.tie(near)
-        if len(self.rows) > 2:  # of two designs each is an extreme
+        if len(self.rows) > 2:  # each of two designs is an extreme
             yield from self.worst()
         yield from self.moved()
 
@@ -232,7 +233,7 @@ class _Checks:
         shares = weight_shares(self.ranking)[self.rows]
         other = shares.argmax()
         is_elsewhere = self.steps[other].max() > ELSEWHERE
-        if is_elsewhere and shares[other] > shares[self.best] + _MORE:
+        if is_elsewhere and shares[other] > shares[self.best] + _CLEAR_DIFFERENCE:
             yield Caution("weights", weights_sentence(self.ranking, int(self.rows[self.best])))
 
     def tie(self, near: Rows) -> Iterator[Caution]:
@@ -325,7 +326,7 @@ def _is_unlike(value: float, others: Array, gap: float) -> bool:
         return bool(gap > high - low)
     if gap <= FAR * (high - low):
         return False
-    if min(value * low, value * high) <= 0:  # of different signs
+    if min(value * low, value * high) <= 0:  # the signs differ
         return True
     orders = np.abs(np.log([value / low, value / high]))
     usual = np.log(high / low) * np.sign(low)

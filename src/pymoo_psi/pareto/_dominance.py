@@ -23,7 +23,7 @@ Levels = Rows
 # the time, on one core nine, if there are many rows.
 _WORTH_SLABS = 100_000
 _SLABS = 20
-_LARGE = 5_000  # rows of an array that is worth a thread, and a sort in two steps
+_LARGE = 5_000  # rows from which on threads, and a sort in two steps, are worth it
 _BUCKETS = 65_535  # the largest number of two bytes, for which NumPy has a radix sort
 
 _WORST = np.iinfo(np.intp).max
@@ -103,7 +103,7 @@ def _filtered(F: Array, keep_weakly: bool = True) -> Mask:
 
     moocore (0.3) first sorts by one column: sorted rows save it an eighth to a half of the time.
     """
-    import moocore  # which takes some 20 ms
+    import moocore  # the import takes some 20 ms
 
     column = F[:, -1]
     if F.shape[1] > 3:

@@ -119,7 +119,7 @@ class DesignComparison:
                 unit = "points"
             amount = f"{number(sizes[j])} {unit}".strip()
             template = "change" if texts else "first change"
-            if not shares[j] <= 1 + _TIE:  # nor NaN
+            if not shares[j] <= 1 + _TIE:  # NaN is refused, too
                 template = "bare change"
             share = percent(shares[j])
             texts.append(sentence(template, objective=name, amount=amount, share=share))

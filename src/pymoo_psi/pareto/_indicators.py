@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _EXACT = (0, *[10**6] * 4, 7000, 600, 190, 95, 60, 44, 36, 25, 20, 17, 15, 13)
 _TIE = 1e-12  # squared distances with a smaller relative difference are equal up to rounding
 _SHIFTS = 16
-_PROBES = 2**11  # points of each shift
+_PROBES = 2**11  # the number of points of each shift
 
 
 def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
@@ -53,7 +53,7 @@ def hypervolume(F: Array, reference_point: float) -> tuple[float, float]:
         return 0.0, 0.0
     if m < len(_EXACT) and n <= _EXACT[m]:
         return float(moocore.hypervolume(points, ref=1.0)), 0.0
-    low = points.min(axis=0)  # nothing is dominated below
+    low = points.min(axis=0)  # no point below it is dominated
     shares = []
     probes = lp_tau(_PROBES, m)
     for shift in np.random.default_rng(0).random((_SHIFTS, m)):
@@ -184,7 +184,7 @@ def representatives(
     ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
     front, values = front_of(ranking)
     points = ranking.frame.scaled(values)
-    unit = points.max() or 1.0  # so that no square over- or underflows
+    unit = points.max() or 1.0  # no square over- or underflows
     start = np.searchsorted(front, ranking.salukvadze[0])
     size = min(k, len(front))
     chosen, owner, distance = farthest_first(points / unit, [start], size)

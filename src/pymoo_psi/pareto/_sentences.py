@@ -22,8 +22,8 @@ SENTENCES: dict[str, str] = {}
 for _group in json.loads(Path(__file__).with_name("sentences.json").read_text("utf-8")).values():
     SENTENCES.update(_group)
 
-_MARK = ContextVar("_MARK", default=".")  # of decimals
-_LONG = 1e9  # from here on numbers have an exponent
+_MARK = ContextVar("_MARK", default=".")  # the decimal mark
+_LONG = 1e9  # numbers from this size on have an exponent
 
 
 def sentence(name: str, /, **values: object) -> str:

@@ -52,7 +52,7 @@ LAST = 2**63 - 1  # the largest number of a test
 
 _APPLICATION = 0x50534931
 _VERSION = 5  # 4 is that of pymoo-psi 0.3, 1 to 3 are those of 0.1 and 0.2
-_OF_0_3 = 4  # without runs and checksums
+_OF_0_3 = 4  # the format of version 0.3, without runs and checksums
 _TESTS = """
 CREATE TABLE tests
     (test INTEGER PRIMARY KEY, run INTEGER, test_point INTEGER, status TEXT, reason TEXT,
@@ -77,7 +77,7 @@ _TABLES = {
 _FIXED = (*NOT_VALUES, "row_checksum")
 _FIXED_IN_0_3 = ("test_point", "status", "reason", "origin", "seconds")
 _TYPES = {Kind.INTEGER: "INTEGER", Kind.BINARY: "INTEGER", Kind.CHOICE: "TEXT"}
-_AT_A_TIME = 65_536  # rows in memory as Python's objects
+_AT_A_TIME = 65_536  # rows that are in memory as Python objects at the same time
 
 
 class _Column(NamedTuple):
@@ -503,8 +503,8 @@ class Database:
             values[name] = columns.get(name, np.full(n, np.nan)).astype(DTYPES[kind])
         cells = {name: columns[name] for name in NOT_VALUES if name in columns}
         cells["reason"] = np.where(columns["reason"] == "", np.array(None), columns["reason"])
-        kept = {name: columns[name] for name in (*NUMBERS, "status", "reason")}
-        cells["row_checksum"] = row_checksums(kept | values)
+        checked = {name: columns[name] for name in (*NUMBERS, "status", "reason")}
+        cells["row_checksum"] = row_checksums(checked | values)
         for name, sql, _ in _columns_of_values(self.facts.head):
             cells[sql] = values[name]
         marks = ", ".join("?" * len(cells))

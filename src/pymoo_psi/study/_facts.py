@@ -34,12 +34,13 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import StudyMismatchError
 
-ADDED = ("test", "run", "origin", "seconds")  # columns of a study that no table of a model has
+ADDED = ("test", "run", "origin", "seconds")  # columns that a study adds to those of a model
 NUMBERS = ("test", "run", "test_point")
-NOT_VALUES = (*NUMBERS, "status", "reason", "origin", "seconds")  # columns that no head has
+NOT_VALUES = (*NUMBERS, "status", "reason", "origin", "seconds")  # columns that are not in a head
 _GROUPS = ("variables", "objectives", "inequalities", "equalities", "outputs")
 
-LASTING = ("search", "more")  # what people ask of a run that holds when it is continued
+# Requests of people to a run that hold when it is continued.
+LASTING = ("search", "more")
 ACTIONS = (*LASTING, "pause", "continue", "stop")
 
 # Entries of a problem's identity that belonged to the model in version 0.3.
@@ -55,7 +56,7 @@ _IN_BOTH = (
 # Version 0.3 had one hash of the template and all outputs, which may be more now.
 _TEMPLATE = "problem.parameters.template"
 _IN_ONE = "problem.parameters.template and outputs"
-SUFFIX = ".db"  # of the studies in a folder
+SUFFIX = ".db"  # the suffix of the studies in a folder
 _GOLDEN = 2_654_435_769  # 2^32 divided by the golden ratio, rounded to an odd number
 
 ROOM = 1_000_000
@@ -206,7 +207,8 @@ def _model(head: Head) -> dict[str, str]:
     problem = dict(head.get("problem") or {})
     for name in _OF_RUNS:
         problem.pop(name, None)
-    kinds = [kind.replace("log", "real") for kind in head["kinds"]]  # the scale is of a run
+    # The scale belongs to a run, not to the model.
+    kinds = [kind.replace("log", "real") for kind in head["kinds"]]
     return flat({"problem": problem, "variables": head["variables"], "kinds": kinds})
 
 
@@ -311,7 +313,7 @@ class Share(NamedTuple):
         return numbers[(first <= numbers) & (numbers <= last)]
 
 
-ALL = Share(1, 1)  # all points
+ALL = Share(1, 1)  # the share of all points
 
 
 # Columns in a head

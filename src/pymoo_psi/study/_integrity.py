@@ -24,7 +24,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-_LOCK = ".pymoo-psi-lock"  # of the first run, appended to the name of the study
+_LOCK = ".pymoo-psi-lock"  # appended to the name of a study, for its first run
 # Seconds between two attempts to lock a study, the first ones and the later ones: hundreds of
 # writers must not keep a shared file system busy.
 _FIRST_PAUSE, _LAST_PAUSE = 0.02, 0.3

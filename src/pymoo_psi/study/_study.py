@@ -95,8 +95,8 @@ class Study:
             raise wrong_type("study path", "the name of a file", path)
         self.path = os.path.realpath(path)
         self.wait = wait
-        self._head: Head | None = None  # of the run that was begun
-        self._id: str | None = None  # of the study that was used; another file may take its place
+        self._head: Head | None = None  # the head of the run that was begun
+        self._id: str | None = None  # the study in use, as another file may take its place
 
     def begin(
         self,
@@ -147,7 +147,8 @@ class Study:
         if run is not None and json.dumps(whole) == json.dumps(stored.head):
             return stored, run
         with ExitStack() as locks:
-            if Renaming.between(stored.head, head):  # nobody goes on to write what is there now
+            # No other process writes under the names that are stored now.
+            if Renaming.between(stored.head, head):
                 for stored_run in stored.runs:
                     locks.enter_context(self.writing(stored_run.number))
             database = locks.enter_context(self.changes())
@@ -321,7 +322,8 @@ class Study:
                 db.execute("PRAGMA synchronous = EXTRA")  # a commit outlives a power failure
                 db.execute("PRAGMA cell_size_check = ON")  # damage is reported, not read
                 used = db
-                if begin == _READ and is_of_0_3(db):  # it is converted, and the file stays
+                # It is converted in memory, and the file stays as it is.
+                if begin == _READ and is_of_0_3(db):
                     db.backup(copy)
                     used = copy
                 used.execute(begin)

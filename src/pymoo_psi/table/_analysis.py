@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
-_CHOSEN = ("an algorithm", "tests of ")  # samplings of runs whose points are of no sequence
-_COSINES = 10  # that show the effect of a variable with many values
+_WITHOUT_SEQUENCE = ("an algorithm", "tests of ")  # samplings of runs that follow no sequence
+_COSINES = 10  # terms that show the effect of a variable with many values
 _LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
 _LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide
 _FIRST = 8  # tests of the first row of a convergence; fewer have no front to speak of
@@ -132,7 +132,7 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
             options, places = value_ranks(places)
             values = tuple(options)
             edges = np.arange(-0.5, len(values))
-    places = places.astype(np.float64)  # of variables of several kinds it is objects
+    places = places.astype(np.float64)  # the array is of objects if variables have several kinds
     inside = places[feasible & np.isfinite(places)]
     return Histogram(
         variable=name,
@@ -332,7 +332,7 @@ def _basis(column: AnyArray) -> Array:
 def _shares(bases: list[Array], y: Array) -> Array:
     """Return ``(n_var, 3)`` the share of the variance that each basis explains, and its band."""
     n = len(y)
-    y = y / np.abs(y).max()  # so that no square overflows
+    y = y / np.abs(y).max()  # no square overflows
     y = (y - y.mean()) / y.std()
     strengths = [float(((Q.T @ y) ** 2).sum()) - Q.shape[1] for Q in bases]
     shares = np.full((len(bases), 3), np.nan)
@@ -436,7 +436,7 @@ def _largest_sample(table: TestTable) -> tuple[TestTable, str]:
     for run, points in (table.problem or {}).get("runs", {}).items():
         part = table.rows(table.extra[RUN] == int(run))
         sampling = str(points.get("sampling"))
-        if len(part) <= len(largest) or sampling.startswith(_CHOSEN):
+        if len(part) <= len(largest) or sampling.startswith(_WITHOUT_SEQUENCE):
             continue
         lower, upper = (np.array(points[side], dtype=np.float64) for side in ("lower", "upper"))
         layout = replace(table.layout, lower=lower, upper=upper)

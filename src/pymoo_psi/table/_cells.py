@@ -48,7 +48,7 @@ _ERROR = re.compile(r"#[^\W\d][\w/]*[!?]|#n/?[adv]|##+", re.IGNORECASE)
 _MINUS = str.maketrans(dict.fromkeys("−–﹣－", "-"))  # the minus signs of typesetters
 _OTHER = {".": ",", ",": "."}
 _GAPS = {" ": " \u00a0\u2009\u202f", "'": "'’"}
-_LONGEST = 100  # characters of a number; a longer text is not searched for one
+_LONGEST = 100  # the most characters in which a number is searched
 # Texts that a reader may take for a number, though they are none by the rules: $5, ~5, 5 kg, 1/2,
 # =A1; but not a digit in front of words: 3D printing, 2K moulding, 2-part, 5 bolts M8.
 _NUMBERLIKE = re.compile(
@@ -56,7 +56,7 @@ _NUMBERLIKE = re.compile(
     r"(?!\w*[-‐‑][^\W\d]|[\w.,]*[\s-]*[^\W\d]+[\s-]+[^\W\d]{4,})",
     re.IGNORECASE,
 )
-_MOMENT = re.compile(  # dates and times
+_DATE_OR_TIME = re.compile(
     r"\d{4}-\d\d?-\d\d?(?:[T ].*)?|\d\d?[./]\d\d?[./]\d{2,4}|\d\d?:\d\d(?::\d\d)?"
 )
 _LEADING = re.compile(r"\A\W*\d[\d.,'’]*(?:e[+-]?\d+)?", re.IGNORECASE)
@@ -249,7 +249,7 @@ def _names(header: list[Any]) -> list[str]:
 
 def cells_of_frame(frame: Any) -> Cells:
     """Return the cells of a data frame; an index other than row numbers names the rows."""
-    import pandas as pd  # only where there is a frame
+    import pandas as pd  # loaded only where there is a frame
 
     if len(frame) == 0 or not frame.columns.is_unique:
         raise invalid("source", "a frame with rows, whose columns have different names", frame)
@@ -407,7 +407,7 @@ def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     for row, text in texts.items():
         # One number is enough: taken for text, the column would silently be no objective.
         is_like_number = has_one_unit or _NUMBERLIKE.match(text[:_LONGEST])
-        if has_numbers or (is_like_number and not _MOMENT.fullmatch(text)):
+        if has_numbers or (is_like_number and not _DATE_OR_TIME.fullmatch(text)):
             return (
                 f"{cells.place(name, row)}, no plain number; write it without a unit, settle it by "
                 "--decimal and --thousands, leave its line out by --skip-rows "
@@ -435,7 +435,7 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     problems: dict[int, str] = {}
     for name, column in cells.columns.items():
         if name != cells.label and len({*map(str, column)}) < len(column):
-            continue  # such as the levels min and max
+            continue  # a variable may have the levels min and max
         for i, cell in enumerate(column):
             if isinstance(cell, str) and _SUMMARY.fullmatch(cell.strip()):
                 problems[i] = f"is called {cell.strip()!r:.40}"

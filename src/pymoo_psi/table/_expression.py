@@ -118,7 +118,8 @@ class Expression:
             _code(plain)
         except ArgumentValueError:
             raise
-        except (SyntaxError, ValueError, RecursionError, MemoryError):  # the last two: nested deep
+        # The last two are raised if it is nested deeply.
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise invalid(
                 "an expression",
                 "arithmetic of columns, such as 'mass / (width * height)'",

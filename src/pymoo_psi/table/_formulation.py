@@ -49,7 +49,7 @@ from pymoo_psi.table._layout import RESERVED, Layout, column_names, real_column,
 if TYPE_CHECKING:
     import pandas as pd
 
-_VERSION = 2  # of the file; 1 had no positions
+_VERSION = 2  # the version of the file; files of version 1 had no positions
 
 Limit: TypeAlias = float | str | Sequence[float | None] | Sequence[str]
 """The greatest value allowed, a pair (lower, upper) with None for an open end, or a text such as
@@ -70,7 +70,7 @@ _LIMIT = re.compile(
     re.DOTALL,
 )
 _TEXTS = re.compile(r"(?P<name>[^<>=]*[^<>=\s])(?:\s*=\s*|\s+in\s+)(?P<text>[^<>=]*)")
-_STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # what an entry has that does not continue a list
+_STATEMENT = re.compile(r"[<>=]|\S\s+in\s")  # an entry with one of these does not continue a list
 _TURNED = {"<=": ">=", ">=": "<="}  # 1 <= x is x >= 1
 _SIDE = re.compile(rf"\s*(?P<sign><=|>=)\s*(?P<number>{NUMBER})\s*")
 # Five or five thousand, as in a file: see the rule for numbers in read_table.
@@ -471,13 +471,13 @@ def _formulated_layout(
     changes["outputs"] = tuple(name for name in former if name not in taken)
     maximized = {*layout.maximize, *formulation.maximize}
     dependent = (*objectives, *changes["outputs"])
-    kept = [name not in without for name in layout.variables]
+    is_variable = [name not in without for name in layout.variables]
     return replace(
         layout,
         **changes,
-        lower=layout.lower[kept],
-        upper=layout.upper[kept],
-        kinds=tuple(compress(layout.kinds, kept)),
+        lower=layout.lower[is_variable],
+        upper=layout.upper[is_variable],
+        kinds=tuple(compress(layout.kinds, is_variable)),
         maximize=tuple(name for name in dependent if name in maximized),
         units={**layout.units, **formulation.units},
     )

@@ -54,12 +54,13 @@ if TYPE_CHECKING:
     from pymoo_psi.study import Facts
     from pymoo_psi.table._table import TestTable
 
-MARK = "pymoo_psi_test_table"  # in the head of a file of tests
-DESIGNS_MARK = "pymoo_psi_designs"  # in that of a file of designs, whose columns are not all known
+MARK = "pymoo_psi_test_table"  # an entry in the head of a file of tests
+# The entry in the head of a file of designs, which does not say what all columns are.
+DESIGNS_MARK = "pymoo_psi_designs"
 MARKS = (MARK, DESIGNS_MARK)
 HEAD_REMEDY = "remove that description, and say --objectives and --maximize"
 
-_FORMAT = 4  # of the head
+_FORMAT = 4  # the version of the head
 # Entries that are in a head only if there are any.
 _OPTIONAL = ("outputs", "maximize", "units", "label", "extra", "problem")
 
@@ -101,7 +102,7 @@ class StoredTests(NamedTuple):
             numbers = np.asarray(columns[number_column(extra)], dtype=np.int64)
             n = len(numbers)
             blocks: Any = blocks_of(layout, columns, n)
-            if n:  # units of outputs that no test has brought say nothing any more
+            if n:  # units of outputs that no test has are left out
                 layout = replace(layout, units=units_of(layout.columns, layout.units))
             table = TestTable(
                 layout,
@@ -139,7 +140,7 @@ def head_of(table: Any) -> Values:
     """
     layout = table.layout
     head: Values = {field.name: getattr(layout, field.name) for field in fields(layout)}
-    for side in ("lower", "upper"):  # in JSON there is no NaN, but null
+    for side in ("lower", "upper"):  # JSON has null, but no NaN
         bounds = head[side].astype(object)
         bounds[bounds != bounds] = None
         head[side] = bounds.tolist()
@@ -216,7 +217,7 @@ def columns_of(table: Any) -> Columns:
     for name, cells in table.extra.items():
         columns[name] = choice_texts(cells.tolist())
         is_integer = np.array([type(cell) is int for cell in cells.tolist()], dtype=bool)
-        columns[name][is_integer] = cells[is_integer]  # to a spreadsheet 7 is a number
+        columns[name][is_integer] = cells[is_integer]  # a spreadsheet reads 7 as a number
     columns["status"] = table.status.astype(object)
     columns["reason"] = np.full(len(table), "", dtype=object)
     # Looked up only if there are any: else it is a pass in Python over all tests for nothing.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pymoo_psi.table._table import TestTable
 
 
-_ROUNDING = 1e-9  # relative, of results that two machines have computed
+_ROUNDING = 1e-9  # the relative difference of results that two machines have computed
 
 
 def stacked(tables: Sequence[TestTable]) -> TestTable:
@@ -56,9 +56,9 @@ def stacked(tables: Sequence[TestTable]) -> TestTable:
     for name in ("numbers", "F", "G", "H", "_codes"):
         joined[name] = np.concatenate([getattr(table, name) for table in tables])
     reasons: dict[int, str] = {}
-    remarks: dict[str, None] = {}  # in order, each once
+    remarks: dict[str, None] = {}  # each remark once, in order
     for table in tables:
-        reasons = {**table.reasons, **reasons}  # of tests with one number, the first counts
+        reasons = {**table.reasons, **reasons}  # the first of the tests with one number counts
         remarks |= dict.fromkeys(table.remarks)
     outputs = [np.zeros((len(X), 0))]
     for name in whole.layout.outputs:
@@ -177,7 +177,7 @@ def require_one_result(table: TestTable, first: Rows | None = None) -> None:
         earlier = column[first[repeats]]
         later = column[repeats]
         differing = unequal(earlier, later, _ROUNDING)
-        if name in layout.outputs or name in table.extra:  # which not every experiment has
+        if name in layout.outputs or name in table.extra:  # not every experiment has it
             differing &= ~(blank(earlier) | blank(later))
         if differing.any():
             i = differing.argmax()

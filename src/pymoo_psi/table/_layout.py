@@ -42,7 +42,8 @@ from pymoo_psi.pareto import EQ_TOLERANCE
 
 Key: TypeAlias = str | int
 """A variable or objective: its name, or its index from 0."""
-RESERVED = ("test_point", "status", "violated", "reason", "pareto")  # further columns of a frame
+# Columns that a frame has besides those of the layout.
+RESERVED = ("test_point", "status", "violated", "reason", "pareto")
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
 # Extra columns of tests of several runs: the run for which each was made, and its test point there.
 RUN, POINT = "run", "test_point"
@@ -602,7 +603,7 @@ def design_keys(X: AnyArray) -> list[tuple[str, ...]]:
 def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
     """Return ``(n,)`` the first row with the same design, and the same objectives if given."""
     first = np.arange(len(X))
-    if X.size == 0:  # without variables nothing is known of designs
+    if X.size == 0:  # without variables, no design equals another
         return first
     rows = first
     values = X

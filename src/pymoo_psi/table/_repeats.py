@@ -149,7 +149,7 @@ def averaged(table: TestTable, by: str | None) -> TestTable:
     means: dict[str, Any] = {}
     for name in ("F", "G", "H", "outputs"):
         means[name] = groups.means(getattr(tested, name))
-    if PROPOSAL_ROUND in tested.layout.outputs:  # a design is of the round that proposed it first
+    if PROPOSAL_ROUND in tested.layout.outputs:  # the round that first proposed the design
         rounds = tested.layout.outputs.index(PROPOSAL_ROUND)
         means["outputs"][:, rounds] = tested.outputs[first, rounds]
     errors = groups.standard_errors(tested.F)

@@ -60,8 +60,10 @@ from pymoo_psi.table._tests import STATUSES
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
-_DERIVED = (*RANKING_NAMES, "status", "violated", "reason")  # follow from other columns
-_DISTANCES = ("mu1", "mu2", "mu3")  # of a ranking, in all versions
+# Columns that follow from other columns.
+_DERIVED = (*RANKING_NAMES, "status", "violated", "reason")
+# Columns of a ranking that all versions have written.
+_DISTANCES = ("mu1", "mu2", "mu3")
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
 _INTEGER = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _N_LISTED = 6  # rows that a remark names
@@ -221,9 +223,9 @@ def _content_of_file(
         except (LookupError, ValueError, TypeError) as error:
             if isinstance(error, PsiError):
                 raise
-            # of a format that was added, whose reader did not expect such a file
-            problem = f"it cannot be read as {file_format.suffix}"
-            raise UnfitError(f"{problem}: {error!r:.80}") from error
+            # The reader of a format that was added to FORMATS did not expect such a file.
+            message = f"it cannot be read as {file_format.suffix}: {error!r:.80}"
+            raise UnfitError(message) from error
     if isinstance(content, Cells) and is_of_tests(content.head):
         return tests_of_cells(path, content)
     return content
@@ -363,7 +365,8 @@ def _without_derived(cells: Cells, columns: Mapping[str, Column]) -> dict[str, C
     derived = {*_DERIVED}
     if _is_ranking(cells):
         derived.add("mark")
-    if "place" in columns and columns["place"].numbers is None:  # a town
+    # A place may be a town, and not one in a ranking.
+    if "place" in columns and columns["place"].numbers is None:
         derived.discard("place")
     return {name: column for name, column in columns.items() if name not in derived}
 
@@ -456,7 +459,7 @@ def _table(
     if label not in extra:
         label = "design" if "row" in used else "row"
         extra.setdefault(label, cells.rows)
-    numbers = extra.pop(POINT, cells.rows)  # a table's own name
+    numbers = extra.pop(POINT, cells.rows)  # the table adds a column of this name itself
     if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
         raise UnfitError("its column test_point must number the designs from 1; rename it")
     layout = Layout.of(

@@ -42,13 +42,15 @@ Position: TypeAlias = Mapping[str, Any]
 At: TypeAlias = Callable[[float], Rows]
 """Returns the rows that are recommended at a value."""
 
-_MOST_STEPS = 200  # up to so many values each is tried; of more every 64th part, then halves
+# Up to this number of values each is tried; of more, every 64th part, which is then halved.
+_MOST_STEPS = 200
 _PARTS = 64
-_FINE = np.arange(1, 2**20 + 1) / 2**20  # steps of values and weights, in shares of the way
+# Steps of values and weights, as shares of the way to the end.
+_FINE = np.arange(1, 2**20 + 1) / 2**20
 _MOST_DESIGNS = 500  # Pareto optimal, of which it is said; of more ranking again takes long
 _TIE = 1e-9  # regrets that differ by less are equal
-_GREATEST_FACTOR = 1024.0  # of a weight
-_DOUBLINGS = 10  # of a weight on which two may agree
+_GREATEST_FACTOR = 1024.0  # by which a weight is multiplied at most
+_DOUBLINGS = 10  # how often a weight is doubled, at most, so that two people agree
 
 
 class _Change(NamedTuple):
@@ -148,7 +150,7 @@ class _Search:
     """Changes of the recommended design of a table.
 
     Attributes:
-        kept: ``(n,)`` which tests are recommendable under all limits.
+        is_eligible: ``(n,)`` which tests are recommendable under all limits.
         optimal: ``(n,)`` which of them are Pareto optimal.
         frame: The points U and N and the scale of its ranking.
         designs: Rows of its designs, each the first of the tests that repeat it.
@@ -159,17 +161,17 @@ class _Search:
         self.table = table
         self.layout = table.layout
         self.F = table.F
-        self.kept = table.eligible()
-        self.optimal = self._optimal(self.kept)
+        self.is_eligible = table.eligible()
+        self.optimal = self._optimal(self.is_eligible)
         ranking = table.feasible_ranking()
         self.frame = ranking.frame
         self.designs = ranking.rows
         self.best = ranking.rows[ranking.salukvadze[0]]
 
-    def _optimal(self, kept: Mask) -> Mask:
+    def _optimal(self, is_eligible: Mask) -> Mask:
         """Return ``(n,)`` which tests of a mask are Pareto optimal among them."""
-        optimal = kept.copy()
-        optimal[kept] = nondominated(self.F[kept])
+        optimal = is_eligible.copy()
+        optimal[is_eligible] = nondominated(self.F[is_eligible])
         return optimal
 
     def first_change(self, steps: Array, at: At, best: int) -> _First:
@@ -219,7 +221,7 @@ class _Search:
                 if end == worse:
                     yield self.of_limit(name, end, limit, self.optimal, "tighter")
                 elif is_set:
-                    yield self.of_limit(name, end, limit, self.kept, "tighter")
+                    yield self.of_limit(name, end, limit, self.is_eligible, "tighter")
                 if is_set:
                     free = (OPEN[0], pair[1])
                     if end == "upper":
@@ -253,7 +255,7 @@ class _Search:
 
         def at(value: float) -> Rows:
             within = values <= value
-            if direction == "tighter":  # at each step the designs with its value leave
+            if direction == "tighter":  # each step leaves out the designs with its value
                 within &= values < value
             return _recommended(self.frame, candidates & within, self.F)
 
@@ -273,7 +275,7 @@ class _Search:
     def of_values(self) -> Iterator[_Change]:
         """Yield the changes as an objective of the recommended design is another one."""
         # Designs that neither are Pareto optimal nor dominated by this one never count.
-        candidates = self.optimal | (self.kept & (self.F[self.best] <= self.F).all(axis=1))
+        candidates = self.optimal | (self.is_eligible & (self.F[self.best] <= self.F).all(axis=1))
         # Another test of the recommended design is no other design.
         candidates &= np.isin(np.arange(len(candidates)), self.designs)
         for j, name in enumerate(self.layout.objectives):
@@ -299,7 +301,7 @@ class _Search:
             return _recommended(self.frame, mask, F)
 
         value, design, exact = self.first_change(steps, at, self.best)
-        value -= length * _FINE[0]  # up to which it stays
+        value -= length * _FINE[0]  # the value up to which the design stays
         return _Change("value", name, "", direction, sign * start, sign * value, design, exact)
 
     def of_weights(self, preference: Position) -> Iterator[_Change]:
@@ -525,8 +527,8 @@ def _reconciled(
             high = value = _rounded(value, ROUND_CEILING)
         if low > high:  # the other end rejects that choice
             continue
-        kept = table.under(limits={**one["limits"], name: [low, high]}).eligible()
-        if row in _recommended(frame, kept, table.F):
+        is_eligible = table.under(limits={**one["limits"], name: [low, high]}).eligible()
+        if row in _recommended(frame, is_eligible, table.F):
             unit = layout.units.get(name, "")
             limit = f"{name} {words} {number(value, 6)} {unit}".strip()
             return sentence("by limit", **names, limit=limit)

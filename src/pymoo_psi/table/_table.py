@@ -138,13 +138,13 @@ class TestTable(Tests, Shown):
         """
         if formulation is None:
             formulation = self.formulation
-            if "objectives" in fields:  # fixed ranges are those of the objectives before
+            if "objectives" in fields:  # the fixed ranges are of the former objectives
                 formulation = replace(formulation, ranges={})
         instance("formulation", formulation, Formulation)
         for name in fields:
             known_name("an argument of under", name, ATTRIBUTES)
         former = self.tested.formulation
-        if formulation.chosen is None and "chosen" not in fields:  # that of the file
+        if formulation.chosen is None and "chosen" not in fields:  # the choice of the file
             formulation = replace(formulation, chosen=former.chosen, reason=former.reason)
         return self.tested._under(replace(formulation, **fields))
 

@@ -49,8 +49,8 @@ if TYPE_CHECKING:
 
 
 STATUSES = ("ok", "infeasible", "failed")
-_N_SHOWN = 50  # rows whose texts a message names
-_ARRAYS = ("X", "F", "G", "H", "outputs", "_codes")  # with a row for each test
+_N_SHOWN = 50  # the most rows whose texts a message names
+_ARRAYS = ("X", "F", "G", "H", "outputs", "_codes")  # arrays with a row for each test
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,7 +106,7 @@ class Tests:
     G: Array
     H: Array
     reasons: Mapping[int, str] = field(default_factory=dict)
-    outputs: Array = None  # type: ignore[assignment]  # (n, 0) unless given
+    outputs: Array = None  # type: ignore[assignment]  # of shape (n, 0) unless given
     problem: Mapping[str, Any] | None = None
     extra: Mapping[str, NDArray[np.object_]] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
@@ -575,8 +575,8 @@ class Tests:
         arrays = {name: getattr(self, name).take(rows, axis=0) for name in _ARRAYS}
         reasons = {}
         if self.reasons:
-            kept = {*numbers.tolist()}
-            reasons = {n: reason for n, reason in self.reasons.items() if n in kept}
+            selected = {*numbers.tolist()}
+            reasons = {n: reason for n, reason in self.reasons.items() if n in selected}
         return self._with(
             numbers=numbers,
             reasons=reasons,

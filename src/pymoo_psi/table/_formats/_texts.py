@@ -53,7 +53,7 @@ Line: TypeAlias = tuple[int, str]
 _SEPARATORS = ";\t|, "
 _HEAD = "pymoo-psi:head"  # entries of the metadata that are ours
 _N_ROWS = "pymoo-psi:rows"
-_DATATYPES: Values = {  # of CSVW, by those of pandas
+_DATATYPES: Values = {  # data types of CSVW by those of pandas
     "integer": "integer",
     "floating": "number",
     "mixed-integer-float": "number",
@@ -159,7 +159,7 @@ class CsvFile(FileFormat):
             if column.dtype.kind not in "biuf":
                 column = list(map(inert, column))
             cells[inert(headings[name])] = column
-        frame = pd.DataFrame(cells, dtype=object)  # 1 stays 1 beside blanks
+        frame = pd.DataFrame(cells, dtype=object)  # 1 beside blanks stays an integer
         text = frame.to_csv(index=False, lineterminator="\n")
         # Until Python 3.13 the csv module leaves a carriage return unquoted, which breaks the row.
         if "\r" in text:
@@ -223,7 +223,7 @@ def _document(path: FilePath, columns: Entries, head: Head) -> Values:
     return {
         "@context": "http://www.w3.org/ns/csvw",
         "url": quote(os.fsencode(Path(path).name)),
-        "dialect": {"commentPrefix": None},  # else a text that begins with # would be a comment
+        "dialect": {"commentPrefix": None},  # a text that begins with # is no comment
         _N_ROWS: max(map(len, columns.values())),
         _HEAD: head,
         "tableSchema": {"columns": described},
@@ -310,11 +310,11 @@ def _separator(lines: Sequence[Line]) -> str:
     text = "".join(line for _, line in lines)
     for mark in _SEPARATORS:
         if mark in text:
-            with suppress(UnfitError):  # quotation marks that stand elsewhere than at cells
+            with suppress(UnfitError):  # quotation marks within cells
                 lengths = {*map(len, _rows(lines, mark).values())}
                 if len(lengths) == 1 and lengths != {1}:
                     return mark
-    return max(",;\t|", key=text.count)  # of a text that is going to be refused
+    return max(",;\t|", key=text.count)  # the text is going to be refused
 
 
 def _require_plain_names(header: str) -> None:
@@ -372,7 +372,7 @@ class JsonFile(FileFormat):
 
     def read(self, file: SourceFile) -> Cells:
         """Return the designs, whose keys name the columns."""
-        import pandas as pd  # only where JSON is read
+        import pandas as pd  # loaded only where JSON is read
 
         try:
             designs = json.loads(file.text, object_pairs_hook=distinct)

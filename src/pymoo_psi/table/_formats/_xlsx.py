@@ -33,8 +33,8 @@ from pymoo_psi.table._layout import headings_of
 _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
 _OLE = b"\xd0\xcf\x11\xe0"  # a compound file
 _HEAD_SHEET = "pymoo-psi"
-_CREATOR = "pymoo-psi"  # by which the command knows what it may overwrite
-_WIDTH = 16  # of columns, in characters
+_CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
+_WIDTH = 16  # the width of columns, in characters
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 
 
@@ -152,7 +152,7 @@ def _rows_of_workbook(
     openpyxl = _openpyxl()
     try:
         with catch_warnings():
-            simplefilter("ignore")  # of drawings and the like, which are not read
+            simplefilter("ignore")  # warnings on drawings and the like, which are not read
             # Read-only: else one merged range or link of 100 bytes becomes a million cells.
             book = openpyxl.load_workbook(BytesIO(content), read_only=True, data_only=True)
             head: Head = {}
@@ -174,7 +174,7 @@ def _rows_of_workbook(
             hidden_rows, hidden_columns = _hidden(sheet)
     except PsiError:
         raise
-    except Exception as error:  # of zip, XML, openpyxl
+    except Exception as error:  # zipfile, XML and openpyxl raise errors of many kinds
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
     hidden = [str(number) for number in hidden_rows if number in rows]
     if hidden:
