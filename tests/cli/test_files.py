@@ -195,6 +195,7 @@ def test_the_home_folder_is_found_behind_an_equals_sign(said, monkeypatch, tmp_p
 @pytest.mark.parametrize(
     "words",
     ["solve bnh --points 20", "solve bnh --points 20 --algorithm surrogate",
+     "solve bnh --points +20 --algorithm surrogate --study s.db",
      "solve bnh --points 20 --algorithm nsga3",
      "reproduce --points 8 --mu 0.4 --model full --out r"],
 )  # fmt: skip
@@ -206,4 +207,6 @@ def test_a_log_shows_that_a_run_goes_on(run, said, monkeypatch, words):
     monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
     assert run(*words.split())[2] == ""
     monkeypatch.setattr(_progress, "_EVERY", 0.0)
-    assert said(*words.split()).splitlines()[-1].startswith("100% done")
+    log = said(*words.split())
+    assert log.splitlines()[-1].startswith("100% done")
+    assert log.count("100% done") == 1

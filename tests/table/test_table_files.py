@@ -227,6 +227,8 @@ def test_a_run_continues_the_study_of_a_table_under_limits(tmp_path, study_file,
     read = read_table({"file": study_file, "folder": tmp_path}[source])
     assert read.equals(asked)
     assert (read.limits, read.formulation.normalize) == (asked.limits, False)
+    more = read_table(read, Formulation(limits="f2<=9"))  # in addition to those of the source
+    assert ([*more.limits], more.formulation.normalize) == (["f1", "f2"], False)
     assert read.under(limits={}, normalize=True).equals(investigate(problem, 32))
     longer = investigate(problem, 64, study=study_file)
     assert longer.equals(investigate(problem, 64))
