@@ -46,10 +46,10 @@ class Halving(Source):
     def ask(self, count, n_free):
         points = Points.none()
         if len(self.given) == 0:
-            points = dataclasses.replace(self.sequence, coordinates=self.sequence.units)
+            points = dataclasses.replace(self.sequence, coordinates=self.sequence.cube_points)
         elif len(self.tests) == len(self.given) and not self.is_paused:
             row = self.tests.numbers[self.tests.F[:, 0].argmin()] - 1
-            unit = (self.given.units[row] + 0.5) / 2
+            unit = (self.given.cube_points[row] + 0.5) / 2
             number = len(self.given) + 1
             points = Points(np.array([number]), 2, unit[None])
         self.given = self.given.joined(points)

@@ -199,7 +199,7 @@ class RunOptions:
             collection("log", self.log, "a list of variables", "one goes into a list too")
 
     def sampling_in(self, n_dim: int) -> UniformSampling:
-        """Return the sampling of points of so many dimensions."""
+        """Return the sampling of points in ``n_dim`` dimensions."""
         sampling = uniform_sampling(self.sampling)
         if sampling is not None:
             return sampling

@@ -23,6 +23,7 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
+    Mask,
     Received,
     integer,
     invalid,
@@ -56,11 +57,12 @@ from pymoo_psi.table import TestTable, averaged_repeats, limits_on
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-# Rows above which tests are filtered for dominance during a run: a hundred bytes each. It happens
-# again when there are twice as many as were left: all filtering together takes at most twice as
-# long as the last one.
+# Tests from which on dominated ones are dropped during a run; each takes a hundred bytes. They are
+# dropped again when there are twice as many as were left, so that all filtering together takes at
+# most twice as long as the last one.
 _WORTH_FILTERING = 2**20
-_WORTH_SENDING = 100_000  # designs, the dominance of which takes longer than to send them
+# Designs from which on a worker finds the Pareto set: with fewer, sending them takes longer.
+_WORTH_SENDING = 100_000
 
 
 class PointAlgorithm(WithTable, Algorithm):
@@ -93,10 +95,12 @@ class PointAlgorithm(WithTable, Algorithm):
         self.n_points = n_points
         self.options = options
         self.block_size = block_size
-        self._tables = [TestTable.empty()]  # of the iterations, joined when they are read
-        self._block_sizes: list[int] = []  # how many tests each iteration made
-        self._population = Population.empty()  # of the first tests, as far as it was asked for
-        self._optimal_rows = np.zeros(0, dtype=np.intp)  # of the first n_filtered tests
+        self._tables = [TestTable.empty()]  # the tests of each iteration, joined when they are read
+        self._block_sizes: list[int] = []  # the number of tests of each iteration
+        # the individuals of the first tests; others are made when pymoo's tools read them
+        self._population = Population.empty()
+        # the rows of the Pareto-optimal designs of the first tests, and the number of these tests
+        self._optimal_rows = np.zeros(0, dtype=np.intp)
         self._n_filtered = 0
         keywords.setdefault("evaluator", _Evaluator())
         keywords.setdefault("output", MultiObjectiveOutput())
@@ -549,11 +553,14 @@ def _pareto_tests(tests: TestTable, model: Model, runner: Runner | None) -> Test
     if runner is None or len(rows) < _WORTH_SENDING:
         return tests.rows(table.pareto())
     F = table.F[rows]
-    # as a part of the function: Dask keeps it, and passes it on, better than a task
-    waiting: Waiting = deque([(0, None)])
-    with closing(runner.tasks(lambda _: nondominated(F), waiting)) as results:
-        ((_, mask),) = results
-    rows = rows[mask]
+
+    def filtered(_: Any) -> Mask:
+        return nondominated(F)  # Dask passes on the data of a function better than those of a task
+
+    one_task: Waiting = deque([(0, None)])
+    with closing(runner.tasks(filtered, one_task)) as results:
+        ((_, is_pareto),) = results
+    rows = rows[is_pareto]
     return tests.rows(rows[~table.rows(rows).repeats])
 
 

@@ -48,8 +48,9 @@ SECONDS = 1.0
 # Seconds of computing, by all workers together, after which there is a commit in any case: results
 # of slow designs that arrive together must not wait for the next one, perhaps for hours.
 COMPUTED = 20.0
-_MANY = 2**16  # tests after which there is one, too, so that they are joined once
-_MOMENT = 0.2  # seconds between two looks whether a pause is over
+# Tests after which there is a commit in any case, so that their tables are joined only once.
+_MANY = 2**16
+_PAUSE_SECONDS = 0.2  # between two looks whether a pause is over
 
 
 class Run:
@@ -80,7 +81,8 @@ class Run:
         self.store = store
         self._repeats = repeats
         self._queue = _Queue()
-        self._work: Generator[None] | None = None  # the evaluation of the queue, while it goes on
+        # the evaluation of the points in the queue, which is suspended between two blocks
+        self._work: Generator[None] | None = None
         self._is_paused = False
         self._is_stopped = False
 
@@ -126,10 +128,8 @@ class Run:
             if self._is_paused:
                 self._advance()
                 continue
-            points = self.source.ask(least - len(self._queue), self._n_free)
-            if len(points) == 0 and not self.source.wait():
+            if self._ask(least - len(self._queue)) == 0 and not self.source.wait():
                 break
-            self._queue.append(points)
         return self._queue.points.at(slice(0, count))
 
     def block(self, count: int | None) -> Block:
@@ -195,9 +195,10 @@ class Run:
                 self.store.answer(request | changes)
 
     def _follow(self, request: Values) -> Values:
-        """Do what one request asks, which may come again when the run goes on; return the answer.
+        """Do what one request asks, which may come again when the run goes on.
 
-        It comes with what else is to be known of the request from then on.
+        Returns:
+            The answer, and other entries of the request to be stored with it.
         """
         action = request["action"]
         if action == "search":
@@ -229,9 +230,12 @@ class Run:
 
     # The work: from points to tests
 
-    @property
-    def _n_free(self) -> int:
-        return self.executor.n_workers - self.executor.n_pending_tasks
+    def _ask(self, count: int) -> int:
+        """Ask the source for ``count`` points, for the queue; return how many it has returned."""
+        n_free = self.executor.n_workers - self.executor.n_pending_tasks
+        points = self.source.ask(count, n_free)
+        self._queue.append(points)
+        return len(points)
 
     def _test_points(self) -> Generator[None]:
         """Test the awaited points, and some ahead; yield whenever tests are ready."""
@@ -251,7 +255,7 @@ class Run:
                     if executor.n_pending_tasks:
                         computed += executor.wait()
                     else:
-                        time.sleep(_MOMENT)
+                        time.sleep(_PAUSE_SECONDS)
                     self._follow_requests()
                     if executor.n_evaluated and self._is_commit_due(began, computed):
                         self._keep(executor.take())
@@ -268,9 +272,14 @@ class Run:
                 executor.close()
 
     def _is_commit_due(self, began: float, computed: float) -> bool:
-        """Whether to store the tests evaluated since a time, in so many seconds of the workers."""
+        """Whether to store the evaluated tests now.
+
+        Args:
+            began: The time of the last commit.
+            computed: Seconds of computing since then, of all workers together.
+        """
         executor = self.executor
-        # of a thousand workers, results of a second are stored together, not two of them
+        # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * executor.n_workers)
         is_late = computed >= much or time.monotonic() - began >= SECONDS
         last_awaited = self._queue.awaited.numbers.max(initial=0)
@@ -299,10 +308,10 @@ class Run:
         n_new = min(count - n_started, self.executor.room)
         if n_new <= 0:
             return Points.none()
-        # a source that is eager to learn from tests knows all that are there before it is asked
+        # A source that is eager is asked only when it knows all tests that are evaluated.
         is_informed = not (self.source.eager and self.executor.n_evaluated)
         if n_started == len(self._queue) and self.source.n_left > 0 and is_informed:
-            self._queue.append(self.source.ask(n_new, self._n_free))
+            self._ask(n_new)
         return self._queue.start(n_new)
 
     def _submit(self, points: Points) -> None:

@@ -66,7 +66,7 @@ class Points:
         return len(self) > 0 and bool((np.diff(self.numbers) == 1).all())
 
     @property
-    def units(self) -> Array:
+    def cube_points(self) -> Array:
         """``(n, n_dim)`` points of the unit cube."""
         if self.coordinates is not None:
             return self.coordinates
@@ -78,7 +78,7 @@ class Points:
         """Return their ``(n, n_var)`` designs."""
         if self.designs is not None:
             return self.designs
-        return space.matrix(self.units)
+        return space.matrix(self.cube_points)
 
     def at(self, rows: Any) -> Points:
         """Return the points in some rows: indices, a mask or a slice."""
@@ -95,7 +95,7 @@ class Points:
             return self
         coordinates = None
         if self.coordinates is not None or others.coordinates is not None:
-            coordinates = np.concatenate([self.units, others.units])
+            coordinates = np.concatenate([self.cube_points, others.cube_points])
         numbers = np.concatenate([self.numbers, others.numbers])
         parts = []
         for first, second in ((self.rounds, others.rounds), (self.designs, others.designs)):
@@ -152,10 +152,10 @@ class Source:
         raise PsiError("this search cannot be directed, only one by surrogates (SurrogatePSI) can")
 
     def extend(self, count: int) -> None:
-        """Add so many points.
+        """Add ``count`` points.
 
         Raises:
-            PsiError: There are no more.
+            PsiError: The points cannot be continued.
         """
         raise PsiError("the points of this run cannot be continued; start another run for more")
 
@@ -174,7 +174,7 @@ class PlannedPoints(Source):
         self._n_returned = 0
 
     def extend(self, count: int) -> None:
-        """Add so many points."""
+        """Add ``count`` points."""
         if self._continued is None:
             super().extend(count)
         else:
@@ -208,14 +208,15 @@ def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
     first = options.first
     last = first + n_points - 1
     sampling = options.sampling_in(n_dim)
-    units = None
+    cube_points = None
     if isinstance(sampling, LPTauSampling):
         lp_tau(1, n_dim, first=last)  # too many dimensions or points are refused here
     else:  # any part of them needs all before it, or all
         random = np.random.default_rng(options.seed)
         array = sampling.unit_points(n_points, n_dim, first=first, random_state=random)
-        units = finite_array("unit_points of sampling", array)
-        if units.shape != (n_points, n_dim) or (units < 0).any() or (units > 1).any():
+        cube_points = finite_array("unit_points of sampling", array)
+        is_outside = (cube_points < 0) | (cube_points > 1)
+        if cube_points.shape != (n_points, n_dim) or is_outside.any():
             rule = f"{n_points} points of the unit cube of {n_dim} variables, in [0, 1)"
             raise invalid("unit_points of sampling", rule, array)
     numbers = options.part.numbers(first, last)
@@ -223,6 +224,6 @@ def unit_points(options: RunOptions, n_points: int, n_dim: int) -> Points:
         rule = f"one that gets a point of points {first} to {last}"
         remedy = "test as many points as there are shares"
         raise invalid("share", rule, Received(options.part), remedy)
-    if units is not None:
-        units = units[numbers - first]
-    return Points(numbers, n_dim, units)
+    if cube_points is not None:
+        cube_points = cube_points[numbers - first]
+    return Points(numbers, n_dim, cube_points)

@@ -37,7 +37,8 @@ from pymoo_psi.table import (
 
 Recall = Callable[[Points], TestTable]
 _OVER = "; over when the run began"
-_SECONDS = 0.5  # between two looks at what people ask, each of which takes about a millisecond
+# Seconds between two looks at what people ask; each look takes about a millisecond.
+_SECONDS = 0.5
 
 
 class Store:
@@ -87,12 +88,12 @@ class Store:
         """Return tests of the run with the numbers that they have in the study."""
         return tests
 
-    def remembered(self, name: str, value: Any) -> Any:
-        """Return what the run had as a value when it was begun."""
+    def remember_once(self, name: str, value: Any) -> Any:
+        """Remember a value of the run by name, if it has none; return the remembered one."""
         return value
 
     def total(self, n_more: int) -> int:
-        """Return how many points the run has with so many more."""
+        """Return how many points the run has with ``n_more`` further ones."""
         return n_more
 
     def plan(self, last: int) -> None:
@@ -145,10 +146,12 @@ class StudyStore(Store):
         super().__init__(table)
         self._model = model
         self._retry = options.retry
-        self._others = table  # the tests of other runs, as far as they are known
-        self._state_of_others = (0, 0)  # how many they are, and how many changes there were
-        self._n_requests: int | None = None  # how many were read
-        self._next_look = 0.0  # when they are read again
+        self._others = table  # the tests of other runs when they were last read
+        # the numbers of these tests and of changes to the study at that time
+        self._state_of_others = (0, 0)
+        # how many requests were read; None before the first look
+        self._n_requests: int | None = None
+        self._next_look = 0.0  # the time at which requests are read again
         self.study = _study_of(options)
         sampling = str((table.problem or {})["sampling"])
         # "LP-tau", not "LP-tau from point 1": every test has its number beside it
@@ -165,7 +168,7 @@ class StudyStore(Store):
         self.has_other_runs = len(facts.runs) > 1
         command = getattr(layers(model.inner)[-1], "command_words", None)
         if command is not None:
-            self.remembered("command", command)
+            self.remember_once("command", command)
         if not facts.is_complete:
             with self.study.changes() as database:
                 database.complete(model.completed)
@@ -299,15 +302,15 @@ class StudyStore(Store):
         with self.study.reading() as database:
             return database.numbers_of(self.run, test_points)
 
-    def remembered(self, name: str, value: Any) -> Any:
-        """Return what the run had as a value when it was begun."""
+    def remember_once(self, name: str, value: Any) -> Any:
+        """Remember a value of the run by name, if it has none; return the remembered one."""
         with self.study.changes() as database:
             return database.remember(self.run, name, value)
 
     def total(self, n_more: int) -> int:
-        """Return how many points the run has with so many more.
+        """Return how many points the run has with ``n_more`` further ones.
 
-        Points that it was asked for and that are not tested come first: then there are none more.
+        It has no further ones while points that it was asked for are not tested.
         """
         first = self._first_planned
         last = self._last_planned

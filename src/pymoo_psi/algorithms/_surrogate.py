@@ -206,7 +206,7 @@ class SurrogatePSI(PointAlgorithm):
             tested = design_keys(others.X)
             if set(design_keys(first.matrix(run.model.space))).issubset(tested):
                 n_left_out = self._n_sequence  # nothing new would be learned
-        return int(run.store.remembered("points left out of the sequence", n_left_out))
+        return int(run.store.remember_once("points left out of the sequence", n_left_out))
 
 
 class _Log:
@@ -383,7 +383,7 @@ class SurrogateSource(Source):
         self._batch = batch
         self._is_asynchronous = is_asynchronous
         self._sequence = replace(
-            sequence, coordinates=sequence.units, rounds=np.zeros(len(sequence))
+            sequence, coordinates=sequence.cube_points, rounds=np.zeros(len(sequence))
         )
         self._n_points = len(sequence) + n_proposed
         self._points = self._sequence.at(slice(0, 0))  # all that were returned
@@ -521,7 +521,7 @@ class SurrogateSource(Source):
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
         outputs = learned_outputs(self._model, table)
-        tests = outputs.known_tests(n_uniform, pending.units)
+        tests = outputs.known_tests(n_uniform, pending.cube_points)
         goal = outputs.goal
         ends = [len(self._others) + end for end in self._ends]
         learned = self._direction.surrogates.update(tests, n_uniform, ends, goal)

@@ -33,8 +33,8 @@ from pymoo_psi import __version__
 from pymoo_psi._validation import Received, integer, invalid, wrong_type
 from pymoo_psi.errors import PsiError, WorkerError
 from pymoo_psi.parallel._evaluation import (
-    CHUNK,
-    MOMENTS,
+    CHUNK_SECONDS,
+    POLLING_SECONDS,
     Function,
     LostDesign,
     Result,
@@ -57,9 +57,11 @@ _TASK_SECONDS = 0.002
 # Tasks for each worker that are under way: one is evaluated while the next one waits beside it.
 _TASKS_AHEAD = 2
 _ASKING = 0.2  # seconds between two looks at the number of workers
-_SMALL = 10_000  # bytes of a function that travels with each task: it costs less than to ask for it
-_LARGE = 100_000  # bytes of one that Dask takes from worker to worker
-_KEPT = 4  # functions that a worker keeps: of the runs that share it
+# Bytes of a pickled function up to which each task brings it: this takes less time than a worker
+# that has to ask for it.
+_SMALL = 10_000
+_LARGE = 100_000  # bytes of a pickled function from which on Dask passes it from worker to worker
+_KEPT = 4  # functions that a worker keeps, one of each run that it works for
 
 
 class ExecutorRunner(Runner):
@@ -236,12 +238,12 @@ class Tasks:
                 self._processes.close()
 
     def _fill(self) -> None:
-        """Send as many tasks as keep all workers busy."""
+        """Send tasks until all workers are busy."""
         if not self._waiting:
             return
         cost = self._runner.cost
         n_workers = max(1, self._runner.n_workers)  # one task calls for the first of a cluster
-        lasting = max(CHUNK, _TASK_SECONDS * n_workers)
+        lasting = max(CHUNK_SECONDS, _TASK_SECONDS * n_workers)
         while self._waiting and len(self._sent) < _TASKS_AHEAD * n_workers:
             size = cost.chunk(len(self._waiting), n_workers, lasting)
             self._send(deque(self._waiting.popleft() for _ in range(size)), lasting)
@@ -277,7 +279,7 @@ class Tasks:
     def _next_done(self) -> Any:
         """Return a future that is done; ``None`` after a moment, as workers may have joined."""
         try:
-            return self._done.get(timeout=MOMENTS)
+            return self._done.get(timeout=POLLING_SECONDS)
         except Empty:
             return None
 
@@ -293,7 +295,7 @@ class Tasks:
         if self._processes is None:
             answer = self._unpacked(*answer)
         if answer is None:  # it lacks the function
-            self._send(waiting, CHUNK, with_function=True)
+            self._send(waiting, CHUNK_SECONDS, with_function=True)
             return
         results, failure = answer
         designs = dict(waiting)
@@ -334,7 +336,7 @@ class Tasks:
         for index, design in waiting:
             if index not in self._sent_again:
                 self._sent_again.add(index)
-                self._send(deque([(index, design)]), CHUNK)
+                self._send(deque([(index, design)]), CHUNK_SECONDS)
             elif isinstance(error, CancelledError):
                 raise _gone(error) from error
             elif not self._runner.has_answered:

@@ -39,11 +39,14 @@ class LostDesign(NamedTuple):
     reason: str
 
 
-MOMENT = 1e-3  # seconds between two measurements: long beside one, short beside sending a design
+# Seconds of evaluations between two measurements: many times as long as a measurement takes, and
+# shorter than sending a design to a worker.
+_MEASURED_SECONDS = 1e-3
 # Seconds that a chunk of designs takes: long beside the message that brings it, some 0.1 ms.
-CHUNK = 0.05
-MOMENTS = 0.05  # seconds in which nothing is done, after which a reader of results may do something
-_LONGEST = 10_000  # characters of an error's message that are looked at
+CHUNK_SECONDS = 0.05
+# Seconds without a result after which the reader of results may do something else.
+POLLING_SECONDS = 0.05
+_LONGEST = 10_000  # characters of an error's message that are read
 
 
 class Cost:
@@ -73,7 +76,7 @@ class Cost:
         is_known = len(self.samples) >= 3 or 1.0 <= self.seconds < math.inf
         return is_known and designs * self.seconds * (1 - 1 / workers) > 2 * overhead
 
-    def chunk(self, waiting: int, workers: int, lasting: float = CHUNK) -> int:
+    def chunk(self, waiting: int, workers: int, lasting: float = CHUNK_SECONDS) -> int:
         """Return how many of the waiting designs to send together next, at least 1.
 
         They are at most half of a worker's share, so that all workers end together.
@@ -116,7 +119,7 @@ def evaluate_here(
     cost: Cost | None = None,
     enough: Callable[[int], bool] = lambda left: False,
     *,
-    moment: float = MOMENT,
+    moment: float = _MEASURED_SECONDS,
 ) -> Iterator[Result]:
     """Evaluate designs in this process until none waits or ``enough`` says to stop.
 

@@ -45,9 +45,9 @@ from pymoo_psi.errors import EvaluationError, WorkerError
 from pymoo_psi.parallel import _worker
 from pymoo_psi.parallel._evaluation import LostDesign, Result, Waiting
 
-_PATIENCE = 2.0  # seconds for a worker to end by itself, which takes some hundredths
-# Seconds for a guard to end its worker with all that was started there, as many as a busy machine
-# may need. Some of it is left behind if the guard is killed before.
+_PATIENCE = 2.0  # seconds in which a worker may end by itself, which takes some hundredths
+# Seconds in which a guard may end its worker and all processes that were started there; a busy
+# machine may need them. If the guard is killed before, some processes are left behind.
 _KILLING = 20.0
 # Workers share the cores: in each of them, libraries of linear algebra would start a thread for
 # every core, and joblib, in a model that uses it, as many workers.
@@ -55,7 +55,9 @@ _THREAD_LIMITS = (
     *(f"{library}_NUM_THREADS" for library in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")),
     *("VECLIB_MAXIMUM_THREADS", "LOKY_MAX_CPU_COUNT"),
 )
-_KEPT = 2  # sets of workers that are kept, each as many as there are cores or in the last run
+# Sets of idle workers that are kept. A set has a worker for each core, or the workers of the last
+# run if these are more.
+_KEPT = 2
 
 
 class Setting(NamedTuple):
@@ -79,7 +81,7 @@ class Setting(NamedTuple):
 
     @classmethod
     def now(cls, identity: tuple[str, bytes], threads: int) -> Setting:
-        """Return that of this process."""
+        """Return the setting of this process."""
         return cls(identity, threads, {**os.environ}, os.getcwd(), [*sys.path], [*sys.argv])
 
 
@@ -285,7 +287,7 @@ class _Worker:
         """Return the next message.
 
         Raises:
-            TimeoutError: None has come within so many seconds.
+            TimeoutError: No message has come within ``timeout`` seconds.
             EOFError: The process has ended.
         """
         try:
