@@ -43,7 +43,7 @@ class Halving(Source):
     def tell(self, tests):
         self.tests = self.tests.extended(tests)
 
-    def ask(self, count, n_free):
+    def ask(self, count):
         points = Points.none()
         if len(self.given) == 0:
             points = dataclasses.replace(self.sequence, coordinates=self.sequence.cube_points)
@@ -62,7 +62,7 @@ class HalvingPSI(PointAlgorithm):
 
     def begin(self, options, may_end_early):
         run = run_of_sequence(self.problem, 8, options, may_end_early=may_end_early)
-        run.source = Halving(run.source.ask(8, 0), self.n_points)
+        run.source = Halving(run.source.ask(8), self.n_points)
         return run
 
 
@@ -80,7 +80,7 @@ def test_a_source_of_points_is_all_that_a_new_method_needs(tmp_path, runner):
 
 def test_a_source_may_be_changed_between_two_questions():
     run = run_of_sequence(CHUTE, 8, RunOptions())
-    run.source = Halving(run.source.ask(8, 0), 9)
+    run.source = Halving(run.source.ask(8), 9)
     assert len(run.block(None).tests) == 8
     run.source.is_paused = True
     assert len(run.next_points(None)) == 0

@@ -189,6 +189,11 @@ class Executor:
         return len(self._pending) - len(self._held)
 
     @property
+    def n_free(self) -> int:
+        """How many workers have no task; negative while tasks wait for workers."""
+        return self.n_workers - self.n_pending_tasks
+
+    @property
     def first_pending(self) -> int:
         """The number of the first pending point; the largest number if none is pending."""
         return next(iter(self._pending), LAST)

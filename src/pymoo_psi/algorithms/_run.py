@@ -232,8 +232,7 @@ class Run:
 
     def _ask(self, count: int) -> int:
         """Ask the source for ``count`` points, for the queue; return how many it has returned."""
-        n_free = self.executor.n_workers - self.executor.n_pending_tasks
-        points = self.source.ask(count, n_free)
+        points = self.source.ask(count)
         self._queue.append(points)
         return len(points)
 

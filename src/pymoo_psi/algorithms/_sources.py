@@ -127,12 +127,11 @@ class Source:
         """How many points are left; 0 at the end."""
         raise NotImplementedError
 
-    def ask(self, count: int, n_free: int) -> Points:
+    def ask(self, count: int) -> Points:
         """Return the next points, numbered above all earlier ones; or none for now.
 
         Args:
             count: How many points can be used now. Points that belong together may be more.
-            n_free: How many workers are idle; negative while designs wait for workers.
         """
         raise NotImplementedError
 
@@ -185,7 +184,7 @@ class PlannedPoints(Source):
         """How many points are left."""
         return len(self._points) - self._n_returned
 
-    def ask(self, count: int, n_free: int) -> Points:
+    def ask(self, count: int) -> Points:
         """Return the next ``count`` points, or as many as are left."""
         start = self._n_returned
         self._n_returned = min(start + count, len(self._points))

@@ -184,7 +184,7 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous = executor.elastic or executor.n_workers > (self._batch or _BATCH)
         if executor.n_workers == 0 and not executor.elastic:
             is_asynchronous = False
-        sequence = run.source.ask(run.n_left, 0)
+        sequence = run.source.ask(run.n_left)
         n_left_out = self._n_left_out(run, sequence)
         if n_left_out:
             sequence = sequence.at(slice(0, self._n_sequence - n_left_out))
@@ -406,7 +406,7 @@ class SurrogateSource(Source):
         """Whether a round is due, although points are being tested; it begins with all tests."""
         if not self._is_asynchronous or self._round is not None or self.n_left == 0:
             return False
-        n_waiting = self._executor.n_pending_tasks - self._executor.n_workers
+        n_waiting = -self._executor.n_free
         return n_waiting <= self._n_ahead  # workers start these while the round is made
 
     @property
@@ -425,15 +425,15 @@ class SurrogateSource(Source):
         self._next_direction = _Direction(formulation, request, surrogates)
 
     def extend(self, count: int) -> None:
-        """Add so many points, which are proposed."""
+        """Add ``count`` points, which are proposed."""
         self._n_points += count
 
-    def ask(self, count: int, n_free: int) -> Points:
+    def ask(self, count: int) -> Points:
         """Return the points of the sequence, and then a round of proposals when one is due."""
         if len(self._points) == 0 and len(self._sequence) > 0:
             points = self._sequence
         else:
-            points = self._proposed_points(n_free)
+            points = self._proposed_points()
         self._points = self._points.joined(points)
         return points
 
@@ -444,7 +444,7 @@ class SurrogateSource(Source):
         wait([self._round.points])
         return True
 
-    def _proposed_points(self, n_free: int) -> Points:
+    def _proposed_points(self) -> Points:
         """Return the points of the next round; none while it is not due, or being made."""
         pending = self._points.at(~np.isin(self._points.numbers, self._tests.numbers))
         is_due = len(pending) == 0 or self.eager or self._round is not None
@@ -455,7 +455,7 @@ class SurrogateSource(Source):
         points = self._log.of_round(round_number)
         if len(points) == 0:
             if self._round is None:
-                self._round = self._started_round(n_free, pending)
+                self._round = self._started_round(pending)
             if not self._round.points.done():
                 return Points.none()
             points = self._finished_round(self._round, first)
@@ -467,11 +467,11 @@ class SurrogateSource(Source):
         rounds = np.full(len(points), float(round_number))
         return Points(numbers, points.shape[1], points, rounds)
 
-    def _started_round(self, n_free: int, pending: Points) -> _Round:
+    def _started_round(self, pending: Points) -> _Round:
         """Begin the next round; return it when it is made, or at once if it is asynchronous."""
         self._direction = self._next_direction
         table = self._table()
-        size = self._size(n_free, int(table.eligible().sum()))
+        size = self._size(int(table.eligible().sum()))
         is_first = np.isin(self._tests.numbers, self._sequence.numbers)
         n_uniform = int(np.count_nonzero(is_first)) + len(self._others)
         started = _Round(pending, len(self._tests))
@@ -490,14 +490,14 @@ class SurrogateSource(Source):
         points = finished.points.result()
         return self._log.add(points, len(self._ends), first, finished.pending, request)
 
-    def _size(self, n_free: int, n_eligible: int) -> int:
-        """Return the size of the next round, for so many free workers and eligible tests."""
+    def _size(self, n_eligible: int) -> int:
+        """Return the size of the next round; ``n_eligible`` tests are eligible."""
         if self._batch is not None:
             return self._batch
         if self._is_asynchronous:
             # Enough for the free workers, for those that end before it is there, and while the
             # next round is in the making.
-            return max(1, n_free + 2 * self._n_ahead)
+            return max(1, self._executor.n_free + 2 * self._n_ahead)
         if n_eligible < _FEW_ELIGIBLE:
             return max(_FIRST_BATCH, self._executor.n_workers)
         return _BATCH
