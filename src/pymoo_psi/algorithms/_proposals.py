@@ -33,45 +33,55 @@ from pymoo_psi.problems import DesignSpace
 Random = np.random.Generator
 ArrayFunction = Callable[[Array], Array]  # from n rows to n rows
 
-# In one of so many rounds surrogates are searched only near the best tests. Far from all tests they
-# promise most and are least reliable; near the best tests alone, a run that began in the wrong
-# place would stay there.
-_NEARBY = 3
-# "Near" is this share of the cube's width in every variable, around this many of the best tests.
-# Both were chosen once and not tuned, like the optimism below.
-_NEAR = 0.2
-_CENTRES = 10
-_FORGIVING = 4  # in one of so many rounds, designs near failed ones are not avoided
-# Designs are avoided unless the nearest test with outputs is nearer than this share of the distance
-# from the nearest failed one, lest they lie on the boundary.
-_SAFER = 0.7
+# One round in this many searches only near the best tests. Far from all tests surrogates promise
+# most and are least reliable; near the best tests alone, a run that began in the wrong place would
+# stay there.
+_ROUNDS_PER_NEARBY_SEARCH = 3
+# A nearby search reaches this share of the cube's width, in every variable and to both sides,
+# around this many of the best tests. Both were chosen once and not tuned, as was the optimism.
+_NEARBY_HALF_WIDTH = 0.2
+_N_NEARBY_CENTRES = 10
+# One round in this many does not avoid designs near failed ones.
+_ROUNDS_PER_RISKY_ROUND = 4
+# A design is avoided unless its distance from the nearest test with outputs is less than this share
+# of that from the nearest failed test: in the middle between both it might lie on the boundary.
+_SAFE_DISTANCE_RATIO = 0.7
 
-# Size and length of the search. A proposal then takes less than 0.1 s with 512 tests of ten
+# The size and the length of the search. A proposal then takes less than 0.1 s with 512 tests of ten
 # variables and twelve outputs.
-_SIZE = 100
-_GENERATIONS = 40
-_OPTIMISM = 0.5  # standard deviations by which a prediction is taken to be better than its mean
-# Random designs that may be drawn to meet the requirements: so many times as many as drawn at once.
-_ATTEMPTS = 100
-_DRAWN = 1000
-_SAME = 1e-6  # closer designs are the same
-# If surrogates see no design that keeps all limits, the designs of a round have these distances
-# from tests and from each other, alternating, in units of the cube's diagonal. Otherwise all of
-# them would lie in the one place that looks best. The first design of a round is exempt.
-_APART = (0.01, 0.03, 0.1)
+_POPULATION_SIZE = 100
+_N_GENERATIONS = 40
+# A prediction is taken to be better than its mean by this many standard deviations.
+_OPTIMISM = 0.5
+# How often random designs are drawn, at most, to meet the requirements, and how many at once.
+_MAX_DRAWS = 100
+_DESIGNS_PER_DRAW = 1000
+# Designs that are closer than this, in units of the cube's width, are the same.
+_SAME_DESIGN_DISTANCE = 1e-6
+# If surrogates see no design that keeps all limits, the next designs have these distances from
+# tests and from each other, alternating, in units of the cube's diagonal. Otherwise all of them
+# would lie in the one place that looks best. One design in four is exempt.
+_INFEASIBLE_SPACINGS = (0.01, 0.03, 0.1)
 # If the errors of the surrogates of objectives reach this many standard deviations, only the middle
 # of the front is searched. They are 0.2 on DTLZ2 with 13 variables and 0.04 on the chute.
-_DOUBTFUL = 0.2
-# If limits narrow a problem, and none of so many tests in a row keeps them although some test does,
-# predictions have to keep away from limits by a standard deviation.
-_MISSES = 4
-# Designs at the end of the search for the best compromise that are candidates. Others beside them
-# would be much the same, as are designs closer to a test than this.
-_COMPROMISES = 20
-_CLOSE = 1e-3
-# Of a distance: where a gain in it is too improbable for a number, the least distance counts.
-_HARDLY = 1e-6
-_EQUALITY = 0.01  # standard deviations within which a predicted equality counts as met
+_ERROR_OF_FULL_CONTRACTION = 0.2
+# If limits narrow a problem, and none of this many tests in a row keeps them although some test
+# does, predictions have to keep away from limits by a standard deviation.
+_MISSES_BEFORE_CAUTION = 4
+# This many designs at the end of the search for the best compromise are candidates. Others beside
+# them would be much the same, as are designs that are closer to a test than this distance.
+_N_COMPROMISES = 20
+_MIN_DISTANCE_FROM_TEST = 1e-3
+# The worth of a design decreases by this share of its distance from the ideal point. So the least
+# distance counts where a gain in it is too improbable for a number.
+_WORTH_OF_DISTANCE = 1e-6
+# A predicted equality counts as met within this many standard deviations.
+_EQUALITY_TOLERANCE = 0.01
+_LEAST_DIVISOR = 1e-6  # instead of distances and deviations of 0
+# By what designs are chosen, alternating. Where surrogates err, the largest gain is promised again
+# and again, whatever is tested near it; so most designs are chosen for their distance.
+_RULES = ("gain", "distance", "distance", "distance")
+_RULES_OF_DECISION = ("gain", "distance", "compromise", "distance")
 
 
 @dataclass(frozen=True)
@@ -127,10 +137,10 @@ class Goal:
             scale = fit.outputs[j].scale
             margin = margins[:, j]
             if least == greatest:
-                margin = np.full(len(T), -_EQUALITY)
+                margin = np.full(len(T), -_EQUALITY_TOLERANCE)
             unit = 1.0
             if self.narrowed:
-                unit = np.sqrt(max(fit.outputs[j].error, _EQUALITY))
+                unit = np.sqrt(max(fit.outputs[j].error, _EQUALITY_TOLERANCE))
             if least > -np.inf:
                 columns.append((scale.to(least) - T[:, j] + margin) / unit)
             if greatest < np.inf:
@@ -193,11 +203,12 @@ def propose(
 
     rows, T = _learned_outputs(tests, learned)
     surrogates = _Surrogates(learned, T, goal, failure_risk)
-    if goal.narrowed and tests.eligible.any() and not tests.eligible[-_MISSES:].any():
+    recent = tests.eligible[-_MISSES_BEFORE_CAUTION:]
+    if goal.narrowed and tests.eligible.any() and not recent.any():
         surrogates.caution = 1.0
-    order = _best_tests(T, learned.fit, goal)[: _SIZE // 4]
+    order = _best_tests(T, learned.fit, goal)[: _POPULATION_SIZE // 4]
     best = np.clip(tests.points[rows][order], goal.low, goal.high)
-    if round_number % _NEARBY == 1:
+    if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
         start = _start_near(best, surrogates, random)
     else:
         start = _start_anywhere(best, surrogates, random)
@@ -252,7 +263,7 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
         ranges = learned.fit.to(goal.ranges)
     worth = _knowledge_gradients(F, errors, noise, ranges, n)
     if len(tests.pending):
-        is_pending = cdist(designs, tests.pending).min(axis=1) <= _SAME
+        is_pending = cdist(designs, tests.pending).min(axis=1) <= _SAME_DESIGN_DISTANCE
         worth[:n][is_pending] = 0.0
     proposed = points.copy()
     least = np.argsort(worth[n:])[: len(points) // 2]
@@ -284,7 +295,7 @@ def _knowledge_gradients(F: Array, errors: Array, noise: Array, ranges: Array, n
     """
     lengths = _lengths(*ranges)
     scaled = (F - ranges[0]) / lengths
-    distance = np.maximum(np.linalg.norm(scaled, axis=1), _SAME)
+    distance = np.maximum(np.linalg.norm(scaled, axis=1), _LEAST_DIVISOR)
     slopes = scaled / (distance[:, None] * lengths)
     error = np.linalg.norm(slopes * errors, axis=1)
     step = error**2 / np.hypot(error, np.linalg.norm(slopes * noise, axis=1))
@@ -296,7 +307,7 @@ def _knowledge_gradients(F: Array, errors: Array, noise: Array, ranges: Array, n
 
 def _expected_gain(gap: Array, error: Array) -> Array:
     """Return ``(n,)`` by how much normal values are expected to be below their means minus gaps."""
-    z = gap / np.maximum(error, _SAME)
+    z = gap / np.maximum(error, _LEAST_DIVISOR)
     return np.asarray(error * (np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi) - z * ndtr(-z)))
 
 
@@ -491,17 +502,17 @@ class _Compromise:
         F = self._front.scaled(fit.back(T))
         better = self._front.scaled(fit.back(T - self._surrogates.deviations(points)))
         worse = np.maximum(F, 0)  # than the ideal point
-        distance = np.maximum(np.linalg.norm(worse, axis=1), _SAME)
+        distance = np.maximum(np.linalg.norm(worse, axis=1), _LEAST_DIVISOR)
         error = worse / distance[:, None] * (F - better)
         gain = _expected_gain(distance - self._least, np.linalg.norm(error, axis=1))
-        worth = gain - _HARDLY * distance
+        worth = gain - _WORTH_OF_DISTANCE * distance
         return _Population(points, -worth[:, None], excess, low, high)
 
     def candidates(self, others: _Candidates, random: Random) -> _Candidates:
         """Return candidates, and the best ones of this search, which begins with them."""
         start = _unlimited(self, others.points)
-        start = start.best(_SIZE, self.contraction)
-        points = _search(self, start, random)[:_COMPROMISES]
+        start = start.best(_POPULATION_SIZE, self.contraction)
+        points = _search(self, start, random)[:_N_COMPROMISES]
         both = self._surrogates.candidates(np.vstack([others.points, points]))
         return both._replace(worth=-_unlimited(self, both.points).F[:, 0])
 
@@ -536,13 +547,13 @@ def _random_points(count: int, goal: Goal, random: Random) -> Array:
     """Return at least ``count`` random points within the limits that meet the requirements."""
     d = len(goal.low)
     points = np.zeros((0, d))
-    for _ in range(_ATTEMPTS):
-        drawn = random.uniform(goal.low, goal.high, (_DRAWN, d))
+    for _ in range(_MAX_DRAWS):
+        drawn = random.uniform(goal.low, goal.high, (_DESIGNS_PER_DRAW, d))
         drawn = drawn[_meets_requirements(drawn, goal)]
         points = np.vstack([points, drawn])
         if len(points) >= count:
             return points
-    rule = f"met by at least {count} of {_ATTEMPTS * _DRAWN} random designs"
+    rule = f"met by at least {count} of {_MAX_DRAWS * _DESIGNS_PER_DRAW} random designs"
     remedy = "narrow the bounds of the variables, or loosen the requirements"
     raise invalid("requirements", rule, Received(f"{len(points)}"), remedy)
 
@@ -553,12 +564,12 @@ def _failure_risk(known: Array, failed: Array, round_number: int) -> ArrayFuncti
     These are nearer to failed tests than to others. In some rounds nothing is avoided, as models
     get repaired, and a failure may have been random.
     """
-    if len(failed) == 0 or round_number % _FORGIVING == _FORGIVING - 1:
+    if len(failed) == 0 or round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1:
         return lambda Z: np.zeros((len(Z), 1))
 
     def risk(Z: Array) -> Array:
         to_known = cdist(Z, known).min(axis=1, initial=np.inf)
-        excess = to_known - _SAFER * cdist(Z, failed).min(axis=1)
+        excess = to_known - _SAFE_DISTANCE_RATIO * cdist(Z, failed).min(axis=1)
         return np.asarray(np.minimum(excess, 1.0)[:, None])
 
     return risk
@@ -568,13 +579,13 @@ def _start_near(best: Array, surrogates: _Surrogates, random: Random) -> _Popula
     """Return designs near the best tests; the search stays near these."""
     goal = surrogates.goal
     d = best.shape[1]
-    centres = random.integers(min(_CENTRES, len(best)), size=_SIZE)
+    centres = random.integers(min(_N_NEARBY_CENTRES, len(best)), size=_POPULATION_SIZE)
     centre = best[centres]
-    low = np.maximum(centre - _NEAR, goal.low)
-    high = np.minimum(centre + _NEAR, goal.high)
+    low = np.maximum(centre - _NEARBY_HALF_WIDTH, goal.low)
+    high = np.minimum(centre + _NEARBY_HALF_WIDTH, goal.high)
     # at least three variables are changed, or three in ten
-    changed = random.random((_SIZE, d)) < max(0.3, 3 / d)
-    step = random.uniform(-_NEAR, _NEAR, (_SIZE, d))
+    changed = random.random((_POPULATION_SIZE, d)) < max(0.3, 3 / d)
+    step = random.uniform(-_NEARBY_HALF_WIDTH, _NEARBY_HALF_WIDTH, (_POPULATION_SIZE, d))
     points = np.where(changed, centre + step, centre)
     return surrogates.population(np.clip(points, low, high), low, high)
 
@@ -583,13 +594,13 @@ def _start_anywhere(best: Array, surrogates: _Surrogates, random: Random) -> _Po
     """Return the best tests, variations of them, and random designs; the search is not limited."""
     goal = surrogates.goal
     d = best.shape[1]
-    quarter = _SIZE // 4
+    quarter = _POPULATION_SIZE // 4
     changed = random.random((quarter, d)) < max(0.3, 2 / d)
     origin = best[random.integers(len(best), size=quarter)]
     step = random.normal(0, 0.1, (quarter, d))
     varied = np.where(changed, origin + step, origin)
     varied = np.clip(varied, goal.low, goal.high)
-    n_random = _SIZE - len(best) - quarter
+    n_random = _POPULATION_SIZE - len(best) - quarter
     anywhere = random.uniform(goal.low, goal.high, (n_random, d))
     points = np.vstack([best, varied, anywhere])
     return _unlimited(surrogates, points)
@@ -615,7 +626,7 @@ def _search(surrogates: _Surrogates | _Compromise, start: _Population, random: R
     contraction = surrogates.contraction
     tried = [start.points]
     population = start.best(n, contraction)
-    for _ in range(_GENERATIONS):
+    for _ in range(_N_GENERATIONS):
         children = _children(population, surrogates, random)
         tried.append(children.points)
         population = population.joined(children).best(n, contraction)
@@ -723,7 +734,7 @@ def _contraction(fit: Fit, n_obj: int) -> float:
     if n_obj <= 2:
         return 0.0
     errors = np.array([output.error for output in fit.outputs[:n_obj]])
-    doubt = min(float(errors.mean()) / _DOUBTFUL, 1.0)
+    doubt = min(float(errors.mean()) / _ERROR_OF_FULL_CONTRACTION, 1.0)
     return round(doubt, 1) / 2  # few steps, as each has its table of directions
 
 
@@ -731,7 +742,7 @@ def _contraction(fit: Fit, n_obj: int) -> float:
 def _directions(n_obj: int, contraction: float) -> Array:
     if n_obj == 1:
         return np.ones((1, 1))
-    directions = reference_directions(n_obj, _SIZE)
+    directions = reference_directions(n_obj, _POPULATION_SIZE)
     return np.maximum((1 - contraction) * directions + contraction / n_obj, 0.01)
 
 
@@ -790,6 +801,62 @@ class _Front:
         return (F - self.low) / self.lengths
 
 
+class _Selection:
+    """The candidates that are chosen, each of which counts like a test from then on.
+
+    Args:
+        surrogates: The surrogates.
+        candidates: The candidates.
+        front: The Pareto set of the tests.
+        seen: ``(t, e)`` the tests, as surrogates see them.
+
+    Attributes:
+        rows: The indices of the chosen candidates.
+        distance: ``(n,)`` the distance of each candidate from the nearest test.
+    """
+
+    def __init__(
+        self, surrogates: _Surrogates, candidates: _Candidates, front: _Front, seen: Array
+    ) -> None:
+        contraction = surrogates.contraction
+        F = front.scaled(candidates.F)
+        self._candidates = candidates
+        self._F = F
+        self._achievements = _achievements(F, contraction)
+        self._weights = _directions(F.shape[1], contraction).max(axis=1)
+        self._best = self._achievements.max(axis=0, initial=-np.inf)  # in each direction
+        if len(front.F) > 0:
+            self._best = _achievements(front.F, contraction).min(axis=0)
+        self._gap = cdist(F, front.F).min(axis=1, initial=np.inf)  # from known objectives
+        self.distance = cdist(candidates.Z, seen).min(axis=1)
+        self.rows: list[int] = []
+
+    def add(self, row: int) -> None:
+        """Choose the candidate in a row."""
+        Z = self._candidates.Z
+        self.rows.append(row)
+        self._best = np.minimum(self._best, self._achievements[row])
+        self._gap = np.minimum(self._gap, cdist(self._F, self._F[[row]])[:, 0])
+        self.distance = np.minimum(self.distance, cdist(Z, Z[[row]])[:, 0])
+
+    def score(self, rule: str, rows: Rows) -> Array:
+        """Return the ``(n,)`` scores of candidates by a rule, for a choice among some rows.
+
+        The largest gain counts instead of the worth for the best compromise while no test is
+        eligible, and the distance where nothing is gained.
+        """
+        worth = self._candidates.worth
+        if rule == "compromise" and worth.any():
+            return np.where(self.distance > _MIN_DISTANCE_FROM_TEST, worth, -np.inf)
+        if rule != "distance":
+            gains = np.maximum(self._best - self._achievements, 0) * self._weights
+            gain: Array = gains.sum(axis=1)
+            if gain[rows].max() > 0:
+                return gain
+        score: Array = np.where(np.isinf(self._gap), self.distance, self._gap)
+        return score
+
+
 def _choice(
     surrogates: _Surrogates,
     candidates: _Candidates,
@@ -800,9 +867,8 @@ def _choice(
     """Return the indices of the candidates to be tested.
 
     One in four promises the largest gain; the others are farthest from all known objectives. Where
-    a decision directs the search, another one in four is worth most for the best compromise, or has
-    the largest gain, too, while no test is eligible. If all candidates exceed limits, those are
-    taken that do so least.
+    a decision directs the search, another one in four is worth most for the best compromise. If all
+    candidates exceed limits, those are taken that do so least, at some distance.
 
     Args:
         surrogates: The surrogates.
@@ -811,60 +877,37 @@ def _choice(
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to choose; there are fewer if fewer are not tested yet.
     """
-    contraction = surrogates.contraction
-    F = front.scaled(candidates.F)
-    values = _achievements(F, contraction)
-    units = _directions(F.shape[1], contraction).max(axis=1)  # of the values in each direction
-    # Where surrogates err, the largest gain is promised again and again, whatever is tested near
-    # it. So most designs are chosen for their distance.
-    rules = ["gain", "distance", "distance", "distance"]
+    rules = _RULES
     if surrogates.goal.is_directed:
-        rules[2] = "compromise"
-    # These change with every candidate that is chosen, which then counts like a test: the best
-    # value in each direction, and the distances from all tests and from objectives of the front.
-    best = values.max(axis=0, initial=-np.inf)
-    if len(front.F) > 0:
-        best = _achievements(front.F, contraction).min(axis=0)
-    distance = cdist(candidates.Z, seen).min(axis=1)
-    gap = cdist(F, front.F).min(axis=1, initial=np.inf)
-    chosen = []
-    for place in range(batch):
-        untested = np.flatnonzero(distance > _SAME)
+        rules = _RULES_OF_DECISION
+    selection = _Selection(surrogates, candidates, front, seen)
+    for n_known in range(len(seen), len(seen) + batch):
+        untested = np.flatnonzero(selection.distance > _SAME_DESIGN_DISTANCE)
         if len(untested) == 0:
             break
-        turn = (len(seen) + place) % len(rules)
-        rule = rules[turn]
+        index = n_known % len(rules)
         rows = untested[candidates.violation[untested] <= 0]
-        gain = (np.maximum(best - values, 0) * units).sum(axis=1)
-        if len(rows) == 0:
-            score = -candidates.violation
-            rows = _apart(untested, candidates.Z.shape[1], distance, turn)
-        elif rule == "compromise" and candidates.worth.any():
-            score = np.where(distance > _CLOSE, candidates.worth, -np.inf)
-        elif rule != "distance" and gain[rows].max() > 0:
-            score = gain
+        if len(rows) > 0:
+            score = selection.score(rules[index], rows)
+            row = rows[score[rows].argmax()]
         else:
-            score = np.where(np.isinf(gap), distance, gap)
-        row = rows[score[rows].argmax()]
-        chosen.append(row)
-        best = np.minimum(best, values[row])
-        distance = np.minimum(distance, cdist(candidates.Z, candidates.Z[[row]])[:, 0])
-        gap = np.minimum(gap, cdist(F, F[[row]])[:, 0])
-    return chosen
+            row = _least_violating(candidates, untested, selection.distance, index)
+        selection.add(row)
+    return selection.rows
 
 
-def _apart(rows: Rows, n_columns: int, distance: Array, turn: int) -> Rows:
-    """Return those rows of candidates that are far enough from tests and from chosen ones.
+def _least_violating(candidates: _Candidates, rows: Rows, distance: Array, index: int) -> int:
+    """Return the candidate that exceeds limits least, of those far enough from tests.
 
     Args:
+        candidates: The candidates.
         rows: The rows to choose from.
-        n_columns: Number of dimensions in which surrogates see designs.
-        distance: ``(n,)`` the distance of each candidate from tests and from chosen candidates.
-        turn: The number of tests and chosen candidates, modulo the number of rules.
+        distance: ``(n,)`` the distance of each candidate from the nearest test.
+        index: Index of the rule by which a candidate would be chosen; 0 for any distance.
     """
-    least = _SAME
-    if turn > 0:
-        least = _APART[turn % 3] * np.sqrt(n_columns)
-    # After a search near the best tests, no candidate may be that far away.
-    least = min(least, distance[rows].max() / 2)
-    return np.asarray(rows[distance[rows] >= least])
+    if index > 0:
+        diagonal = np.sqrt(candidates.Z.shape[1])
+        spacing = _INFEASIBLE_SPACINGS[index % len(_INFEASIBLE_SPACINGS)] * diagonal
+        # After a search near the best tests, no candidate may be that far away.
+        rows = rows[distance[rows] >= min(spacing, distance[rows].max() / 2)]
+    return int(rows[candidates.violation[rows].argmin()])
