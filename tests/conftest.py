@@ -94,3 +94,9 @@ def study_file(tmp_path):
 def pytest_report_header():
     names = ("pymoo", "numpy", "scipy", "pandas", "matplotlib", "moocore", "joblib", "click")
     return " ".join(f"{name}-{version(name)}" for name in names)
+
+
+@pytest.fixture
+def in_folder(tmp_path, monkeypatch):
+    """The folder of the test is the current one."""
+    monkeypatch.chdir(tmp_path)

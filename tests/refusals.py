@@ -10,3 +10,9 @@ def refused(message, call, *args, error=PsiError, **options):
     with pytest.raises(error, match=message) as caught:
         call(*args, **options)
     assert isinstance(caught.value, PsiError)
+
+
+def interrupted(call, *args, **options):
+    """Require that a call ends as if somebody pressed Ctrl-C."""
+    with pytest.raises(KeyboardInterrupt):
+        call(*args, **options)

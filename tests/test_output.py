@@ -94,7 +94,7 @@ def live(path):
     ]
 
 
-def test_written_tables_hold_no_formulas_and_come_back(tmp_path, monkeypatch, said):
+def test_written_tables_hold_no_formulas_and_come_back(tmp_path, said, in_folder):
     """Names and cells, in the head too, where a comma in a name would begin a cell."""
     names = ["=1+1", "a,=cmd|' /C calc'!A0", "＝b", "@n;=2", "-x", "\t=t", "'=q", "''"]
     layout = Layout.of(names[:2], names[2:4], names[4:5], outputs=names[5:], units={"＝b": "=u,+v"})
@@ -108,7 +108,6 @@ def test_written_tables_hold_no_formulas_and_come_back(tmp_path, monkeypatch, sa
     table.to_csv(path)
     assert read_table(path).equals(table)
     assert live(path) == []
-    monkeypatch.chdir(tmp_path)
     said("rank", "tests.csv", "--maximize", "＝b", "--out", "ranks.csv")
     assert live(tmp_path / "ranks.csv") == []
     assert read_table("ranks.csv").layout.maximize == ("＝b",)

@@ -39,8 +39,7 @@ def formats():
 
 @pytest.mark.usefixtures("formats")
 @pytest.mark.parametrize("title", TEXTS)
-def test_each_text_runs_alone_as_printed(title, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_each_text_runs_alone_as_printed(title, monkeypatch, capsys, in_folder):
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     monkeypatch.setenv("DASK_LOGGING__DISTRIBUTED", "error")  # workers of a busy machine end late
@@ -124,7 +123,7 @@ def test_the_citation_is_that_of_the_file_and_of_this_version(capsys):
         assert title in " ".join(entries.split())
 
 
-def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch):
+def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch, in_folder):
     assert main(["guide"]) == 0
     listed = {line.split()[0] for line in capsys.readouterr().out.splitlines()[:-1]}
     assert listed == set(GUIDES) - {"index"}
@@ -132,7 +131,6 @@ def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch):
     assert capsys.readouterr().out.rstrip() == GUIDES["tutorial"].rstrip()
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)
-    monkeypatch.chdir(tmp_path)
     page = Path("site", "board.html").absolute()
     page.parent.mkdir()
     page.touch()

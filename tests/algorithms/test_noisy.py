@@ -16,7 +16,7 @@ from pymoo_psi import (
     investigate,
     read_table,
 )
-from tests.refusals import refused
+from tests.refusals import interrupted, refused
 
 
 def model(x, seed):
@@ -63,8 +63,7 @@ def test_every_test_has_a_seed_and_a_design_the_mean_of_its_tests():
 
 
 def test_a_study_keeps_every_test_and_makes_only_what_is_missing(study_file):
-    with pytest.raises(KeyboardInterrupt):
-        investigate(Queue(12), 8, repeat=2, study=study_file)
+    interrupted(investigate, Queue(12), 8, repeat=2, study=study_file)
     problem = Queue()
     investigate(problem, 8, repeat=2, study=study_file)
     assert 4 <= len(problem.calls) <= 16
@@ -175,8 +174,7 @@ def test_surrogates_of_a_noisy_model_propose_repeats_and_continue_after_a_kill(s
     n_tests = means["tests"]
     repeated = n_tests[means.feasible()] > 1
     assert distances[repeated].mean() < distances[~repeated].mean()
-    with pytest.raises(KeyboardInterrupt):
-        minimize(Queue(28), SurrogatePSI(36, study=study_file))
+    interrupted(minimize, Queue(28), SurrogatePSI(36, study=study_file))
     again = minimize(Queue(), SurrogatePSI(36, study=study_file)).algorithm.table
     assert np.array_equal(again.X, table.X)
     assert np.array_equal(again.F, table.F)

@@ -10,7 +10,6 @@ from pymoo.problems import get_problem
 from pymoo_psi import (
     PSI,
     Formulation,
-    PsiError,
     QMCSampling,
     SphereChute,
     VectorizedSphereChute,
@@ -95,8 +94,11 @@ def test_telling_something_else_is_refused():
     first = algorithm.ask()
     refused("infills must be the test points .* and evaluated", algorithm.tell, infills=first)
     algorithm.evaluator.eval(CHUTE, first)
-    with pytest.raises(PsiError, match="infills must be the test points asked for, from number 1"):
-        algorithm.tell(infills=first[::-1])
+    refused(
+        "infills must be the test points asked for, from number 1",
+        algorithm.tell,
+        infills=first[::-1],
+    )
     algorithm.tell(infills=first)
     refused(
         "infills must be the test points asked for, from number 41", algorithm.tell, infills=first
@@ -173,8 +175,15 @@ def test_tests_without_an_output_that_has_a_limit_are_infeasible(keep, block_siz
 def test_a_limit_on_an_output_that_no_test_has_is_refused_at_the_end(keep, tmp_path):
     """Only then is it known that no test has it; what was computed is in the study."""
     problem, limits, study = Sometimes(gives=False), {"heat": 0.5}, tmp_path / "s.db"
-    with pytest.raises(PsiError, match="a limit must be one of .*'heat'"):
-        investigate(problem, 32, limits=limits, keep=keep, study=study)
+    refused(
+        "a limit must be one of .*'heat'",
+        investigate,
+        problem,
+        32,
+        limits=limits,
+        keep=keep,
+        study=study,
+    )
     assert read_table(study).equals(investigate(problem, 32))
 
 
@@ -205,8 +214,11 @@ def test_an_algorithm_that_has_run_is_not_set_up_again():
     algorithm.setup(CHUTE, termination=("n_gen", 1))
     algorithm.setup(CHUTE)  # before it runs, as often as you like
     algorithm.run()
-    with pytest.raises(PsiError, match="must be set up before it runs, got one that has tested 8"):
-        algorithm.setup(get_problem("bnh"))
+    refused(
+        "must be set up before it runs, got one that has tested 8",
+        algorithm.setup,
+        get_problem("bnh"),
+    )
     assert algorithm.result().X.shape[1] == 2
 
 

@@ -20,7 +20,7 @@ from pymoo_psi.algorithms import reference_directions
 from pymoo_psi.errors import EvaluationError, StudyMismatchError
 from pymoo_psi.study import Study
 from pymoo_psi.table import read_table
-from tests.refusals import refused
+from tests.refusals import interrupted, refused
 
 
 class Model(ElementwiseProblem):
@@ -106,8 +106,7 @@ def test_an_interrupted_run_goes_on_as_if_nothing_had_happened(tmp_path, name):
     solved(undisturbed, algorithm())
 
     first = make(stop=len(plain.seen) * 3 // 5)
-    with pytest.raises(KeyboardInterrupt):
-        solved(recorded(first, tmp_path / "s.db"), algorithm())
+    interrupted(solved, recorded(first, tmp_path / "s.db"), algorithm())
     stored = read_table(tmp_path / "s.db")
     second = make()
     problem = recorded(second, tmp_path / "s.db")
@@ -195,8 +194,13 @@ def test_names_senses_and_outputs_are_those_of_the_problem_or_told(tmp_path):
     np.testing.assert_array_equal(again.table.column("gain"), -out["F"][:, 1])
     np.testing.assert_array_equal(again.table.column("lift"), 2 * X[:, 0])
     assert again.table.layout.units == {"lift": "N"}
-    with pytest.raises(StudyMismatchError):
-        Recorded(Winged(), study=tmp_path / "s.db")
+    refused(
+        "belongs to another model",
+        Recorded,
+        Winged(),
+        error=StudyMismatchError,
+        study=tmp_path / "s.db",
+    )
 
 
 # Failures

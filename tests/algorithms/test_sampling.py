@@ -14,7 +14,6 @@ from scipy.stats import qmc
 from pymoo_psi import (
     PSI,
     LPTauSampling,
-    PsiError,
     QMCSampling,
     Restricted,
     SurrogatePSI,
@@ -69,10 +68,19 @@ def test_bad_arguments(study_file):
     rule = "more must be used with a sequence that can be continued"
     refused(rule, investigate, PROBLEM, 8, sampling="lhs", seed=1, more=True, study=study_file)
     refused("got 'soboll'; did you mean 'sobol'", QMCSampling, "soboll", error=ValueError)
-    with pytest.raises(ValueError, match="at most 51 for LPτ, got 60; use QMCSampling"):
-        LPTauSampling().do(get_problem("zdt1", n_var=60), 10)
-    with pytest.raises(PsiError, match="n_samples must be at most .* use another engine"):
-        QMCSampling("poisson_disk").do(get_problem("bnh"), 100_000)
+    refused(
+        "at most 51 for LPτ, got 60; use QMCSampling",
+        LPTauSampling().do,
+        get_problem("zdt1", n_var=60),
+        10,
+        error=ValueError,
+    )
+    refused(
+        "n_samples must be at most .* use another engine",
+        QMCSampling("poisson_disk").do,
+        get_problem("bnh"),
+        100_000,
+    )
 
 
 class Pinned(ElementwiseProblem):
@@ -126,8 +134,13 @@ def test_a_sequence_of_ones_own_is_continued_and_known_by_its_attributes(tmp_pat
         others = minimize(PROBLEM, PSI(40, sampling=Kronecker(3.0), study=path, **options))
         assert set(others.algorithm.table["run"]) == {2}
     else:
-        with pytest.raises(StudyMismatchError, match="is a share of other points"):
-            minimize(PROBLEM, PSI(40, sampling=Kronecker(3.0), study=path, **options))
+        refused(
+            "is a share of other points",
+            minimize,
+            PROBLEM,
+            PSI(40, sampling=Kronecker(3.0), study=path, **options),
+            error=StudyMismatchError,
+        )
 
 
 def test_points_outside_the_cube_are_refused():

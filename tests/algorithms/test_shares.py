@@ -63,8 +63,7 @@ def test_the_first_results_of_all_shares_are_the_beginning_of_the_run():
         ({"share": (1, 2), "sampling": QMCSampling("sobol")}, "seed must be given"),
     ],
 )
-def test_mistakes(tmp_path, monkeypatch, options, message):
-    monkeypatch.chdir(tmp_path)
+def test_mistakes(options, message, in_folder):
     of_investigate(8, study="s.db")
     refused(message, of_investigate, 8, **options)
 

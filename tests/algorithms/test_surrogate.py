@@ -28,7 +28,7 @@ from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
 from pymoo_psi.table import Expression, Layout, read_table
 from tests.processes import posix
-from tests.refusals import refused
+from tests.refusals import interrupted, refused
 
 
 class Mixed(ElementwiseProblem):
@@ -246,8 +246,7 @@ def test_proposals_are_stored_before_they_are_tested(study_file, undisturbed):
 
     problem = Interrupted()
     problem.seen = []
-    with pytest.raises(KeyboardInterrupt):
-        run(problem, 44, study=study_file)
+    interrupted(run, problem, 44, study=study_file)
     stored = Study(study_file).proposals(1, 100)
     assert [(number, number_of_round) for number, number_of_round, *_ in stored] == [
         (n, 1 + (n > 22)) for n in range(21, 25)
@@ -305,8 +304,7 @@ class InAnyOrder(JoblibRunner):
 def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, options):
     path, first = tmp_path / "run.db", InAnyOrder(workers, 70, until=40)
     options |= {"study": path, "asynchronous": True, "limits": {"weight": (2, 5)}}
-    with pytest.raises(KeyboardInterrupt):
-        run(Mixed(elementwise_runner=first), 70, **options)
+    interrupted(run, Mixed(elementwise_runner=first), 70, **options)
     stored, proposed = read_table(path), Study(path).proposals(1, 100)
     assert len(stored) == 40
     assert first.most == workers

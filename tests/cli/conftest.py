@@ -106,10 +106,9 @@ def broken():
 
 
 @pytest.fixture
-def run(capsys, tmp_path, monkeypatch):
+def run(capsys, tmp_path, monkeypatch, in_folder):
     """Run the command in a folder with the models; return its code and what it prints."""
     (tmp_path / "models.py").write_text(MODELS, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
 
     def command(*words):

@@ -137,10 +137,9 @@ def command_line(rng):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_every_command_line_ends_well(seed, tmp_path, monkeypatch, undrawn):
+def test_every_command_line_ends_well(seed, tmp_path, monkeypatch, undrawn, in_folder):
     """Fifty lines in one folder, with what those before have left there."""
     rng = random.Random(seed)
-    monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     os.mkdir("folder")
     for name, content in FILES.items():

@@ -29,8 +29,7 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])
-def test_every_example_runs_as_printed(command, said, tmp_path, monkeypatch, undrawn):
-    monkeypatch.chdir(tmp_path)
+def test_every_example_runs_as_printed(command, said, monkeypatch, undrawn, in_folder):
     # Drawing is tested with the plots, and takes most of the time; so do the paper's points.
     monkeypatch.setattr(_experiments, "save_figures", lambda *args, **options: ())
     reproduce = _experiments.reproduce

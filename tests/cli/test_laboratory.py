@@ -17,7 +17,6 @@ from pymoo.problems import get_problem
 from pymoo_psi import PSI, ProgramProblem
 from pymoo_psi.algorithms import RunOptions, ask_tests, tell_tests
 from pymoo_psi.cli import main
-from pymoo_psi.errors import PsiError
 from pymoo_psi.table import read_table
 from tests.refusals import refused
 from tests.table.exact_csv import EXACT
@@ -44,8 +43,7 @@ mix = "a + b + c = 1"
 
 
 @pytest.fixture
-def alloy(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def alloy(tmp_path, in_folder):
     (tmp_path / "alloy.toml").write_text(ALLOY, "utf-8")
 
 
@@ -165,8 +163,12 @@ def test_a_row_that_cannot_be_meant_is_refused_and_nothing_is_taken(alloy, colum
     frame = filled(asked("next.csv"))
     frame[column] = frame[column].astype(object)
     frame.loc[1, column] = value
-    with pytest.raises(PsiError, match=message):
-        tell_tests(frame.rename(columns={"strength [MPa]": "strength", "a [kg]": "a"}), "lab.db")
+    refused(
+        message,
+        tell_tests,
+        frame.rename(columns={"strength [MPa]": "strength", "a [kg]": "a"}),
+        "lab.db",
+    )
     assert stored() == ({}, 0)
 
 

@@ -37,8 +37,7 @@ tip = "<= 4"
 
 
 @pytest.fixture
-def log(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def log(tmp_path, in_folder):
     Path("model").mkdir()
     log = tmp_path / "log"
     Path("model/solver.py").write_text(SOLVER.format(log=str(log)))

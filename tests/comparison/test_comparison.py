@@ -19,7 +19,7 @@ from pymoo_psi.comparison import DEFAULT_ALGORITHMS, INDICATORS
 from pymoo_psi.errors import RunError, StudyCorruptError, StudyMismatchError
 from pymoo_psi.pareto import nondominated
 from tests.processes import until
-from tests.refusals import refused
+from tests.refusals import interrupted, refused
 
 compare = partial(pymoo_psi.compare, progress=False)
 
@@ -201,8 +201,7 @@ def interrupted_after(runs):
 def test_a_comparison_continues_where_it_was_interrupted(tmp_path):
     problem = interrupted_after(2 * 64)
     arguments = {"n_evaluations": [32, 64], "seeds": 2, "algorithms": ["psi", "nsga2"]}
-    with pytest.raises(KeyboardInterrupt):  # the longest are the first
-        compare(problem, **arguments, folder=tmp_path)
+    interrupted(compare, problem, **arguments, folder=tmp_path)
     assert len(list(tmp_path.glob("*.db"))) == 2
     problem.stops, problem.calls = False, []
     result = compare(problem, **arguments, folder=tmp_path)
@@ -229,12 +228,22 @@ def test_runs_on_another_problem_are_refused(tmp_path):
     arguments = {"n_evaluations": 16, "seeds": 1, "algorithms": ["psi"], "folder": tmp_path}
     compare(VectorizedSphereChute(0.4), **arguments)
     for other in (VectorizedSphereChute(0.4, c=0.3), VectorizedSphereChute(0.4, upper=(1, 6))):
-        with pytest.raises(StudyMismatchError, match="another problem.*give another folder"):
-            compare(other, **arguments | {"n_evaluations": 32})
+        refused(
+            "another problem.*give another folder",
+            compare,
+            other,
+            error=StudyMismatchError,
+            **arguments | {"n_evaluations": 32},
+        )
     (stored,) = tmp_path.glob("*.db")
     stored.write_bytes(stored.read_bytes()[:40])
-    with pytest.raises(StudyCorruptError, match=r"psi_16\.db is no study"):
-        compare(VectorizedSphereChute(0.4), **arguments)
+    refused(
+        r"psi_16\.db is no study",
+        compare,
+        VectorizedSphereChute(0.4),
+        error=StudyCorruptError,
+        **arguments,
+    )
 
 
 # Wrong arguments
@@ -279,11 +288,17 @@ def test_an_error_names_its_run_and_finished_runs_stay(tmp_path):
         raise AssertionError("only without constraints")
 
     algorithms = {"psi": "psi", "late": fails_after_the_other}
-    with pytest.raises(RunError, match="run of late, 32 evaluations, seed 1 ended in Assertion"):
-        compare(
-            get_problem("bnh"), n_evaluations=32, seeds=1, algorithms=algorithms,
-            folder=tmp_path, n_jobs=2,
-        )  # fmt: skip
+    refused(
+        "run of late, 32 evaluations, seed 1 ended in Assertion",
+        compare,
+        get_problem("bnh"),
+        error=RunError,
+        n_evaluations=32,
+        seeds=1,
+        algorithms=algorithms,
+        folder=tmp_path,
+        n_jobs=2,
+    )
     assert [path.name for path in tmp_path.glob("*.db")] == [finished.name]
 
 
@@ -294,13 +309,21 @@ def test_an_algorithm_that_does_not_suit_the_problem_is_found_out_in_its_first_r
     """NSGA-III with two directions of two objectives, MOEA/D, which takes no constraints."""
     moead, nsga3 = MOEAD(np.eye(2)), NSGA3(np.eye(2))
     algorithms = {"psi-scrambled": "psi-scrambled", "unfit": nsga3 if problem.n_obj > 2 else moead}
-    with pytest.raises(RunError, match=r"unfit, 32 .*, seed 1 .*; .* leave out of algorithms"):
-        compare(problem, n_evaluations=[16, 32], algorithms=algorithms, folder=tmp_path)
+    refused(
+        r"unfit, 32 .*, seed 1 .*; .* leave out of algorithms",
+        compare,
+        problem,
+        error=RunError,
+        n_evaluations=[16, 32],
+        algorithms=algorithms,
+        folder=tmp_path,
+    )
     assert [path.name for path in tmp_path.iterdir()] == ["psi-scrambled_32_seed1.db"]
 
 
 @pytest.mark.parametrize(("algorithms", "largest"), [(["psi", "surrogate"], 256), (["psi"], 4096)])
 def test_surrogates_take_fewer_evaluations_by_default(algorithms, largest, tmp_path):
-    with pytest.raises(KeyboardInterrupt):
-        compare(interrupted_after(largest), algorithms=algorithms, folder=tmp_path, seeds=1)
+    interrupted(
+        compare, interrupted_after(largest), algorithms=algorithms, folder=tmp_path, seeds=1
+    )
     assert [path.name for path in tmp_path.glob("*.db")] == [f"psi_{largest}.db"]

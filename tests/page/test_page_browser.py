@@ -535,8 +535,7 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert fresh.state["decided"] is None
 
 
-def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, monkeypatch, said):
-    monkeypatch.chdir(tmp_path)
+def test_a_saved_decision_drives_the_next_tests_of_its_study(visit, tmp_path, said, in_folder):
     solve = ["solve", "dtlz2", "--n-obj", "2", "--n-var", "3", "--box", "x1=0.1:0.9"]
     said(*solve, "--points", "32", "--study", "s.db")
     said("page", "s.db", "--out", "p.html")

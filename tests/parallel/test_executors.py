@@ -178,8 +178,14 @@ def test_a_task_that_the_engine_gives_up_is_sent_again_and_then_lost(n_lost):
 def test_workers_that_can_do_nothing_end_the_run_and_a_study_goes_on(tmp_path, script, message):
     """No design is recorded as failed."""
     path, executor = tmp_path / "s.db", Scripted(*script)
-    with pytest.raises(WorkerError, match=message):
-        investigate(Sum(elementwise_runner=ExecutorRunner(executor, workers=1)), 30, study=path)
+    refused(
+        message,
+        investigate,
+        Sum(elementwise_runner=ExecutorRunner(executor, workers=1)),
+        30,
+        error=WorkerError,
+        study=path,
+    )
     assert not read_table(path).reasons
     executor.script = []
     runner = ExecutorRunner(executor, workers=1)
@@ -248,8 +254,12 @@ def test_a_copy_has_the_executor_and_a_pickle_has_none(processes):
     problem = Sum(elementwise_runner=ExecutorRunner(processes))
     X = np.array([[0.5, 0.25]])
     np.testing.assert_array_equal(copy.deepcopy(problem).evaluate(X), Sum().evaluate(X))
-    with pytest.raises(WorkerError, match="was pickled has no executor"):
-        pickle.loads(pickle.dumps(problem)).evaluate(X)
+    refused(
+        "was pickled has no executor",
+        pickle.loads(pickle.dumps(problem)).evaluate,
+        X,
+        error=WorkerError,
+    )
 
 
 @pytest.mark.parametrize(

@@ -70,8 +70,7 @@ class Folder:
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def folder(tmp_path, monkeypatch, in_folder):
     monkeypatch.syspath_prepend(str(tmp_path))
     importlib.invalidate_caches()
     yield Folder(tmp_path)

@@ -21,6 +21,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo_psi import ExecutorRunner, FailureTolerant, JoblibRunner
 from pymoo_psi.errors import EvaluationError, WorkerError
 from tests.processes import gone, posix
+from tests.refusals import refused
 
 
 def model(**kwargs):
@@ -233,8 +234,12 @@ def test_time_limits_and_dead_workers_leave_the_others_unharmed(make):
 @posix
 def test_a_lost_design_stops_a_problem_that_does_not_tolerate_it():
     runner = JoblibRunner(1, timeout=1e4)
-    with pytest.raises(EvaluationError, match=r"design \[7\.0, .*died \(exit code 3, 2 times\);"):
-        model(elementwise_runner=runner).evaluate(designs(7))
+    refused(
+        r"design \[7\.0, .*died \(exit code 3, 2 times\);",
+        model(elementwise_runner=runner).evaluate,
+        designs(7),
+        error=EvaluationError,
+    )
     assert len(model(elementwise_runner=runner).evaluate(designs())) == 40, "and it runs again"
 
 
@@ -271,8 +276,13 @@ def test_what_a_timed_out_model_started_ends_with_it(tmp_path):
             solvers[0].wait()
         return {"F": x}
 
-    with pytest.raises(EvaluationError, match="timed out after 1.5 s"):
-        JoblibRunner(1, timeout=SHORT)(with_solver, [1, 0])  # the first design of a worker, too
+    refused(
+        "timed out after 1.5 s",
+        JoblibRunner(1, timeout=SHORT),
+        with_solver,
+        [1, 0],
+        error=EvaluationError,
+    )  # the first design of a worker, too
     assert all(gone(int(pid)) for pid in pids.read_text().split())
 
 
@@ -314,10 +324,20 @@ def test_a_problem_that_cannot_be_sent_or_loaded_is_an_error(workers):
             return __import__, ("module_that_is_not_there",)
 
     lock, absent = threading.Lock(), Absent()
-    with pytest.raises(WorkerError, match="cannot be sent to worker processes: .*'_thread.lock'"):
-        workers(lambda x: {"F": lock.locked()}, [1, 2])
-    with pytest.raises(WorkerError, match="cannot load the problem: ModuleNotFoundError"):
-        workers(lambda x: {"F": absent}, [1, 2])
+    refused(
+        "cannot be sent to worker processes: .*'_thread.lock'",
+        workers,
+        lambda x: {"F": lock.locked()},
+        [1, 2],
+        error=WorkerError,
+    )
+    refused(
+        "cannot load the problem: ModuleNotFoundError",
+        workers,
+        lambda x: {"F": absent},
+        [1, 2],
+        error=WorkerError,
+    )
 
 
 @pytest.mark.parametrize("workers", [{"n_jobs": 1}, {"n_jobs": 2, "in_process": False}])

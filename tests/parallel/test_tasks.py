@@ -43,5 +43,9 @@ def test_a_task_raises_what_its_function_raises_or_that_its_worker_has_died():
     assert sorted(in_parallel(failing, [0, 1], 2)) == [(0, 5), (1, 10)]
     with pytest.raises(ZeroDivisionError):
         list(in_parallel(failing, [2], 2))
-    with pytest.raises(WorkerError, match=r"worker process died \(exit code 5, 2 times\)"):
-        list(in_parallel(failing, [4], 2))
+    refused(
+        r"worker process died \(exit code 5, 2 times\)",
+        list,
+        in_parallel(failing, [4], 2),
+        error=WorkerError,
+    )

@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pymoo.core.individual import Individual
 from pymoo.core.population import Population
 
-from pymoo_psi.pareto import EQ_TOLERANCE, competes, meets_constraints, violated_constraints
+from pymoo_psi.pareto import competes, meets_constraints, violated_constraints
 
 EDGES = st.sampled_from([-1.0, 0.0, 5e-324, 1e-5, -1e-4, 1e-4, 1.0001e-4, 1.0, np.inf, -np.inf])
 
@@ -18,10 +17,6 @@ def test_it_is_pymoos_rule(G, H):
     population = Population.new("X", np.zeros((6, 1)), F=np.zeros((6, 1)), G=G, H=H)
     pymoo = np.array([individual.feas for individual in population])
     np.testing.assert_array_equal(meets_constraints(G, H), pymoo)
-
-
-def test_the_tolerance_is_pymoos():
-    assert Individual.default_config()["cv_eq"]["eps"] == EQ_TOLERANCE
 
 
 def test_a_value_that_is_not_known_breaks_its_constraint():

@@ -26,7 +26,7 @@ def distances(F, normalize):
 
 
 @given(F=small_sets, k=st.integers(1, 4), normalize=st.booleans())
-def test_no_choice_covers_the_set_with_less_than_half_the_radius(F, k, normalize):
+def test_no_choice_covers_the_set_with_less_than_half_the_radius_and_shares_add_up(F, k, normalize):
     front, apart, ranking = distances(F, normalize)
     few = representatives(F, k, normalize=normalize)
     assert few.rows[0] == ranking.salukvadze[0]
@@ -39,11 +39,7 @@ def test_no_choice_covers_the_set_with_less_than_half_the_radius(F, k, normalize
     # All designs that differ are chosen before any is chosen twice.
     assert len(few.rows) == min(k, len(np.unique(F[front], axis=0)))
 
-
-@given(F=small_sets, k=st.integers(1, 4), normalize=st.booleans())
-def test_each_stands_for_those_that_are_nearest_to_it(F, k, normalize):
-    front, apart, _ = distances(F, normalize)
-    few = representatives(F, k, normalize=normalize)
+    # Each stands for those that are nearest to it.
     to = apart[:, np.searchsorted(front, few.rows)]
     owner = (to <= to.min(axis=1, keepdims=True) + 1e-12).argmax(axis=1)
     assert few.shares.tolist() == pytest.approx(

@@ -11,7 +11,6 @@ from matplotlib._pylab_helpers import Gcf
 from matplotlib.figure import Figure
 
 from pymoo_psi import plots
-from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.plots import save_figures
 from tests.refusals import refused
 
@@ -99,5 +98,4 @@ def test_figures_for_journals(tmp_path):
     assert 45 <= high < 70
     assert figure.get_size_inches().tolist() == [7.0, 3.5]
     assert figure.axes[0].title.get_fontsize() == Figure().add_subplot().title.get_fontsize()
-    with pytest.raises(ArgumentValueError):
-        save_figures([("one", figure)], tmp_path, width=2)
+    refused("width", save_figures, [("one", figure)], tmp_path, width=2)

@@ -206,9 +206,8 @@ def check(values, F, G, reasons, expected):
 
 @pytest.mark.filterwarnings("ignore:out.* is not kept in the table:UserWarning")
 @pytest.mark.parametrize(("model", "elementwise", "expected"), CASES)
-def test_what_comes_out(model, elementwise, expected, tmp_path, monkeypatch):
+def test_what_comes_out(model, elementwise, expected, tmp_path, in_folder):
     """Of an evaluation by pymoo, and of an investigation."""
-    monkeypatch.chdir(tmp_path)
     designs = X.copy()
     problem = FailureTolerant(problem_of(model, elementwise=elementwise))
     out = problem.evaluate(designs, return_as_dictionary=True, return_values_of=["F", "G"])

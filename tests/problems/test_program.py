@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pymoo.optimize import minimize
 
-from pymoo_psi import PSI, JoblibRunner, ProgramProblem, PsiError, investigate
+from pymoo_psi import PSI, JoblibRunner, ProgramProblem, investigate
 from pymoo_psi.errors import StudyMismatchError
 from tests.processes import gone, posix, until
 from tests.refusals import refused
@@ -224,8 +224,14 @@ def test_results_that_lie_in_the_template_are_those_of_no_design(tmp_path):
     assert run.outputs == {"n": 2.0}
     assert "left no file out" in run.flaw
     assert (tmp_path / "template" / "out").read_text() == "7"
-    with pytest.raises(PsiError, match="files must be inputs, and none of them an output"):
-        shell(tmp_path, "", outputs, files=["./in"])
+    refused(
+        "files must be inputs, and none of them an output",
+        shell,
+        tmp_path,
+        "",
+        outputs,
+        files=["./in"],
+    )
 
 
 def test_links_to_nothing_are_not_copied(tmp_path):
@@ -242,10 +248,21 @@ def test_links_to_nothing_are_not_copied(tmp_path):
 def test_paths_stay_in_the_folder_of_a_run(tmp_path, path):
     (tmp_path / "in").write_text("{x}")
     path = path.format(tmp_path)
-    with pytest.raises(PsiError, match="file must be a relative path inside the folder"):
-        shell(tmp_path, "", {"m": {"file": path, "pattern": "(.+)"}})
-    with pytest.raises(PsiError, match="files must be a relative path inside the folder"):
-        shell(tmp_path, "", {"m": {"file": "out", "pattern": "(.+)"}}, files=[path])
+    refused(
+        "file must be a relative path inside the folder",
+        shell,
+        tmp_path,
+        "",
+        {"m": {"file": path, "pattern": "(.+)"}},
+    )
+    refused(
+        "files must be a relative path inside the folder",
+        shell,
+        tmp_path,
+        "",
+        {"m": {"file": "out", "pattern": "(.+)"}},
+        files=[path],
+    )
     assert (tmp_path / "in").read_text() == "{x}"
 
 
@@ -380,12 +397,20 @@ def test_the_study_knows_the_template_and_the_key(beam, tmp_path):
         "key", investigate, beam(("mesh 3", "mesh 4")), 2, error=StudyMismatchError, study=study
     )
     other = "width={width}\nheight={height}\nmode={mode}\nother=1\n"
-    with pytest.raises(StudyMismatchError):
-        investigate(beam(deck=other), 2, study=study)
+    refused(
+        "belongs to another model",
+        investigate,
+        beam(deck=other),
+        2,
+        error=StudyMismatchError,
+        study=study,
+    )
     (tmp_path / "model" / "__init__.py").write_text("0")
-    with pytest.raises(StudyMismatchError):
-        investigate(beam(), 2, study=study)
+    refused(
+        "belongs to another model", investigate, beam(), 2, error=StudyMismatchError, study=study
+    )
     (tmp_path / "model" / "__init__.py").unlink()
     (tmp_path / "model" / "solver.py").write_text(SOLVER.replace("600", "601"))
-    with pytest.raises(StudyMismatchError):
-        investigate(beam(), 2, study=study)
+    refused(
+        "belongs to another model", investigate, beam(), 2, error=StudyMismatchError, study=study
+    )

@@ -161,8 +161,13 @@ def test_algorithms_search_it_and_its_study_is_its_own(study_file):
         (chute, {"failure_probability": 0.5}),
         (faster, {}),
     ):
-        with pytest.raises(StudyMismatchError):
-            minimize(Robust(problem, **given | changed), PSI(8, study=study_file))
+        refused(
+            "belongs to another model",
+            minimize,
+            Robust(problem, **given | changed),
+            PSI(8, study=study_file),
+            error=StudyMismatchError,
+        )
     minimize(Robust(chute, tolerances={"x2": 0.05}, criteria="cvar:0.9"), PSI(16, study=study_file))
 
 

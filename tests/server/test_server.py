@@ -24,7 +24,7 @@ from pymoo_psi import Recorded, investigate, live, read_table
 from pymoo_psi.study import Study
 from tests.page.test_page_browser import browser  # noqa: F401
 from tests.processes import LONG, posix, until
-from tests.refusals import refused
+from tests.refusals import interrupted, refused
 
 Error = pytest.importorskip("playwright.sync_api", reason="playwright is missing").Error
 
@@ -265,8 +265,7 @@ class Stopping(ElementwiseProblem):
 
 def test_any_algorithm_stops_and_is_continued(study_file):
     problem = Recorded(Stopping(study_file), study=study_file)
-    with pytest.raises(KeyboardInterrupt):
-        minimize(problem, NSGA2(150), ("n_gen", 2), seed=1)
+    interrupted(minimize, problem, NSGA2(150), ("n_gen", 2), seed=1)
     search, stop = Study(study_file).facts().steering
     assert "refused" in search["answer"]
     assert stop["answer"] == "done"

@@ -141,10 +141,12 @@ def test_a_file_system_without_locks_is_refused(study, monkeypatch):
         raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
 
     monkeypatch.setattr("fcntl.lockf", refuse)
-    with pytest.raises(
-        StudyAccessError, match="refuses locks \\(No locks available\\).*another file"
-    ):
-        study.append(block(9, 4))
+    refused(
+        "refuses locks \\(No locks available\\).*another file",
+        study.append,
+        block(9, 4),
+        error=StudyAccessError,
+    )
 
 
 # Damage
@@ -217,8 +219,12 @@ def test_a_cell_with_another_value_is_reported(study_file, whole, name):
     before = study_file.read_bytes()
     refused("1 test changed, the first (1008|8);", read, study_file, error=StudyCorruptError)
     if name != "test_point":
-        with pytest.raises(StudyCorruptError, match="1 test changed, the first 8;"):
-            Study(study_file).append(block(1, 200))
+        refused(
+            "1 test changed, the first 8;",
+            Study(study_file).append,
+            block(1, 200),
+            error=StudyCorruptError,
+        )
     assert study_file.read_bytes() == before
 
 

@@ -64,8 +64,12 @@ def test_a_point_of_two_files_counts_once_if_they_agree(tmp_path):
     assert bits(of_one_run(read_folder(tmp_path)[1])) == bits(whole)
     (tmp_path / "other.db").unlink()
     begun(tmp_path / "other.db").append(rows(block(1, 10, seed=1), [3]))
-    with pytest.raises(StudyMismatchError, match=r"db and one .* different results for test p.* 4"):
-        read_folder(tmp_path)
+    refused(
+        r"db and one .* different results for test p.* 4",
+        read_folder,
+        tmp_path,
+        error=StudyMismatchError,
+    )
 
 
 def test_an_output_that_a_share_lacks_is_unknown_for_its_points(tmp_path):
@@ -84,17 +88,27 @@ def test_a_share_of_another_problem_is_refused_when_it_begins_and_when_it_is_rea
     (tmp_path / "b").mkdir()
     other = HEAD | {"upper": [2.0, 5.0, np.nan, np.nan]}
     shares(tmp_path / "a", 2, 10, [1])
-    with pytest.raises(StudyMismatchError, match=r"share-1-of-2.db is a share of other points"):
-        shares(tmp_path / "a", 2, 10, [2], other)
+    refused(
+        r"share-1-of-2.db is a share of other points",
+        shares,
+        tmp_path / "a",
+        2,
+        10,
+        [2],
+        other,
+        error=StudyMismatchError,
+    )
     refused(
         "is one of 2 shares, not of 3", shares, tmp_path / "a", 3, 10, [2], error=StudyMismatchError
     )
     shares(tmp_path / "b", 2, 10, [2], other)
     shutil.copy(tmp_path / "b" / "share-2-of-2.db", tmp_path / "a")
-    with pytest.raises(
-        StudyMismatchError, match=r"share-2-of-2.db is a share of other points.*1-of-2.db"
-    ):
-        read_folder(tmp_path / "a")
+    refused(
+        r"share-2-of-2.db is a share of other points.*1-of-2.db",
+        read_folder,
+        tmp_path / "a",
+        error=StudyMismatchError,
+    )
 
 
 @pytest.mark.parametrize("content", [b"", b"no study", b"SQLite format 3\0 and nothing else"])
@@ -117,8 +131,14 @@ def test_a_study_is_written_at_once_and_never_over_another(study_file):
     assert bits(read(study_file)[1]) == bits(block(1, 10))
     study = begun(study_file)
     assert study.append(block(9, 4)) == 2
-    with pytest.raises(StudyAccessError, match="exists already and was left as it is"):
-        write_study(study_file, HEAD, block(1, 3))
+    refused(
+        "exists already and was left as it is",
+        write_study,
+        study_file,
+        HEAD,
+        block(1, 3),
+        error=StudyAccessError,
+    )
     assert bits(read(study_file)[1]) == bits(block(1, 12))
 
 

@@ -16,6 +16,7 @@ import pymoo_psi
 from pymoo_psi.errors import StudyLockedError
 from pymoo_psi.study import Study
 from tests.processes import LONG, until
+from tests.refusals import refused
 from tests.study.studies import HEAD, begun, bits, block, of_one_run, read, rows
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="these workers are forks")
@@ -98,8 +99,12 @@ def test_the_second_writer_is_told_who_owns_the_lock_or_waits(tmp_path, study_fi
         f"    Study({str(study_file)!r}).append(block(5, 4))\n"
     )
     assert until(ready.exists)
-    with pytest.raises(StudyLockedError, match="is being written by another process; waited 0 s"):
-        study.append(block(9, 4))
+    refused(
+        "is being written by another process; waited 0 s",
+        study.append,
+        block(9, 4),
+        error=StudyLockedError,
+    )
     began = time.monotonic()
     with (
         pytest.raises(StudyLockedError, match=r"waited 0.3 s"),

@@ -14,7 +14,7 @@ from pymoo.problems import get_problem
 
 from pymoo_psi import PSI, Recorded, Restricted, SurrogatePSI, TestTable, investigate
 from pymoo_psi.algorithms import RunOptions, import_tests
-from pymoo_psi.errors import EvaluationError, PsiError, StudyMismatchError
+from pymoo_psi.errors import EvaluationError, StudyMismatchError
 from pymoo_psi.problems import NamedProblem
 from pymoo_psi.study import Study
 from pymoo_psi.table import Layout, even_part, read_table, sensitivities
@@ -92,8 +92,14 @@ def test_the_number_of_a_test_says_its_run_and_its_point_however_runs_grow(model
     )
     last = investigate(model, 1, study=study, first=1_000_000)
     assert last.numbers.tolist() == [1_000_000]
-    with pytest.raises(PsiError, match="number of test points must be at most 1000000 for run 1"):
-        investigate(model, 1, study=study, first=1_000_001)
+    refused(
+        "number of test points must be at most 1000000 for run 1",
+        investigate,
+        model,
+        1,
+        study=study,
+        first=1_000_001,
+    )
 
 
 def test_more_points_continue_and_an_interrupted_run_is_finished_first(model, study):
@@ -141,8 +147,14 @@ def test_results_from_elsewhere_are_tests_of_a_study(model, study):
     again = investigate(Restricted(model, {"x1": 0.25, "x2": (0.5, 1)}), 1, study=study)
     assert again["f1"].tolist() == [1.0]  # as the table has it, not as the model would
     assert len(model.evaluated) == 4
-    with pytest.raises(PsiError, match="none named 'x2'; name the column that is x2"):
-        import_tests(model, results, RunOptions(study=study), {"f1": "time"})
+    refused(
+        "none named 'x2'; name the column that is x2",
+        import_tests,
+        model,
+        results,
+        RunOptions(study=study),
+        {"f1": "time"},
+    )
     refused(
         "did you mean 'x1'", import_tests, model, results, RunOptions(study=study), {"x11": "b"}
     )
@@ -180,6 +192,8 @@ def test_a_study_of_several_runs_is_written_and_read_without_a_change(model, stu
         assert read_table(tmp_path / name).equals(table), name
     assert investigate(model, 8, study=tmp_path / "copy.db").X.tolist() == table.X[:8].tolist()
     assert len(model.evaluated) == 15  # the corner of both is one design
+    twice = TestTable.combined({"a": table, "b": table})
+    refused("runs and test points .* different ones", twice.to_study, tmp_path / "twice.db")
 
 
 @pytest.mark.parametrize(
@@ -230,8 +244,13 @@ def test_tests_that_lack_an_output_with_a_limit_are_made_again_on_request_only(s
     assert (model.n_evaluated, table.feasible().sum()) == (0, 0)
     assert "Not known is mass of 4 tests" in table.remarks[0]
     X = table.X[:2]
-    with pytest.raises(EvaluationError, match="an output with a limit is not known"):
-        Recorded(model, study).evaluate(X, return_values_of=["F", "G"])
+    refused(
+        "an output with a limit is not known",
+        Recorded(model, study).evaluate,
+        X,
+        error=EvaluationError,
+        return_values_of=["F", "G"],
+    )
     assert model.n_evaluated == 0
     again = Recorded(model, study, retry="incomplete")
     np.testing.assert_array_equal(again.evaluate(X, return_values_of=["G"]), 2 * X - 3)
@@ -283,7 +302,11 @@ def test_no_run_turns_an_objective_while_another_writes(model, study):
     assert "StudyLockedError" in other.stderr
     assert Study(study).facts().head == head
     subprocess.run(command, cwd=ROOT, check=True)
-    with pytest.raises(StudyMismatchError, match="names or directions since this one began"):
-        writer.append(Study(study).contents()[1])
+    refused(
+        "names or directions since this one began",
+        writer.append,
+        Study(study).contents()[1],
+        error=StudyMismatchError,
+    )
     table = read_table(study)
     np.testing.assert_array_equal(table["f2"], -(1 - table["x1"] + table["x2"] ** 2))

@@ -165,11 +165,13 @@ def test_other_programs_read_a_study_without_us(study):
 def test_another_model_is_refused(study, head, said):
     study.append(block(1, 2))
     before = contents(Path(study.path).parent)
-    with pytest.raises(
-        StudyMismatchError,
-        match=f"belongs to another model: .*{said}.*. Give the name of another file",
-    ):
-        begun(study.path, head)
+    refused(
+        f"belongs to another model: .*{said}.*. Give the name of another file",
+        begun,
+        study.path,
+        head,
+        error=StudyMismatchError,
+    )
     assert contents(Path(study.path).parent) == before
 
 
@@ -198,11 +200,12 @@ def test_a_failed_test_is_replaced_by_its_repetition(study):
 
 def test_no_other_test_can_be_changed(study):
     study.append(block(1, 4, failed=[2]))
-    with pytest.raises(
-        ArgumentValueError,
-        match="got other values for test point 1 of run 1; use another file if the model has changed",
-    ):
-        study.append(block(1, 6, seed=1))
+    refused(
+        "got other values for test point 1 of run 1; use another file if the model has changed",
+        study.append,
+        block(1, 6, seed=1),
+        error=ArgumentValueError,
+    )
     assert bits(read(study.path)[1]) == bits(block(1, 4, failed=[2]))
 
 
@@ -262,5 +265,9 @@ def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
     assert study.append(block(4, 2) | {"heat": np.array([4.0, 5.0])}) == 1
     with_heat = block(1, 5) | {"heat": np.array([1.0, 2.0, 3.0, 4.0, 5.0])}
     assert bits(read(study.path)[1]) == bits(with_heat | {})
-    with pytest.raises(ArgumentValueError, match="other values for test point 2"):
-        study.append(with_heat | {"heat": np.array([1.0, 2.5, 3.0, 4.0, 5.0])})
+    refused(
+        "other values for test point 2",
+        study.append,
+        with_heat | {"heat": np.array([1.0, 2.5, 3.0, 4.0, 5.0])},
+        error=ArgumentValueError,
+    )

@@ -4,10 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-import pytest
 from pymoo.problems import get_problem
 
-from pymoo_psi import Formulation, PsiError, TestTable, investigate, rank_of_efficiency
+from pymoo_psi import Formulation, TestTable, investigate, rank_of_efficiency
 from pymoo_psi.table import Layout, read_table
 from tests.refusals import refused
 
@@ -79,7 +78,8 @@ def test_what_is_not_one_problem_is_refused():
     ]:
         refused(message, TestTable.combined, tables)
     named = TestTable.of([1], [[0.1]], [[1.0]], layout=Layout.of(["number"], 1))
-    with pytest.raises(
-        PsiError, match="an extra column must be .* named unlike other columns, got 'number'"
-    ):
-        TestTable.combined({"a": named})
+    refused(
+        "an extra column must be .* named unlike other columns, got 'number'",
+        TestTable.combined,
+        {"a": named},
+    )

@@ -36,9 +36,8 @@ class Records(FileFormat):
 
 
 @pytest.fixture
-def formats(tmp_path, monkeypatch):
+def formats(in_folder):
     """An empty folder, and the formats with a further one."""
-    monkeypatch.chdir(tmp_path)
     before = [*FORMATS]
     FORMATS.insert(0, Records())
     yield FORMATS

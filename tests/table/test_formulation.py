@@ -358,8 +358,11 @@ def test_units_of_a_decision_are_those_of_its_limits(tmp_path):
 def test_a_fixed_range_has_two_ends():
     table = TestTable.of([1, 2], [[0.1], [0.5]], [[1.0, 4.0], [2.0, 3.0]])
     for pair in ([1.0, 1.0], [0.0, None], [2.0, 1.0]):
-        with pytest.raises(PsiError, match="of two (different|finite) numbers|in increasing order"):
-            table.under(ranges={"f1": pair, "f2": [3.0, 4.0]})
+        refused(
+            "of two (different|finite) numbers|in increasing order",
+            table.under,
+            ranges={"f1": pair, "f2": [3.0, 4.0]},
+        )
     assert table.under(ranges={"f1": [0.0, 2.0], "f2": [3.0, 4.0]}).remarks == ()
 
 
@@ -414,8 +417,13 @@ def test_limits_on_texts(limits, kept, tmp_path):
     ],
 )
 def test_limits_on_texts_that_do_not_fit(limits, said):
-    with pytest.raises(ArgumentValueError, match=re.escape(said)):
-        read_table(OFFERS, Formulation(["price", "days"], limits=limits))
+    refused(
+        re.escape(said),
+        read_table,
+        OFFERS,
+        Formulation(["price", "days"], limits=limits),
+        error=ArgumentValueError,
+    )
 
 
 def test_limits_as_they_are_written_can_be_typed():

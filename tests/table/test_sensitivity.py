@@ -30,10 +30,10 @@ VARIANCE = A**2 / 8 + B * np.pi**4 / 5 + B**2 * np.pi**8 / 18 + 0.5
 ISHIGAMI = [0.5 * (1 + B * np.pi**4 / 5) ** 2 / VARIANCE, A**2 / 8 / VARIANCE, 0.0]
 
 
-def ishigami(n):
+def ishigami(n, side=1):
     x = np.pi * (2 * lp_tau(n, 3) - 1)
     y = np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0])
-    return table_of(x, y[:, None])
+    return table_of(side * x, y[:, None])
 
 
 def test_ishigami():
@@ -42,6 +42,8 @@ def test_ishigami():
     assert error.max() < 0.03
     assert (found["lower"] <= ISHIGAMI).all()
     assert (found["upper"] >= ISHIGAMI).all()
+    # the order of the values of a variable has no direction
+    np.testing.assert_allclose(sensitivities(ishigami(1024, side=-1)), found, atol=1e-9)
 
 
 def mixed(u):

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pymoo.optimize import minimize
@@ -161,6 +161,7 @@ def test_whatever_is_given_the_answer_is_a_table_or_a_message(X, F, numbers):
 
 @settings(deadline=None)  # the first example imports pandas
 @given(table=tables(), limits=limits_on_f1)
+@example(TestTable.of([1], [[0.0]], [[np.inf, 1.0]], [[1.0]]), {"f1": 1.0})  # it ran
 def test_costs_of_constraints_agree_with_the_oracle(table, limits):
     limited = table.under(limits=limits)
     costs = constraint_costs(limited)

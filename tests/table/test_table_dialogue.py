@@ -1,13 +1,13 @@
 """Histograms and refined boxes."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from pymoo_psi import TestTable, lp_tau
 from pymoo_psi.table import Layout, histogram
+from tests.refusals import refused
 
 ring = lp_tau(512, 2)
 RING = TestTable.of(
@@ -96,8 +96,12 @@ def test_the_refined_box_holds_the_feasible_set(limit, margin):
     limits = {"f1": limit}
     inside = RING.X[RING.under(limits=limits).feasible()]
     if len(inside) == 0:
-        with pytest.raises(ValueError, match="table must be one with a feasible design"):
-            RING.under(limits=limits).refined_bounds(margin=margin)
+        refused(
+            "table must be one with a feasible design",
+            RING.under(limits=limits).refined_bounds,
+            error=ValueError,
+            margin=margin,
+        )
         return
     lower, upper = RING.under(limits=limits).refined_bounds(margin=margin)
     tight = RING.under(limits=limits).refined_bounds()

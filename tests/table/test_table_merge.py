@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi import PsiError, TestTable, lp_tau
+from pymoo_psi import TestTable, lp_tau
 from pymoo_psi.table import Layout
 from tests.refusals import refused
 from tests.table.asked import freed
@@ -79,13 +79,17 @@ def test_results_of_one_design_agree_and_other_outputs_of_its_tests_are_joined()
     moved = replace(known, numbers=known.numbers + 8)
     assert len(whole.merge(moved)) == 8 + len(known)  # the same designs with the same results
     moved = replace(moved, F=known.F * 2)
-    with pytest.raises(
-        PsiError, match="got 1.0 and 2.0 as f1 of test point 2 and test point 10, the same design"
-    ):
-        whole.merge(moved)
+    refused(
+        "got 1.0 and 2.0 as f1 of test point 2 and test point 10, the same design",
+        whole.merge,
+        moved,
+    )
     named = replace(whole, layout=replace(LAYOUT, label="id"), extra={"id": list("abcdefgh")})
-    with pytest.raises(PsiError, match="got .* and 9.0 as f1 of a; do not join"):
-        named.rows([0]).merge(replace(named.rows([0]), F=[[9.0, 9.0]]))
+    refused(
+        "got .* and 9.0 as f1 of a; do not join",
+        named.rows([0]).merge,
+        replace(named.rows([0]), F=[[9.0, 9.0]]),
+    )
 
 
 def test_values_of_other_types_are_not_the_same():
