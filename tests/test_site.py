@@ -57,8 +57,17 @@ def site(tmp_path_factory):
     return folder, {path: Page(path) for path in paths}
 
 
-def test_every_link_leads_somewhere_and_nothing_is_loaded_from_the_network(site):
-    _, pages = site
+@pytest.fixture(scope="module")
+def folder(site):
+    return site[0]
+
+
+@pytest.fixture(scope="module")
+def pages(site):
+    return site[1]
+
+
+def test_every_link_leads_somewhere_and_nothing_is_loaded_from_the_network(pages):
     broken = []
     for path, page in pages.items():
         assert not [url for url in page.loaded if urlsplit(url).scheme in ("http", "https")], path
@@ -73,9 +82,8 @@ def test_every_link_leads_somewhere_and_nothing_is_loaded_from_the_network(site)
 
 
 @pytest.mark.parametrize("subpackage", sorted(SUBPACKAGES - {"guide"}))
-def test_every_public_name_is_in_the_reference(site, subpackage):
+def test_every_public_name_is_in_the_reference(folder, pages, subpackage):
     """Figures and classes of errors are among them."""
-    folder, pages = site
     module = import_module(f"pymoo_psi.{subpackage}")
     names = getattr(module, "__all__", None) or [
         name for name, item in vars(module).items() if inspect.isclass(item) and name[0] != "_"
@@ -84,8 +92,7 @@ def test_every_public_name_is_in_the_reference(site, subpackage):
     assert described <= pages[folder / "reference" / f"{subpackage}.html"].anchors
 
 
-def test_every_figure_is_in_the_gallery(site):
-    folder, pages = site
+def test_every_figure_is_in_the_gallery(folder, pages):
     links = set().union(*(pages[path].references for path in folder.glob("gallery/*.html")))
     for name in ("plots.paper_figures", "page.decision_page", "report.decision_report"):
         assert any(link.endswith(f"#pymoo_psi.{name}") for link in links), name
@@ -94,8 +101,7 @@ def test_every_figure_is_in_the_gallery(site):
             assert any(link.endswith(f"#pymoo_psi.plots.{name}") for link in links), name
 
 
-def test_every_command_and_option_is_in_the_reference(site):
-    folder, pages = site
+def test_every_command_and_option_is_in_the_reference(folder, pages):
     anchors = pages[folder / "reference" / "commands.html"].anchors
     for name, command in app.commands.items():
         assert f"pymoo-psi-{name}" in anchors
@@ -104,8 +110,7 @@ def test_every_command_and_option_is_in_the_reference(site):
                 assert f"cmdoption-pymoo-psi-{name}-{option.opts[0].lstrip('-')}" in anchors
 
 
-def test_every_key_of_a_file_is_in_the_reference(site):
-    folder, pages = site
+def test_every_key_of_a_file_is_in_the_reference(folder, pages):
     shown = set(re.findall(r'<span class="pre">([^<]*)</span>', pages[folder / "files.html"].text))
     example = Path(problems.__file__).with_name("program.toml").read_text("utf-8")
     sections = set(re.findall(r"^(\[\w+\])", example, re.M))

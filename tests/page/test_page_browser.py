@@ -256,8 +256,12 @@ def labels(frame, rows):
 # The verdict
 
 
-def test_it_opens_with_the_best_compromise_in_words(reader):
-    frame = beams()
+@pytest.fixture
+def frame():
+    return beams()
+
+
+def test_it_opens_with_the_best_compromise_in_words(reader, frame):
     ranking = rank_of_efficiency(minimised(frame))
     best = str(frame["number"][ranking.salukvadze[0]])
     assert reader.page.inner_text("h1") == "Beams <&> such"
@@ -318,8 +322,7 @@ def test_what_is_no_number_is_no_limit(reader):
     assert reader.field("mass [kg], at least").get_attribute("aria-invalid") == "false"
 
 
-def test_categories_and_dominated_designs_are_ticked(reader):
-    frame = beams()
+def test_categories_and_dominated_designs_are_ticked(reader, frame):
     reader.click(reader.field("steel"))
     rows = np.flatnonzero(frame["material"] != "steel")
     ranking = rank_of_efficiency(minimised(frame).iloc[rows])
@@ -625,8 +628,7 @@ def test_relaxing_and_fixed_ranges(reader, tmp_path):
 # Charts and selections
 
 
-def test_a_box_sets_the_limits_of_both_columns(reader):
-    frame = beams()
+def test_a_box_sets_the_limits_of_both_columns(reader, frame):
     reader.brush("#scatter-a .plot", (0.35, 0.2), (0.7, 0.6))
     limits = reader.state["limits"]
     assert set(limits) == set(OBJECTIVES[:2])
@@ -755,8 +757,7 @@ def test_the_table_sorts_and_holds_only_rows_in_view(reader):
     assert reader.page.get_attribute("#table", "aria-rowcount") == str(len(reader.shown) + 1)
 
 
-def test_a_search_finds_designs_that_are_not_shown(reader):
-    frame = beams()
+def test_a_search_finds_designs_that_are_not_shown(reader, frame):
     row = reader.ask("D.data.whole.pareto.indexOf(0)")
     name = reader.ask(f"D.data.names[{row}]")
     reader.page.fill("#search", name)

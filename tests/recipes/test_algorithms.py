@@ -95,6 +95,11 @@ def make(request):
 
 
 @cache
+@pytest.fixture
+def algorithm(make):
+    return make()
+
+
 def table_of(make, problem=BNH):
     return minimize(problem, make(), seed=1).algorithm.table
 
@@ -102,8 +107,7 @@ def table_of(make, problem=BNH):
 # interface/minimize, interface/result, algorithms/usage
 
 
-def test_a_run_leaves_the_algorithm_as_it_is_and_a_seed_repeats_it(make):
-    algorithm = make()
+def test_a_run_leaves_the_algorithm_as_it_is_and_a_seed_repeats_it(make, algorithm):
     first, second = minimize(BNH, algorithm, seed=1), minimize(BNH, algorithm, seed=1)
     assert (algorithm.problem, algorithm.n_tested) == (None, 0)
     assert first.algorithm.table.equals(second.algorithm.table)
@@ -112,8 +116,7 @@ def test_a_run_leaves_the_algorithm_as_it_is_and_a_seed_repeats_it(make):
     np.testing.assert_array_equal(first.F, first.opt.get("F"))
 
 
-def test_the_next_function(make):
-    algorithm = make()
+def test_the_next_function(make, algorithm):
     algorithm.setup(BNH, seed=1, verbose=False)
     evaluated = []
     while algorithm.has_next():
@@ -124,8 +127,7 @@ def test_the_next_function(make):
     assert len(algorithm.result().pop) == N
 
 
-def test_asking_and_telling(make):
-    algorithm = make()
+def test_asking_and_telling(make, algorithm):
     algorithm.setup(BNH, seed=1)
     while algorithm.has_next():
         population = algorithm.ask()
@@ -138,10 +140,9 @@ def test_asking_and_telling(make):
     assert algorithm.table.equals(table_of(make))
 
 
-def test_asking_and_telling_without_the_problem(make):
+def test_asking_and_telling_without_the_problem(make, algorithm):
     """The user evaluates, the loop decides on the end, and an evaluator takes the values in."""
     problem = Problem(n_var=2, n_obj=2, n_ieq_constr=2, xl=BNH.xl, xu=BNH.xu)
-    algorithm = make()
     algorithm.setup(problem, termination=NoTermination(), seed=1)
     for _ in range(ITERATIONS):
         population = algorithm.ask()
@@ -244,8 +245,7 @@ def test_terminations(make, termination, iterations):
 @pytest.mark.parametrize(
     ("before", "after"), [(1, ("n_gen", 20)), (2, ("n_eval", 10**6)), (9, ("n_gen", 20))]
 )
-def test_checkpoints_of_functional_runs(make, before, after):
-    algorithm = make()
+def test_checkpoints_of_functional_runs(make, algorithm, before, after):
     minimize(BNH, algorithm, ("n_gen", before), seed=1, copy_algorithm=False)
     checkpoint = dill.loads(dill.dumps(algorithm))
     checkpoint.termination = (

@@ -236,9 +236,7 @@ def test_a_study_is_a_name(study, monkeypatch):
 # Outputs, which tests bring
 
 
-def test_outputs_that_appear_later_are_nan_for_earlier_tests(tmp_path):
-    study = Study(tmp_path / "study.db")
-    study.begin(HEAD)
+def test_outputs_that_appear_later_are_nan_for_earlier_tests(study):
     study.append(block(1, 3))
     heat, noise = np.array([1.5, np.nan]), np.array([-0.0, 2.0, np.inf])
     study.append(block(4, 2) | {"heat": heat})
@@ -252,9 +250,7 @@ def test_outputs_that_appear_later_are_nan_for_earlier_tests(tmp_path):
         assert bits({name: columns[name]}) == bits({name: wanted})
 
 
-def test_a_test_with_an_output_more_or_less_is_the_same_test(tmp_path):
-    study = Study(tmp_path / "study.db")
-    study.begin(HEAD)
+def test_a_test_with_an_output_more_or_less_is_the_same_test(study):
     with_heat = block(1, 3) | {"heat": np.array([1.0, 2.0, 3.0])}
     study.append(with_heat)
     assert study.append(block(1, 3)) == 0
