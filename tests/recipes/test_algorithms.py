@@ -94,12 +94,12 @@ def make(request):
     return ALGORITHMS[request.param]
 
 
-@cache
 @pytest.fixture
 def algorithm(make):
     return make()
 
 
+@cache
 def table_of(make, problem=BNH):
     return minimize(problem, make(), seed=1).algorithm.table
 
