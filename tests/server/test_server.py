@@ -20,7 +20,7 @@ from pymoo.core.problem import ElementwiseProblem
 from pymoo.optimize import minimize
 from pymoo.problems import get_problem
 
-from pymoo_psi import Recorded, investigate, live, read_table
+from pymoo_psi import Recorded, SurrogatePSI, investigate, live, read_table
 from pymoo_psi.study import Study
 from tests.page.test_page_browser import browser  # noqa: F401
 from tests.processes import LONG, posix, until
@@ -244,6 +244,34 @@ def test_a_run_answers_in_the_study(study_file):
     assert more["answer"] == "17 tests in all"
     # The same call goes on as before.
     assert len(table) == len(investigate(get_problem("bnh"), 9, study=study_file)) == 17
+
+
+class Extending(ElementwiseProblem):
+    """A model; somebody asks for six more tests during evaluation 22, the last of the run."""
+
+    def __init__(self, study):
+        super().__init__(n_var=2, n_obj=2, xl=0, xu=1)
+        self._study = study
+        self._n_evaluated = 0
+
+    def _evaluate(self, x, out, *args, **kwargs):
+        self._n_evaluated += 1
+        if self._n_evaluated == 22 and self._study is not None:
+            with Study(self._study).changes() as database:
+                database.steer({"name": "Bo", "action": "more", "count": 6})
+            time.sleep(0.6)  # requests are read twice a second
+        out["F"] = [x[0], 1 - x[0] + x[1]]
+
+
+def test_a_round_that_was_cut_off_is_tested_when_there_are_more_tests(study_file):
+    def table(n_evaluations, study=None):
+        search = SurrogatePSI(n_evaluations, n_points=20, batch=4, study=study)
+        return minimize(Extending(study), search, seed=1).algorithm.table
+
+    extended = table(22, study_file)
+    alone = table(28)
+    np.testing.assert_array_equal(extended.numbers, alone.numbers)
+    np.testing.assert_array_equal(extended.X, alone.X)
 
 
 class Stopping(ElementwiseProblem):

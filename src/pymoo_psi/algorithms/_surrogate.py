@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
 from dataclasses import replace
+from functools import cached_property
 from functools import partial
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -218,12 +219,13 @@ class _Log:
 
     def __init__(self, store: Store) -> None:
         self._store = store
-        self._stored: list[Proposal] | None = None  # read when the first round is due
+
+    @cached_property
+    def _stored(self) -> list[Proposal]:  # read when the first round is due
+        return self._store.proposals()
 
     def of_round(self, round_number: int) -> Array:
-        """Return the ``(n, d)`` points of a round as the study had it; none if it had none."""
-        if self._stored is None:
-            self._stored = self._store.proposals()
+        """Return the ``(n, d)`` points of a round that is stored; none of another one."""
         return _points_of(self._stored, round_number)
 
     def add(
@@ -243,7 +245,9 @@ class _Log:
         for number, point in enumerate(points.tolist(), first):
             entries = {"point": point} | content
             proposals.append(Proposal(number, round_number, "surrogates", entries))
-        return _points_of(self._store.propose(proposals), round_number)
+        stored = self._store.propose(proposals)
+        self._stored.extend(stored)
+        return _points_of(stored, round_number)
 
 
 def _points_of(proposals: Sequence[Proposal], round_number: int) -> Array:
@@ -451,21 +455,31 @@ class SurrogateSource(Source):
         if self.n_left == 0 or not is_due:
             return Points.none()
         first = int(self._points.numbers.max(initial=0)) + 1
-        round_number = len(self._ends)
-        points = self._log.of_round(round_number)
-        if len(points) == 0:
-            if self._round is None:
-                self._round = self._started_round(pending)
-            if not self._round.points.done():
+        n_cut_off = self._ends[-1] - len(self._points)
+        if n_cut_off:  # the last round was longer than the run, which has got more points
+            round_number = len(self._ends) - 1
+            points = self._log.of_round(round_number)[-n_cut_off:]
+        else:
+            round_number = len(self._ends)
+            points = self._next_round(round_number, first, pending)
+            if len(points) == 0:
                 return Points.none()
-            points = self._finished_round(self._round, first)
-        if len(points) == 0:
-            return Points.none()
-        self._ends.append(len(self._points) + len(points))
+            self._ends.append(len(self._points) + len(points))
         points = points[: self.n_left]
         numbers = first + np.arange(len(points))
         rounds = np.full(len(points), float(round_number))
         return Points(numbers, points.shape[1], points, rounds)
+
+    def _next_round(self, round_number: int, first: int, pending: Points) -> Array:
+        """Return the ``(n, d)`` points of the next round; none while it is being made."""
+        points = self._log.of_round(round_number)
+        if len(points):
+            return points
+        if self._round is None:
+            self._round = self._started_round(pending)
+        if not self._round.points.done():
+            return points
+        return self._finished_round(self._round, first)
 
     def _started_round(self, pending: Points) -> _Round:
         """Begin the next round; return it when it is made, or at once if it is asynchronous."""
