@@ -417,10 +417,11 @@ def test_limits_on_texts(limits, kept, tmp_path):
     ],
 )
 def test_limits_on_texts_that_do_not_fit(limits, said):
-    def read():
-        return read_table(OFFERS, Formulation(["price", "days"], limits=limits))
-
-    refused(re.escape(said), read, error=ArgumentValueError)
+    refused(
+        re.escape(said),
+        lambda: read_table(OFFERS, Formulation(["price", "days"], limits=limits)),
+        error=ArgumentValueError,
+    )
 
 
 def test_limits_as_they_are_written_can_be_typed():
