@@ -232,8 +232,10 @@ def test_outputs(make, output, problem, column, capsys):
     ids=lambda value: value if isinstance(value, int) else type(value).__name__,
 )
 def test_terminations(make, termination, iterations):
-    result = minimize(BNH, make(), copy.deepcopy(termination), seed=1, pf=BNH.pareto_front())
-    assert len(result.algorithm._blocks) == iterations
+    calls = []
+    options = {"pf": BNH.pareto_front(), "callback": calls.append}
+    result = minimize(BNH, make(), copy.deepcopy(termination), seed=1, **options)
+    assert len(calls) == iterations
     table = result.algorithm.table
     assert result.opt.get("test_point").tolist() == table.numbers[table.pareto()].tolist()
     assert table_of(make).rows(np.arange(len(table))).equals(table)
