@@ -39,7 +39,8 @@ def formats():
 
 @pytest.mark.usefixtures("formats")
 @pytest.mark.parametrize("title", TEXTS)
-def test_each_text_runs_alone_as_printed(title, monkeypatch, capsys, in_folder):
+def test_each_text_runs_alone_as_printed(title, monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)  # this file runs without the fixtures of the others, too
     monkeypatch.setenv("COLUMNS", "200")
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     monkeypatch.setenv("DASK_LOGGING__DISTRIBUTED", "error")  # workers of a busy machine end late
@@ -123,7 +124,8 @@ def test_the_citation_is_that_of_the_file_and_of_this_version(capsys):
         assert title in " ".join(entries.split())
 
 
-def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch, in_folder):
+def test_guides_are_listed_printed_and_opened(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert main(["guide"]) == 0
     listed = {line.split()[0] for line in capsys.readouterr().out.splitlines()[:-1]}
     assert listed == set(GUIDES) - {"index"}
