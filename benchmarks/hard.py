@@ -76,7 +76,7 @@ class Spring(ElementwiseProblem):
         stress = 8 * wahl * 1000.0 * coil / (np.pi * wire**3)
         out["F"] = [0.25 * np.pi**2 * wire**2 * coil * (turns + 2), stress]
         out["G"] = [
-            min(free / 14.0 - 1, 10.0),
+            min(free / 14.0 - 1, 10.0),  # soft springs are longer by orders of magnitude
             1 - wire / 0.2,
             (wire + coil) / 3.0 - 1,
             1 - index / 3.0,

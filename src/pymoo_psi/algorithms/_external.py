@@ -432,7 +432,8 @@ def _read(cells: Any, column: Any, kind: Kind, choices: Names | None) -> list[An
         elif kind is Kind.BINARY:
             value = _TRUTH_VALUES[known_name(place, value.lower(), _TRUTH_VALUES)]
         elif choices is not None:
-            known_name(place, str(*choice_values([value])), choices)
+            (option,) = choice_values([value])
+            known_name(place, str(option), choices)
         elif kind is not Kind.CHOICE:
             value = column.require_numbers()[i].item()
             if not math.isfinite(value) or (kind is Kind.INTEGER and value % 1):

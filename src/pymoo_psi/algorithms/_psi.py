@@ -312,10 +312,8 @@ class PointAlgorithm(WithTable, Algorithm):
         n_known = len(self._population)
         if n_known < self.n_tested:
             block = self._individuals(self._tests.rows(np.arange(n_known, self.n_tested)))
-            iterations = np.repeat(np.arange(1, len(self._block_sizes) + 1), self._block_sizes)[
-                n_known:
-            ]
-            for individual, iteration in zip(block, iterations.tolist(), strict=True):
+            iterations = np.repeat(np.arange(1, len(self._block_sizes) + 1), self._block_sizes)
+            for individual, iteration in zip(block, iterations[n_known:].tolist(), strict=True):
                 individual.data["n_gen"] = iteration
                 individual.data["n_iter"] = iteration
             self._population = Population.merge(self._population, block).view(_Designs)
@@ -528,7 +526,8 @@ def investigate(
 
 def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
-    kept = BlockFilter(keep, run.model)  # again, where workers have done so: it takes no time
+    # Workers may have filtered their tests already; then it takes hardly any time.
+    block_filter = BlockFilter(keep, run.model)
     n_tested = 0
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -537,7 +536,7 @@ def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) ->
         closing(run.tests()) as blocks,
     ):
         for block in blocks:
-            tables.append(kept(block.tests))
+            tables.append(block_filter(block.tests))
             n_tested += len(block.numbers)
             show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))

@@ -23,9 +23,9 @@ _LOG_NOISE = (np.log(1e-6), np.log(1e-1))
 # the process is a straight line.
 _LOG_LENGTH = (np.log(0.03), np.log(100.0))
 _LOG_TREND_BOUNDS = (-12.0, 6.0)
-# Bounds for the bend of a variable, and its prior standard deviation with so many variables or
-# fewer. It decreases with the square of their number, as few tests of many variables say little
-# about bends: with 20 variables, WFG5 lost by a spread of 0.2.
+# Bounds for the bend of a variable, and its prior standard deviation with up to _FEW_BENDS
+# variables. With more it decreases by the square of their number, as few tests of many variables
+# say little about bends: with 20 variables, WFG5 lost by a deviation of 0.2.
 _BENDS = (-6.0, 6.0)
 _BEND_SPREAD = 0.5
 _FEW_BENDS = 8
@@ -51,7 +51,7 @@ _LOG_TREND = -2.0
 _MOST = 256
 _STEPS = 40  # of L-BFGS-B, at most
 _LEAST_VARIANCE = 1e-12
-_LEAST_RATE = 1e-4
+_LEAST_RATE = 1e-4  # of a bend; with it, a variable is bent by 1e-5 of its width
 _NEARLY_ONE = 1 - 1e-12  # a value far out on a reciprocal scale
 _NOT_REGULAR = 1e10  # the loss for lengths whose covariance matrix is not positive definite
 

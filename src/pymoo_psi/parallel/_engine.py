@@ -364,9 +364,8 @@ def _identity(runner: Runner, function: Any, pickled: bytes) -> tuple[str, bytes
     """Return by what runs know that they may share workers; see :class:`Work`.
 
     A worker may keep what a module has read from a file that the fingerprint of the function's
-    ``problem`` includes. A
-    class of the main module is sent by value: whatever of its last version is left in a worker, a
-    call that is not of the same runner must not meet it.
+    ``problem`` includes. A class of the main module is sent by value: whatever of its last version
+    is left in a worker, a call that is not of the same runner must not meet it.
     """
     fingerprint = getattr(getattr(function, "problem", None), "fingerprint", None)
     parameters = None

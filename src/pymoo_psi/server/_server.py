@@ -121,9 +121,8 @@ class GrowingStudy:
 
     def page(self) -> str:
         """Return the page, which may lack the last tests; empty without a feasible design."""
-        edition = (
-            self.edition
-        )  # first, as the tests may be those of the next one: it is loaded anew
+        # The edition first: if the tests are those of the next one, the page is loaded anew.
+        edition = self.edition
         tests = self.tests
         text = self._pages.get(edition, "")
         designs = designs_of_page(tests)
