@@ -86,7 +86,7 @@ def test_metadata_of_others_stay_and_are_found_before_the_run(folder, said):
     assert (folder / "t.csv").read_text() == FRONT
 
 
-def test_a_ranking_comes_back_and_without_its_metadata_is_any_csv(said, tmp_path):
+def test_a_ranking_comes_back_and_without_its_metadata_is_refused(said, tmp_path):
     frame = pd.DataFrame({"name": ["A", "#B", "C", "D"], "a": [1, 2, 3, 4], "b": [1, 2, 3, 5]})
     frame.to_excel("set.xlsx", index=False)
     words = ["--maximize", "b", "--units", "a=µg"]
@@ -97,12 +97,9 @@ def test_a_ranking_comes_back_and_without_its_metadata_is_any_csv(said, tmp_path
     assert (table.layout.maximize, table.layout.units) == (("b",), {"a": "µg"})
     assert read_table("o.csv", skip_rows=[3]).names == [*table.names[:1], *table.names[2:]]
     (tmp_path / "o.csv-metadata.json").unlink()
-    remark = (
-        "o.csv-metadata.json, which says the directions, is not there: all objectives are "
-        "minimized unless --maximize says otherwise."
-    )
-    assert remark in said("rank", "o.csv")
-    assert remark not in said("rank", "o.csv", "--maximize", "b")
+    refusal = "it is without o.csv-metadata.json, which says what the columns are; put it beside"
+    assert refusal in said("rank", "o.csv", code=2)
+    said("rank", "o.csv", "--objectives", "a [µg],b", "--maximize", "b")
 
 
 def test_exported_texts_are_no_formulas(said, tmp_path):

@@ -115,8 +115,7 @@ FILES = {
     "a sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,9\n", {}, "line 5. is the sum of all others, so"),
     "no sum of two": ("a,b\n1,4\n2,3\n3,7\n", {}, {"a": [1, 2, 3], "b": [4, 3, 7]}),
     "no sum without any names": ("a,b\n1,4\n2,3\n4,2\n7,8\n", {}, {"a": [1, 2, 4, 7], "b": [4, 3, 2, 8]}),
-    "a design of a ranking called Best": ("m,a,b,mu1,mu2,mu3,rank,pareto\nBest,1,1,0,0,0,6,True\nA,1,2,1,1,1,0,False\nB,2,1,1,1,1,0,False\n", {}, {"a": [1, 1, 2], "b": [1, 2, 1]}),
-    "a sum below a ranking": ("m,a,b,mu1,mu2,mu3,rank,pareto\nA,1,4,0,0,0,6,True\nB,2,3,1,1,1,0,False\nTotal,3,7,1,1,1,6,\n", {}, "'Total', so that it may"),
+    "a sum below a ranking": ("m,a,b,mu1,mu2,mu3,rank,pareto\nA,1,4,0,0,0,6,True\nB,2,3,1,1,1,0,False\nTotal,3,7,1,1,1,6,\n", {"objectives": ["a", "b"]}, "'Total', so that it may"),
     "levels called min and max": ("a,b,speed\n1,4,min\n3,6,max\n2,5,min\n4,7,max\n", {}, {"a": [1, 3, 2, 4], "b": [4, 6, 5, 7]}),
     # Titles, units, comments, headers
     "a comment among designs": ("m,a,b\nA,1,2\n# mended,,\nC,3,0\n", {}, {"a": [1, 3], "b": [2, 0]}),
@@ -138,9 +137,8 @@ FILES = {
     "shares in per cent": (workbook([["a", "b"], [0.57, 2], [0.9, 1]], edit=in_per_cent("A2", "A3")), {}, "'57 %' in the column 'a', no plain number"),
     "a stray cell far away": (workbook([["a", "b"], [1, 2]], edit=lambda sheet: sheet.cell(1000, 16384, "x")), {}, "row 1 .line 2. alone has no name"),
     "a range of ten million merged cells": (inserted(SHEET, b"<pageMargins", MERGED), {}, COST),
-    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4)), {}, "hides 1 row; .* --skip-rows 4"),
-    "hidden rows left out": (workbook([["t"], *TYPED, [7, 7]], edit=hide("row_dimensions", 5, 20)), {"skip_rows": [1, 5]}, COST),
-    "hidden columns": (workbook([["n", "a", "b"], ["A", 1, 7], ["B", 2, 8]], edit=hide("column_dimensions", "B", "Z")), {}, "hides the columns B; show or delete them"),
+    "hidden rows": (workbook([*TYPED, [7, 7]], edit=hide("row_dimensions", 4)), {}, "hides rows or columns; show or delete them"),
+    "hidden columns": (workbook([["n", "a", "b"], ["A", 1, 7], ["B", 2, 8]], edit=hide("column_dimensions", "B")), {}, "hides rows or columns; show or delete them"),
     "a workbook of two sheets": (workbook([["a"], [1]], [["b"], [2]]), {}, "2 sheets: S0, S1"),
     "a sheet of two": (workbook([["a", "b"], [1, 2]], TYPED), {"sheet": "S1"}, COST),
     # What else a file may be
@@ -187,12 +185,7 @@ def test_a_file_is_read_right_or_refused(read, name):
     [
         (",cost,mass\n0,1.5,30\n1,2,3\n", ("cost", "mass"), "index"),
         ("cost,mass,ID,remark\n1.5,30,7,a\n2,3,8,b\n", ("cost", "mass"), "ID"),
-        ("cost,mass,mu1,mu2,mu3,rank,pareto\n1.5,30,1,1,1,6,True\n", ("cost", "mass"), "row"),
-        (
-            "place,cost,mass,mu1,mu2,mu3,efficiency_rank\n1,1.5,30,1,1,1,6\n",
-            ("cost", "mass"),
-            "row",
-        ),
+        ("cost,mass,mu1,mu2,rank,pareto\n1.5,30,1,1,6,True\n", ("cost", "mass"), "row"),
         ("place,cost,mass\nBonn,1.5,30\nUlm,2,3\n", ("cost", "mass"), "place"),
         ("mass,f1,cost\n30,1.5,1.5\n3,2,2\n", ("mass", "f1", "cost"), "row"),
         ("row,Variante,a,b\n2,V2,2,1\n1,V1,1,4\n", ("a", "b"), "Variante"),
@@ -209,8 +202,8 @@ def test_labels_and_rankings_are_no_objectives(read, text, expected, label):
 
 
 def test_names_tell_objectives_from_variables(read):
-    columns = "test_point,x1,x2,f1,f2,g1,mu1,mu2,mu3,rank,pareto\n"
-    text = columns + "4,2,0.5,4,5,6,7,8,9,6,True\n9,3,0.5,4,5,6,7,8,9,6,True\n"
+    columns = "test_point,x1,x2,f1,f2,g1,mu1,mu2,rank,pareto\n"
+    text = columns + "4,2,0.5,4,5,6,7,8,6,True\n9,3,0.5,4,5,6,7,8,6,True\n"
     table = read(text)
     layout = table.layout
     assert (layout.objectives, layout.variables) == (("f1", "f2"), ("x1", "x2"))
@@ -266,7 +259,7 @@ def test_prototypes_of_an_export_are_no_designs(read, rank):
         "5,1,2,0,0,0,6,Salukvadze optimum\n7,2,1,1,1,1,0,\n8,3,3,1,1,1,0,dominated\n"
     )
     for label in ("number", "test_point"):
-        table = read(text.replace("number", label))
+        table = read(text.replace("number", label), Formulation(["f1", "f2"]))
         assert table.F.tolist() == [[1, 2], [2, 1], [3, 3]]
         assert table.names[0] == f"{label.replace('_', ' ')} 5"
 

@@ -19,6 +19,7 @@ The notation of a column is found by the first of these rules that applies:
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Collection, Sequence
@@ -144,6 +145,7 @@ class Column(NamedTuple):
         numbers: ``(n,)`` numbers, NaN where a cell is blank; ``None`` if the column has others.
         decimal: The decimal mark with which they were read.
         problem: Why a column that may hold numbers cannot be read, and what to do; else empty.
+        is_label: Whether it names or numbers designs.
     """
 
     name: str
@@ -151,6 +153,13 @@ class Column(NamedTuple):
     numbers: Array | None = None
     decimal: str = "."
     problem: str = ""
+    is_label: bool = False
+
+    def has_numbers(self) -> bool:
+        """Say whether it is a column of numbers; if that is not certain, it is refused."""
+        if self.problem or all(map(is_blank, self.cells)):
+            self.require_numbers()
+        return self.numbers is not None
 
     def require_numbers(self) -> Array:
         """Return the ``(n,)`` numbers.
@@ -304,60 +313,54 @@ def read_columns(
         labels: Columns that name designs. A design called 1.2 says nothing about decimals.
     """
     notations = _notations(decimal, thousands)
-    readings = {}
+    readings: dict[str, _Readings] = {}
     certain = set()
     for name, column in cells.columns.items():
         plain = list(map(_plain, column))
-        readings[name] = {n.decimal: list(map(n.number, plain)) for n in notations}
+        readings[name] = {}
+        for mark, notation in notations.items():
+            readings[name][mark] = [_number(cell, mark, notation) for cell in plain]
         marks = _possible_marks(readings[name])
         if len(marks) == 1 and name not in labels:
             certain.add(marks[0])
-    return {name: _column(cells, name, readings[name], certain) for name in readings}
+    columns = {}
+    for name in readings:
+        numbers = _column(cells, name, readings[name], certain)
+        columns[name] = numbers._replace(is_label=name in labels)
+    return columns
 
 
-class _Notation(NamedTuple):
-    """How numbers with one decimal mark are written, and the translation to Python's."""
-
-    decimal: str
-    pattern: re.Pattern[str]
-    translation: dict[int, str]
-
-    def number(self, cell: Any) -> float | None:
-        """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
-        if isinstance(cell, str):
-            if len(cell) <= _LONGEST and self.pattern.fullmatch(cell):
-                return float(cell.translate(self.translation))
-        elif is_number(cell):
-            return float(str(cell))  # infinite for an integer beyond float64
-        if is_blank(cell):
-            return np.nan
-        return None
-
-
-def _notations(decimal: str | None, thousands: str | None) -> list[_Notation]:
-    """Return the notations that the decimal mark and the mark between thousands allow."""
+def _notations(decimal: str | None, thousands: str | None) -> dict[str, re.Pattern[str]]:
+    """Return how numbers may be written, by the decimal marks that a user leaves open."""
     if decimal not in (None, ".", ","):
         raise invalid("decimal", "'.' or ','", decimal)
     if thousands not in (None, ".", ",", " ", "'") or thousands == (decimal or ""):
         raise invalid("thousands", "'.', ',', ' ' or \"'\", and not the decimal mark", thousands)
-    if decimal is None and thousands in _OTHER:
-        decimal = _OTHER[thousands]
-    return [_notation(mark, thousands) for mark in decimal or ".,"]
+    notations = {}
+    for mark, other in _OTHER.items():
+        if mark == thousands or decimal == other:
+            continue
+        gaps = other + "".join(_GAPS.values())
+        if thousands is not None:
+            gaps = _GAPS.get(thousands, thousands)
+        # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
+        group = rf"(?P<gap>[{gaps}])[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*"
+        grouped = rf"[1-9][0-9]{{0,2}}{group}(?:[{mark}][0-9]*)?"
+        plain = rf"(?:[0-9]+(?:[{mark}][0-9]*)?|[{mark}][0-9]+)(?:e[+-]?[0-9]+)?"
+        notations[mark] = re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity)", re.IGNORECASE)
+    return notations
 
 
-def _notation(decimal: str, thousands: str | None) -> _Notation:
-    if thousands is None:
-        gaps = _OTHER[decimal] + "".join(_GAPS.values())
-    else:
-        gaps = _GAPS.get(thousands, thousands)
-    mark = re.escape(decimal)
-    # The same gap divides all groups of a number; nobody groups digits in front of an exponent.
-    group = rf"(?P<gap>[{gaps}])[0-9]{{3}}(?:(?P=gap)[0-9]{{3}})*"
-    grouped = rf"[1-9][0-9]{{0,2}}{group}(?:{mark}[0-9]*)?"
-    plain = rf"(?:[0-9]+(?:{mark}[0-9]*)?|{mark}[0-9]+)(?:[eE][+-]?[0-9]+)?"
-    pattern = re.compile(rf"[+-]?(?:{grouped}|{plain}|inf|infinity|∞)", re.IGNORECASE)
-    translation = dict.fromkeys(gaps, "") | {decimal: ".", "∞": "inf"}
-    return _Notation(decimal, pattern, str.maketrans(translation))
+def _number(cell: Any, mark: str, notation: re.Pattern[str]) -> float | None:
+    """Return the number in a cell, NaN if it is blank, ``None`` if it holds anything else."""
+    if isinstance(cell, str):
+        if len(cell) <= _LONGEST and notation.fullmatch(cell):
+            return float(re.sub(rf"[^\w+{mark}-]", "", cell).replace(mark, "."))
+    elif is_number(cell):
+        return float(str(cell))  # infinite for an integer beyond float64
+    if is_blank(cell):
+        return np.nan
+    return None
 
 
 def _possible_marks(readings: _Readings) -> list[str]:
@@ -375,8 +378,8 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
     is_known = ~np.isnan(numbers)
     if not is_known.any():
         return Column(name, column)
-    rows = np.flatnonzero(is_known & (numbers != readings[marks[-1]])).tolist()
-    if not rows:
+    rows = np.flatnonzero(is_known & (numbers != readings[marks[-1]]))
+    if len(rows) == 0:
         return Column(name, column, numbers, marks[0])
     # A number that may be read in two ways has one mark, which may be the decimal mark: so it is
     # if all certain columns agree, or else if a program printed the numbers.
@@ -394,13 +397,11 @@ def _column(cells: Cells, name: str, readings: _Readings, certain: set[str]) -> 
 def _problem_of_texts(cells: Cells, name: str, readings: _Readings) -> str:
     """Return what is wrong with a column that no notation can read; empty if it is one of texts."""
     numbers = min(readings.values(), key=lambda numbers: numbers.count(None))
+    has_numbers = not np.isnan(np.array(numbers, dtype=np.float64)).all()  # None is NaN there
     texts = {}
-    has_numbers = False
     for row, number in enumerate(numbers):
         if number is None:
             texts[row] = str(cells.columns[name][row]).strip()
-        elif number == number:
-            has_numbers = True
     # Numbers of one unit, such as 5 k Euro, or texts? One number alone would rank nothing.
     units = {_LEADING.sub("", text, count=1) for text in texts.values()}
     has_one_unit = len(units) == 1 < len({*texts.values()})
@@ -434,22 +435,23 @@ def require_designs(cells: Cells, columns: Collection[Column]) -> None:
     """
     problems: dict[int, str] = {}
     for name, column in cells.columns.items():
-        if name != cells.label and len({*map(str, column)}) < len(column):
+        texts = [str(cell).strip() for cell in column]
+        if name != cells.label and len({*texts}) < len(texts):
             continue  # a variable may have the levels min and max
-        for i, cell in enumerate(column):
-            if isinstance(cell, str) and _SUMMARY.fullmatch(cell.strip()):
-                problems[i] = f"is called {cell.strip()!r:.40}"
-    numbers = np.array([column.numbers for column in columns if column.numbers is not None])
+        for i, text in enumerate(texts):
+            if _SUMMARY.fullmatch(text):
+                problems[i] = f"is called {text!r:.40}"
+    last = len(cells.rows) - 1
+    numbers = [column.numbers for column in columns if column.numbers is not None]
     if cells.label in cells.columns:
         blanks = [i for i, cell in enumerate(cells.columns[cells.label]) if is_blank(cell)]
         if len(blanks) == 1:
             problems[blanks[0]] = "alone has no name"
-    elif len(numbers) > 1 and len(cells.rows) > 3:
-        above = np.nan_to_num(numbers[:, :-1], posinf=0.0, neginf=0.0)
-        with np.errstate(over="ignore"):
-            is_sum = np.isclose(above.sum(axis=1), numbers[:, -1], rtol=1e-9, atol=0)
-        if is_sum.all() and above.any(axis=1).all():
-            problems[len(cells.rows) - 1] = "is the sum of all others"
+    elif len(numbers) > 1 and last > 2:
+        sums = [sum(filter(math.isfinite, column[:-1].tolist())) for column in numbers]
+        lasts = [column[-1] for column in numbers]
+        if all(sums) and np.allclose(sums, lasts, rtol=1e-9, atol=0):
+            problems[last] = "is the sum of all others"
     if problems:
         first = min(problems)
         lines = ",".join(str(cells.line(i)) for i in sorted(problems))

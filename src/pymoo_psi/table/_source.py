@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import compress
 from os import PathLike
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -60,8 +60,9 @@ from pymoo_psi.table._tests import STATUSES
 # designs say better. Not "no", which is also an exhaust gas.
 _NAMING = ("test_point", "number", "label", "name", "id", "design")
 _LABELS = (*_NAMING, "row", "index", "nr", "nr.", "no.", "nummer", "#", "unnamed: 0")
-# Columns that follow from other columns.
-_DERIVED = (*RANKING_NAMES, "status", "violated", "reason")
+# Columns that follow from other columns; a place may be a town, and not one in a ranking.
+_DERIVED_OF_RANKINGS = ("place", "mark")
+_DERIVED = tuple({*RANKING_NAMES, "status", "violated", "reason"} - {*_DERIVED_OF_RANKINGS})
 # Columns of a ranking that all versions have written.
 _DISTANCES = ("mu1", "mu2", "mu3")
 # Integers as programs write them, so not 007, a label. 18 digits are below 2^63.
@@ -135,7 +136,6 @@ def read_table(
     path = None
     if isinstance(source, (str, PathLike)):
         path = Path(source)
-    stated = formulation or Formulation()
     content: Any = source
     try:
         if not isinstance(source, TestTable):
@@ -148,12 +148,13 @@ def read_table(
             raise invalid("variables", rule, variables)
         match content:
             case Cells():
-                if repeats and repeats in content.columns:
+                if repeats in content.columns:
                     content = replace(content, label=repeats)
-                # Equal rows may be repeated tests.
-                is_file = path is not None and not repeats
-                designs = _designs(content, stated, decimal, thousands, is_file=is_file)
-                table = _table(designs, stated, variables, drop_incomplete)
+                asked = formulation or Formulation()
+                # Equal rows may be repeated tests, results of pymoo, or what their owner counts.
+                cells = _designs(content, asked, is_file=path is not None and not repeats)
+                cells, columns = _columns(cells, decimal, thousands)
+                table = _table(cells, columns, asked, variables, drop_incomplete)
             case StoredTests():
                 table = content.table(path)
             case _:
@@ -256,119 +257,42 @@ def source_columns(
     return cells, read_columns(cells, decimal, None, ())
 
 
-# From cells to designs
+# The rows that are designs
 
 
-class _Designs(NamedTuple):
-    """The feasible designs of a source that is no table of tests.
-
-    Attributes:
-        cells: Their cells.
-        columns: The columns with their numbers, without those that follow from others.
-        labels: The columns that name or number designs.
-    """
-
-    cells: Cells
-    columns: dict[str, Column]
-    labels: set[str]
-
-
-def _designs(
-    cells: Cells,
-    formulation: Formulation,
-    decimal: str | None,
-    thousands: str | None,
-    *,
-    is_file: bool,
-) -> _Designs:
-    """Return the designs in cells; of equal rows of a file, the first.
-
-    Rows of a frame or an array stay, as its owner counts them, and as results of pymoo may be equal
-    in their objectives.
+def _designs(cells: Cells, formulation: Formulation, *, is_file: bool) -> Cells:
+    """Return the cells of feasible designs; of equal rows of a file, the first.
 
     Raises:
-        ArgumentValueError: No design is feasible, or a row summarises others.
+        ArgumentValueError: No design is feasible, or it is not known which columns are what.
     """
-    if not (cells.head["objectives"] or formulation.objectives):
-        cells = _with_stated_directions(cells, formulation)
-    # A failed design may hold anything, so it is left out before numbers are read.
-    cells = _without_infeasible(cells)
-    cells = _without_prototypes(cells)
-    if is_file:
-        cells = _without_equal_rows(cells)
-    labels = set(filter(_is_label, cells.columns))
-    columns = _without_derived(cells, read_columns(cells, decimal, thousands, labels))
-    if cells.label is None:
-        cells = replace(cells, label=_label(columns))
-    if cells.label is not None:
-        labels.add(cells.label)
-    if not _is_whole_ranking(cells):
-        require_designs(cells, [c for name, c in columns.items() if name not in labels])
-    return _Designs(cells, columns, labels)
-
-
-def _with_stated_directions(cells: Cells, formulation: Formulation) -> Cells:
-    """Refuse tests without what says which columns are objectives; of a ranking, remark it."""
-    missing = cells.metadata or "their table"
-    if cells.columns.keys() >= {*RESERVED[1:]}:
+    is_ranking = _is_ranking(cells)
+    is_of_tests = cells.columns.keys() >= {*RESERVED[1:]}
+    is_stated = cells.head["objectives"] or formulation.objectives
+    if not is_stated and (is_of_tests or (is_ranking and cells.metadata)):
         raise UnfitError(
-            f"it holds tests without {missing}, which says what the columns are",
+            f"it is without {cells.metadata or 'its table'}, which says what the columns are",
             "put it beside the file or give the table itself, or say --objectives and --maximize "
             "(Formulation(objectives=..., maximize=...))",
         )
-    if not (cells.metadata and _is_ranking(cells)) or formulation.maximize:
-        return cells
-    remark = (
-        f"{missing}, which says the directions, is not there: all objectives are minimized unless "
-        "--maximize says otherwise."
-    )
-    return replace(cells, remarks=(*cells.remarks, remark))
+    # A failed design may hold anything, so it is left out before numbers are read.
+    status = np.array(list(map(str, cells.columns.get("status", ()))))
+    # A column "status" with other words in it is another program's, and selects nothing.
+    if len(status) and {*status.tolist()} <= {*STATUSES}:
+        cells = _rows(cells, status == "ok", "not feasible")
+    if is_ranking and "mark" in cells.columns:  # exported by the page
+        marks = np.array(cells.columns["mark"], dtype=object)
+        cells = _rows(cells, marks != "prototype", "prototypes of a page")
+    if is_file:
+        texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
+        first = first_of(zip(*texts, strict=True))
+        cells = _rows(cells, first == np.arange(len(first)), "equal to another one in all cells")
+    return cells
 
 
 def _is_ranking(cells: Cells) -> bool:
     """Whether designs were written with their distances, by a ranking or an export of the page."""
     return cells.columns.keys() >= {*_DISTANCES}
-
-
-def _is_whole_ranking(cells: Cells) -> bool:
-    """Whether every row is a design of a ranking, whatever it is called; no summary is."""
-    is_pareto = {str(cell).lower() for cell in cells.columns.get("pareto", ("none",))}
-    return _is_ranking(cells) and is_pareto <= {"true", "false"}
-
-
-def _without_infeasible(cells: Cells) -> Cells:
-    """Return the cells of feasible designs."""
-    status = list(map(str, cells.columns.get("status", ())))
-    # A column "status" with other words in it is another program's, and selects nothing.
-    if not status or not {*status} <= {*STATUSES}:
-        return cells
-    return _rows(cells, np.array(status) == "ok", "not feasible")
-
-
-def _without_prototypes(cells: Cells) -> Cells:
-    """Return the cells of designs, without the prototypes that an export of the page marks."""
-    if "mark" not in cells.columns or not _is_ranking(cells):
-        return cells
-    marks = np.array(cells.columns["mark"], dtype=object)
-    return _rows(cells, marks != "prototype", "prototypes of a page")
-
-
-def _without_equal_rows(cells: Cells) -> Cells:
-    """Return the cells of the first of the rows that are equal."""
-    texts = [[str(cell).strip() for cell in column] for column in cells.columns.values()]
-    first = first_of(zip(*texts, strict=True))
-    return _rows(cells, first == np.arange(len(first)), "equal to another one in all cells")
-
-
-def _without_derived(cells: Cells, columns: Mapping[str, Column]) -> dict[str, Column]:
-    """Return columns without those that follow from others."""
-    derived = {*_DERIVED}
-    if _is_ranking(cells):
-        derived.add("mark")
-    # A place may be a town, and not one in a ranking.
-    if "place" in columns and columns["place"].numbers is None:
-        derived.discard("place")
-    return {name: column for name, column in columns.items() if name not in derived}
 
 
 def _rows(cells: Cells, is_kept: Mask, why: str) -> Cells:
@@ -388,8 +312,30 @@ def _rows(cells: Cells, is_kept: Mask, why: str) -> Cells:
     )
 
 
-def _is_label(name: str) -> bool:
-    return name.strip().lower() in _LABELS
+# The columns and their roles
+
+
+def _columns(
+    cells: Cells, decimal: str | None, thousands: str | None
+) -> tuple[Cells, dict[str, Column]]:
+    """Return cells with their label, and their columns without those that follow from others.
+
+    Raises:
+        ArgumentValueError: A row summarises others.
+    """
+    labels = [name for name in cells.columns if name.strip().lower() in _LABELS]
+    columns = read_columns(cells, decimal, thousands, labels)
+    derived = _DERIVED
+    if _is_ranking(cells):
+        derived = (*_DERIVED, *_DERIVED_OF_RANKINGS)
+    for name in derived:
+        columns.pop(name, None)
+    label = cells.label or _label(columns)
+    if label is not None:
+        columns[label] = columns[label]._replace(is_label=True)
+    cells = replace(cells, label=label)
+    require_designs(cells, [column for column in columns.values() if not column.is_label])
+    return cells, columns
 
 
 def _label(columns: Mapping[str, Column]) -> str | None:
@@ -398,10 +344,14 @@ def _label(columns: Mapping[str, Column]) -> str | None:
     If no name tells it, or only that of a column that numbers rows, it is the first other column,
     if that holds texts that all differ: such lists are common, under "Variante" as under "Model".
     """
-    labels = {name.strip().lower(): name for name in columns if _is_label(name)}
-    others = [column for name, column in columns.items() if not _is_label(name)]
-    first = _LABELS.index
-    best = min(labels, key=first, default="")
+    labels = {}
+    others = []
+    for name, column in columns.items():
+        if column.is_label:
+            labels[name.strip().lower()] = name
+        else:
+            others.append(column)
+    best = min(labels, key=_LABELS.index, default="")
     if best not in _NAMING and others:
         column = others[0]
         texts = {cell for cell in column.cells if isinstance(cell, str) and not is_blank(cell)}
@@ -411,128 +361,23 @@ def _label(columns: Mapping[str, Column]) -> str | None:
     return labels.get(best)
 
 
-# From designs to a table
-
-
-@dataclass(frozen=True)
-class _Roles:
-    """The columns of designs by what they are, each by name.
-
-    Attributes:
-        objectives: ``(n,)`` numbers.
-        variables: Numbers, booleans or texts.
-        outputs: ``(n,)`` numbers.
-        extra: Any other cells.
-    """
-
-    objectives: dict[str, Array]
-    variables: dict[str, Sequence[Any]] = field(default_factory=dict)
-    outputs: dict[str, Array] = field(default_factory=dict)
-    extra: dict[str, Sequence[Any]] = field(default_factory=dict)
-
-
-def _table(
-    designs: _Designs,
-    formulation: Formulation,
-    variables: Names | None,
-    drop_incomplete: bool,
-) -> TestTable:
-    """Return the table of designs; the columns that a formulation needs must be readable."""
-    cells = designs.cells
-    head = cells.head
-    objectives, variables = _names_of_roles(designs, formulation, variables)
-    roles = _roles(designs, formulation, objectives, variables)
-    F = np.column_stack([*roles.objectives.values()])
-    remarks = [*cells.remarks]
-    if not (formulation.objectives or head["objectives"]):
-        remarks += _counting(objectives[0], F[:, 0])
-    remarks += _incomplete(cells, objectives, F, drop_incomplete)
-    uncertain = [name for name in variables if name not in roles.variables]
-    if uncertain:
-        names = ", ".join(uncertain)
-        remarks.append(f"No variable, as not all of its values are certain: {names}.")
-
-    dependent = (*objectives, *roles.outputs)
-    used = (*roles.variables, *dependent)
-    label = cells.label
-    extra = roles.extra
-    if label not in extra:
-        label = "design" if "row" in used else "row"
-        extra.setdefault(label, cells.rows)
-    numbers = extra.pop(POINT, cells.rows)  # the table adds a column of this name itself
-    if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
-        raise UnfitError("its column test_point must number the designs from 1; rename it")
-    layout = Layout.of(
-        [*roles.variables],
-        objectives,
-        outputs=[*roles.outputs],
-        maximize=[name for name in head["maximized"] if name in dependent],
-        units=units_of(used, head["units"]),
-    )
-    if label in extra:
-        layout = replace(layout, label=label)
-    X = [*map(list, zip(*roles.variables.values(), strict=True))] or np.empty((len(F), 0))
-    table = TestTable.of(
-        numbers, X, F * layout.sign, outputs=roles.outputs, layout=layout, extra=extra
-    )
-    stored = formulation_of_head(head)
-    if {*head["objectives"]} != {*objectives}:
-        stored = replace(stored, ranges=None)
-    decimal = "."
-    if any(column.decimal == "," for column in designs.columns.values()):
-        decimal = ","
-    return replace(table, remarks=tuple(remarks), formulation=stored, decimal=decimal)
-
-
-def _roles(
-    designs: _Designs, formulation: Formulation, objectives: Names, variables: Names
-) -> _Roles:
-    """Return the columns of designs by their roles; a variable with uncertain cells is none."""
-    columns = designs.columns
-    roles = _Roles({name: columns[name].require_numbers() for name in objectives})
-    for name, column in columns.items():
-        is_of_numbers = column.numbers is not None and name not in designs.labels
-        is_certain = not (column.problem or any(map(is_blank, column.cells)))
-        if name in objectives:
-            continue
-        if name in variables and is_certain:
-            roles.variables[name] = _values(column)
-        elif is_of_numbers or name in formulation.columns:
-            roles.outputs[name] = column.require_numbers()
-        else:
-            roles.extra[name] = _cells_of_extra(column.cells)
-    return roles
-
-
-def _counting(name: str, values: Array) -> list[str]:
-    """Return a remark on an objective that may only number designs."""
-    follows = values[1:] == values[:-1] + 1  # unlike a difference, this never overflows
-    if len(values) <= 2 or not follows.all():
-        return []
-    return [
-        f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
-        "objectives."
-    ]
-
-
 def _names_of_roles(
-    designs: _Designs, formulation: Formulation, variables: Names | None
+    cells: Cells, columns: Mapping[str, Column], formulation: Formulation, variables: Names
 ) -> tuple[Names, Names]:
     """Return the names of the objectives and variables: as the user or the source says, or guessed.
 
     Raises:
         ArgumentValueError: A column is not there, or fewer than two may be objectives.
     """
-    columns = designs.columns
-    head = designs.cells.head
-    variables = variables or head["variables"]
-    not_free = {*designs.labels, *variables, *RANKING_NAMES}
-    free = [name for name in columns if name not in not_free]
+    free = []
+    for name, column in columns.items():
+        if not (column.is_label or name in variables or name in RANKING_NAMES):
+            free.append(name)
     numbered, guessed = _numbered(free)
-    named = formulation.objectives or head["objectives"]
+    named = formulation.objectives or cells.head["objectives"]
     objectives = [name for name in named if name not in formulation.computed] or numbered
     if not objectives:
-        objectives = [name for name in free if _is_of_numbers(columns[name])]
+        objectives = [name for name in free if columns[name].has_numbers()]
     if not objectives or (len(objectives) < 2 and not named):
         received = ", ".join(map(repr, objectives)) or "none"
         raise UnfitError(
@@ -540,14 +385,12 @@ def _names_of_roles(
             f"{received}",
             "to rank by one alone, name it by --objectives",
         )
-    numeric = [name for name, column in columns.items() if column.numbers is not None]
     for group, names in (("objectives", objectives), ("variables", variables)):
         for name in names:
-            if name not in columns:
-                remedy = ""
-                if name in _DERIVED:
-                    remedy = "such a column follows from others; rename it"
-                known_name(group, name, numeric, remedy)
+            remedy = ""
+            if name in _DERIVED:
+                remedy = "such a column follows from others; rename it"
+            known_name(group, name, columns, remedy)
     return objectives, [name for name in variables or guessed if name not in objectives]
 
 
@@ -561,11 +404,81 @@ def _numbered(names: Names) -> tuple[list[str], list[str]]:
     return [], []
 
 
-def _is_of_numbers(column: Column) -> bool:
-    """Say whether a column is one of numbers; if that is not certain, it is refused."""
-    if column.problem or all(map(is_blank, column.cells)):
-        column.require_numbers()
-    return column.numbers is not None
+# From columns to a table
+
+
+def _table(
+    cells: Cells,
+    columns: Mapping[str, Column],
+    formulation: Formulation,
+    variables: Names | None,
+    drop_incomplete: bool,
+) -> TestTable:
+    """Return the table of designs; the columns that a formulation needs must be readable."""
+    head = cells.head
+    objectives, variables = _names_of_roles(
+        cells, columns, formulation, variables or head["variables"]
+    )
+    F = np.column_stack([columns[name].require_numbers() for name in objectives])
+    designs = {}
+    outputs = {}
+    extra = {}
+    for name, column in columns.items():
+        is_certain = not (column.problem or any(map(is_blank, column.cells)))
+        if name in objectives:
+            continue
+        if name in variables and is_certain:
+            designs[name] = _values(column)
+        elif name in formulation.columns or (column.numbers is not None and not column.is_label):
+            outputs[name] = column.require_numbers()
+        else:
+            extra[name] = _cells_of_extra(column.cells)
+    remarks = [*cells.remarks]
+    if not (formulation.objectives or head["objectives"]):
+        remarks += _counting(objectives[0], F[:, 0])
+    remarks += _incomplete(cells, objectives, F, drop_incomplete)
+    uncertain = [name for name in variables if name not in designs]
+    if uncertain:
+        names = ", ".join(uncertain)
+        remarks.append(f"No variable, as not all of its values are certain: {names}.")
+
+    label = cells.label
+    if label not in extra:
+        label = "row"
+        extra.setdefault(label, [*cells.rows])
+    numbers = extra.pop(POINT, cells.rows)  # the table adds a column of this name itself
+    if len({n for n in numbers if type(n) is int and n > 0}) < len(numbers):
+        raise UnfitError("its column test_point must number the designs from 1; rename it")
+    dependent = (*objectives, *outputs)
+    layout = Layout.of(
+        [*designs],
+        objectives,
+        outputs=[*outputs],
+        maximize=[name for name in head["maximized"] if name in dependent],
+        units=units_of((*designs, *dependent), head["units"]),
+    )
+    if label in extra:
+        layout = replace(layout, label=label)
+    X = [*map(list, zip(*designs.values(), strict=True))] or np.empty((len(F), 0))
+    table = TestTable.of(numbers, X, F * layout.sign, outputs=outputs, layout=layout, extra=extra)
+    stored = formulation_of_head(head)
+    if {*head["objectives"]} != {*objectives}:
+        stored = replace(stored, ranges=None)
+    marks = {column.decimal for column in columns.values()}
+    return replace(
+        table, remarks=tuple(remarks), formulation=stored, decimal="," if "," in marks else "."
+    )
+
+
+def _counting(name: str, values: Array) -> list[str]:
+    """Return a remark on an objective that may only number designs."""
+    follows = values[1:] == values[:-1] + 1  # unlike a difference, this never overflows
+    if len(values) <= 2 or not follows.all():
+        return []
+    return [
+        f"{name}, taken as an objective, counts the rows; if it only numbers designs, name the "
+        "objectives."
+    ]
 
 
 def _incomplete(cells: Cells, objectives: Names, F: Array, drop: bool) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from io import BytesIO
@@ -34,6 +35,7 @@ _ZIP = b"PK\x03\x04"  # how a local file in ZIP begins
 _OLE = b"\xd0\xcf\x11\xe0"  # a compound file
 _HEAD_SHEET = "pymoo-psi"
 _CREATOR = "pymoo-psi"  # the creator of the workbooks that the command may overwrite
+_HIDDEN = re.compile(rb"<(?:\w+:)?(?:row|col)\b[^>]*\shidden=[\"'](?:1|true)")
 _WIDTH = 16  # the width of columns, in characters
 _LONGEST = 30_000  # characters in a cell, which holds 32 767
 
@@ -146,7 +148,7 @@ def _rows_of_workbook(
 
     Raises:
         ArgumentValueError: It is no workbook, there is no sheet of that name, it is not known which
-            one is meant, or the sheet hides columns, or rows that are not left out.
+            one is meant, or the sheet hides rows or columns.
         PsiError: openpyxl is not installed.
     """
     openpyxl = _openpyxl()
@@ -161,30 +163,23 @@ def _rows_of_workbook(
                 head = _sheet_head(book[_HEAD_SHEET].iter_rows(values_only=True))
                 titles = titles[:1]
             sheet = book[_title(titles, name)]
+            with sheet._get_source() as file:  # openpyxl tells only where it loads everything
+                hides = _HIDDEN.search(file.read()) is not None
             sheet.reset_dimensions()  # what a file declares may be more than it holds
             rows = {}
-            width = 0
             for number, cells in enumerate(sheet.iter_rows(), start=1):
                 row = list(map(_typed, cells))
                 while row and row[-1] == "":
                     row.pop()
                 if row and number not in skip_rows:
                     rows[number] = row
-                    width = max(width, len(row))
-            hidden_rows, hidden_columns = _hidden(sheet)
     except PsiError:
         raise
     except Exception as error:  # zipfile, XML and openpyxl raise errors of many kinds
         raise UnfitError(f"it cannot be read as a workbook (.xlsx): {error}") from None
-    hidden = [str(number) for number in hidden_rows if number in rows]
-    if hidden:
-        raise UnfitError(
-            f"the sheet hides {counted(len(hidden), 'row')}",
-            f"show them, or leave them out by --skip-rows {','.join(hidden)}",
-        )
-    letters = [openpyxl.utils.get_column_letter(j) for j in hidden_columns if j <= width]
-    if letters:
-        raise UnfitError(f"the sheet hides the columns {', '.join(letters)}", "show or delete them")
+    if hides:
+        raise UnfitError("the sheet hides rows or columns", "show or delete them")
+    width = max(map(len, rows.values()), default=0)
     for row in rows.values():
         row += [""] * (width - len(row))
     return head, rows
@@ -214,26 +209,6 @@ def _sheet_head(rows: Iterable[Sequence[Any]]) -> Values:
         text = "".join(str(part) for part in parts if part is not None)
         head[str(name)] = json.loads(text)
     return head
-
-
-def _hidden(sheet: Any) -> tuple[list[int], list[int]]:
-    """Return the hidden rows and columns of a sheet, by number.
-
-    openpyxl tells them only where it loads everything.
-    """
-    from xml.etree.ElementTree import iterparse  # loaded where a workbook is read
-
-    rows = []
-    columns: list[int] = []
-    with sheet._get_source() as file:
-        for _, element in iterparse(file):
-            if element.get("hidden") in ("1", "true"):
-                if element.tag.endswith("}col"):
-                    columns += range(int(element.get("min", 1)), int(element.get("max", 1)) + 1)
-                elif element.tag.endswith("}row"):
-                    rows.append(int(element.get("r", "")))
-            element.clear()
-    return rows, columns
 
 
 def _typed(cell: Any) -> Any:
