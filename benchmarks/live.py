@@ -427,9 +427,7 @@ def talk(folder: Path, browser: Browser) -> None:
     assert len(table) == len({*designs}) == 320
     within = table.under(limits={name: limit[1] for name, limit in LIMITS.items()})
     assert front == within.feasible_ranking().pareto.sum()
-    directed = [
-        point for point, _, _, content in Study(path).proposals(1, 400) if "request" in content
-    ]
+    directed = [point for point, _, _, content in Study(path).proposals() if "request" in content]
     share = within.eligible()[np.isin(table.numbers, directed)].mean()
     assert share >= 0.8
     print(f"{len(directed)} proposals after 'Search here', {100 * share:.0f} % within the limits")

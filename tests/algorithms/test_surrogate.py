@@ -247,7 +247,7 @@ def test_proposals_are_stored_before_they_are_tested(study_file, undisturbed):
     problem = Interrupted()
     problem.seen = []
     interrupted(run, problem, 44, study=study_file)
-    stored = Study(study_file).proposals(1, 100)
+    stored = Study(study_file).proposals()
     assert [(number, number_of_round) for number, number_of_round, *_ in stored] == [
         (n, 1 + (n > 22)) for n in range(21, 25)
     ]
@@ -305,7 +305,7 @@ def test_workers_get_proposals_while_others_are_tested(tmp_path, workers, option
     path, first = tmp_path / "run.db", InAnyOrder(workers, 70, until=40)
     options |= {"study": path, "asynchronous": True, "limits": {"weight": (2, 5)}}
     interrupted(run, Mixed(elementwise_runner=first), 70, **options)
-    stored, proposed = read_table(path), Study(path).proposals(1, 100)
+    stored, proposed = read_table(path), Study(path).proposals()
     assert len(stored) == 40
     assert first.most == workers
     # each was made from all tests before it but for those that were being made

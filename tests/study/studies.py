@@ -74,6 +74,11 @@ def read(path):
     return facts.head, of_one_run(columns)
 
 
+def proposed(study, made):
+    with study.changes() as database:
+        return database.propose(1, made)
+
+
 def begun(path, head=HEAD, **options):
     study = Study(path, **options)
     study.begin(head)

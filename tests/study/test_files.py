@@ -17,7 +17,17 @@ from pymoo_psi.errors import (
 from pymoo_psi.study import Study
 from tests.processes import posix
 from tests.refusals import refused
-from tests.study.studies import HEAD, as_version_0_3, begun, bits, block, contents, edit, read
+from tests.study.studies import (
+    HEAD,
+    as_version_0_3,
+    begun,
+    bits,
+    block,
+    contents,
+    edit,
+    proposed,
+    read,
+)
 
 PAGE = 4096
 
@@ -238,21 +248,21 @@ def test_a_cell_with_another_value_is_reported(study_file, whole, name):
     ],
 )
 def test_facts_and_proposals_with_another_value_are_reported(study, statement):
-    study.propose([(9, 1, "surrogate", {"x": 0.5})])
+    proposed(study, [(9, 1, "surrogate", {"x": 0.5})])
     edit(study.path, statement)
-    refused("changed|it holds the table", study.proposals, 9, 1, error=StudyCorruptError)
+    refused("changed|it holds the table", study.proposals, error=StudyCorruptError)
 
 
 def test_a_study_of_version_0_3_is_read_and_continued(study, tmp_path):
-    study.propose([(9, 1, "surrogate", {"x": 0.5})])
+    proposed(study, [(9, 1, "surrogate", {"x": 0.5})])
     as_version_0_3(study.path)
     before = contents(tmp_path)
     assert bits(read(study.path)[1]) == bits(block(1, 8))
-    assert study.proposals(9, 1) == [(9, 1, "surrogate", {"x": 0.5})]
+    assert study.proposals() == [(9, 1, "surrogate", {"x": 0.5})]
     study.begin(HEAD)
     assert contents(tmp_path) == before  # to read it changes nothing
     study.append(block(9, 4))
     assert bits(read(study.path)[1]) == bits(block(1, 12))
-    assert study.proposals(9, 1) == [(9, 1, "surrogate", {"x": 0.5})]
+    assert study.proposals() == [(9, 1, "surrogate", {"x": 0.5})]
     edit(study.path, "UPDATE tests SET f1 = 0.5 WHERE test = 3")
     refused("1 test changed, the first 3", read, study.path, error=StudyCorruptError)

@@ -17,7 +17,17 @@ from hypothesis import strategies as st
 from pymoo_psi.errors import ArgumentValueError, StudyMismatchError
 from pymoo_psi.study import Study
 from tests.refusals import refused
-from tests.study.studies import HEAD, begun, bits, block, contents, of_one_run, read, rows
+from tests.study.studies import (
+    HEAD,
+    begun,
+    bits,
+    block,
+    contents,
+    of_one_run,
+    proposed,
+    read,
+    rows,
+)
 
 
 @pytest.fixture
@@ -34,13 +44,13 @@ def changed(**problem):
 
 def test_proposals_come_back_and_the_first_ones_under_a_number_stay(study):
     nothing = read(study.path)
-    assert study.proposals(1, 100) == []
+    assert study.proposals() == []
     made = [(n, 2, "métal", {"point": [0.1, None, 1e-300], "n": n}) for n in (7, 8, 9)]
-    assert study.propose(made) == made
-    assert study.propose([(n, 3, "other", {}) for n in (7, 8)]) == made[:2]
-    assert study.proposals(8, 5) == made[1:]
+    assert proposed(study, made) == made
+    assert proposed(study, [(n, 3, "other", {}) for n in (7, 8)]) == made[:2]
+    assert study.proposals() == made
     refused("must hold plain values", study.begin, changed(parameters={"n": np.int64(3)}))
-    assert Study(study.path).proposals(1, 100) == made
+    assert Study(study.path).proposals() == made
     assert read(study.path)[0] == nothing[0]  # they are no tests
 
 

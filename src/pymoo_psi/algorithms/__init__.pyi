@@ -14,9 +14,9 @@ from ._surrogate import SurrogatePSI as SurrogatePSI
 # Names that other subpackages share; they are no promise to users.
 # isort: split
 
-from ._external import ask_tests as ask_tests
-from ._external import import_tests as import_tests
-from ._external import tell_tests as tell_tests
+from ._imported import import_tests as import_tests
+from ._laboratory import ask_tests as ask_tests
+from ._laboratory import tell_tests as tell_tests
 from ._model import Model as Model
 from ._model import table_of_values as table_of_values
 from ._nsga3 import operators as operators

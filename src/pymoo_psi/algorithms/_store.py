@@ -21,7 +21,7 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.errors import StudyAccessError
 from pymoo_psi.problems import layers, requirement_texts
-from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
+from pymoo_psi.study import ADDED, LASTING, Proposal, Study, identity_of_run
 from pymoo_psi.table import (
     POINT,
     RUN,
@@ -113,9 +113,9 @@ class Store:
         """Return all stored proposals, by number."""
         return []
 
-    def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
+    def propose(self, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
         """Store proposals; return those that are stored under their numbers now."""
-        return list(proposals)
+        return proposals
 
 
 class StudyStore(Store):
@@ -305,7 +305,9 @@ class StudyStore(Store):
     def remember_once(self, name: str, value: Any) -> Any:
         """Remember a value of the run by name, if it has none; return the remembered one."""
         with self.study.changes() as database:
-            return database.remember(self.run, name, value)
+            record = database.facts.run(self.run).record
+            record.setdefault(name, value)
+            return record[name]
 
     def total(self, n_more: int) -> int:
         """Return how many points the run has with ``n_more`` further ones.
@@ -315,7 +317,8 @@ class StudyStore(Store):
         first = self._first_planned
         last = self._last_planned
         n_planned = max(last - first + 1, 0)
-        stored = self.study.numbers(first, run=self.run)
+        with self.study.reading() as database:
+            stored = database.test_points(self.run, first)
         if np.isin(self._part.numbers(first, last), stored).all():
             return n_planned + n_more
         return n_planned
@@ -353,11 +356,12 @@ class StudyStore(Store):
 
     def proposals(self) -> list[Proposal]:
         """Return all stored proposals, by number."""
-        return self.study.proposals(1, LAST, self.run)
+        return self.study.proposals(self.run)
 
-    def propose(self, proposals: Sequence[Proposal]) -> list[Proposal]:
+    def propose(self, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
         """Store proposals; return those that are stored under their numbers now."""
-        return self.study.propose(proposals, self.run)
+        with self.writing(), self.study.changes() as database:
+            return database.propose(self.run, proposals)
 
 
 class _Session:
@@ -392,7 +396,8 @@ class _Session:
 
     def _look(self, points: Points) -> None:
         """Learn which test points have tests, from the first of the points on."""
-        self._stored = self._store.study.numbers(int(points.numbers[0]), run=self._store.run)
+        with self._store.study.reading() as database:
+            self._stored = database.test_points(self._store.run, int(points.numbers[0]))
 
 
 def _study_of(options: RunOptions) -> Study:

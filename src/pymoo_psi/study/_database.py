@@ -1,8 +1,8 @@
 """A study in a transaction: its tables in SQL, and what is read and changed in them.
 
 Studies are made by :func:`create`, in a file, or :func:`new_database`, in memory; :func:`opened`
-makes sure that a file is one. All three give a :class:`Database`: facts and runs, proposals, the
-head, tests.
+makes sure that a file is one. All three give a :class:`Database`: runs, proposals, the head, tests.
+Whoever changes its facts or runs calls :meth:`Database.save` before the commit.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import platform
 import sqlite3
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -133,15 +132,14 @@ def create(path: str, facts: Facts, columns: Columns | None = None) -> None:
         database = new_database(db, path, facts)
         if columns is not None:
             database.insert(columns)
+        database.save()
         db.execute("COMMIT")
 
 
 def new_database(db: sqlite3.Connection, path: str, facts: Facts) -> Database:
     """Return a new study in an empty database, in a transaction."""
     db.executescript(f"PRAGMA journal_mode = OFF; BEGIN; {_SCHEMA}")
-    database = Database(db, path, facts)
-    database.fill()
-    return database
+    return Database(db, path, facts)
 
 
 def is_of_0_3(db: sqlite3.Connection) -> bool:
@@ -174,14 +172,16 @@ def opened(db: sqlite3.Connection, path: str) -> Database:
         raise unreadable(path, f"it holds {', '.join(others) or 'no tests'}")
     if version == _OF_0_3:
         return _converted(db, path)
-    facts = Facts(**_stored_facts(_checked_rows(db, "study")))
-    for number, identity, record, last in _checked_rows(db, "runs ORDER BY run"):
+    rows = _checked_rows(db, "study")
+    rows_of_runs = _checked_rows(db, "runs ORDER BY run")
+    facts = _facts_of(rows)
+    for number, identity, record, last in rows_of_runs:
         facts.runs.append(StudyRun(number, json.loads(identity), json.loads(record), last))
-    return Database(db, path, facts)
+    return Database(db, path, facts, {*rows, *rows_of_runs})
 
 
-def _stored_facts(rows: Iterable[Sequence[Any]]) -> Values:
-    return {name: json.loads(text) for name, text in rows}
+def _facts_of(rows: Iterable[Sequence[Any]]) -> Facts:
+    return Facts(**{name: json.loads(text) for name, text in rows})
 
 
 def _checked_rows(
@@ -199,9 +199,12 @@ def _checked_rows(
 
 def _converted(db: sqlite3.Connection, path: str) -> Database:
     """Return a study of version 0.3 as one of this version."""
-    facts = Facts(**_stored_facts(db.execute("SELECT name, value FROM study")))
-    number = _Column("test", "test_point", Kind.INTEGER)
-    stored = [number, *_PROVENANCE, *_with_status(_columns_of_values(facts.head, _FIXED_IN_0_3))]
+    facts = _facts_of(db.execute("SELECT name, value FROM study"))
+    stored = [
+        _Column("test", "test_point", Kind.INTEGER),
+        *_PROVENANCE,
+        *_with_status(_columns_of_values(facts.head, _FIXED_IN_0_3)),
+    ]
     columns = _by_name(stored, _read(db, stored, "tests"))
     proposals = db.execute("SELECT test_point, round, origin, content FROM proposals").fetchall()
     for table in _TABLES[_OF_0_3]:
@@ -213,7 +216,6 @@ def _converted(db: sqlite3.Connection, path: str) -> Database:
     last = int(columns["test"].max(initial=0))
     facts.runs = [StudyRun(1, identity, {"begun": facts.begun}, last)]
     database = Database(db, path, facts)
-    database.fill()
     database.insert(columns | database.numbered(columns["test"]))
     for test_point, proposed_in, origin, content in proposals:
         proposal = Proposal(test_point, proposed_in, origin, json.loads(content))
@@ -228,75 +230,63 @@ class Database:
         db: The connection.
         path: The file.
         facts: What is known of the study as a whole; changes keep it up to date.
+        saved: The rows of the tables ``study`` and ``runs``; none of a new study.
     """
 
-    def __init__(self, db: sqlite3.Connection, path: str, facts: Facts) -> None:
+    def __init__(
+        self, db: sqlite3.Connection, path: str, facts: Facts, saved: Collection[Any] = ()
+    ) -> None:
         self.db = db
         self.facts = facts
         self._path = path
+        self._saved = saved
+        if not saved:
+            self._add_columns(())
 
-    # Facts and runs
-
-    def fill(self) -> None:
-        """Write the facts, runs and columns of a new study."""
-        self._add_columns(())
-        self.write_facts()
-        for run in self.facts.runs:
-            self._write_run(run)
-
-    def write_facts(self) -> None:
-        """Write the facts."""
-        for name, value in vars(self.facts).items():
-            if name != "runs":
-                self._write("study", name, _text(value))
+    def save(self) -> None:
+        """Write the facts and runs that have changed."""
+        facts = dict(vars(self.facts))
+        for run in facts.pop("runs"):
+            self._write("runs", run.number, _text(run.identity), _text(run.record), run.last)
+        for name, value in facts.items():
+            self._write("study", name, _text(value))
 
     def _write(self, table: str, *row: Any) -> None:
-        """Write a row with its checksum; it takes the place of one with its key."""
+        """Write a row with its checksum, unless it is stored, in the place of one with its key."""
+        if row in self._saved:
+            return
         marks = "?, " * len(row)
         statement = f"INSERT OR REPLACE INTO {table} VALUES ({marks}?)"
         self.db.execute(statement, (*row, text_checksum(row)))
 
-    def _write_run(self, run: StudyRun) -> None:
-        self._write("runs", run.number, _text(run.identity), _text(run.record), run.last)
+    # Runs
 
     def add_run(self, identity: Head) -> StudyRun:
         """Begin a run; return it."""
         ends = [run.start + max(run.last, 1) for run in self.facts.runs]
         run = new_run(1 + -(-max(ends) // ROOM), identity)
-        self._write_run(run)
         self.facts.runs.append(run)
         return run
 
-    def change_run(self, number: int, **changes: Any) -> StudyRun:
-        """Change what is known of a run; return it."""
-        run = self.facts.run(number)
-        changed = replace(run, **changes)
-        self._write_run(changed)
-        self.facts.runs[self.facts.runs.index(run)] = changed
-        return changed
-
-    def plan(self, number: int, last: int) -> StudyRun:
-        """Note that a run is asked for test points up to ``last``; return it.
+    def plan(self, number: int, last: int) -> None:
+        """Note that a run is asked for test points up to ``last``.
 
         Raises:
             ArgumentValueError: The tests of another run have these numbers.
         """
         run = self.facts.run(number)
-        if last <= run.last:
-            return run
         for other in self.facts.runs:
             if run.start < other.start < run.start + last:
                 rule = f"at most {other.start - run.start} for run {number}, behind which are tests"
                 remedy = "export the tests and continue with that study"
                 raise invalid("the number of test points", rule, last, remedy)
-        return self.change_run(number, last=last)
+        run.last = max(run.last, last)
 
     def steer(self, request: Values) -> None:
-        """Write a new request to the run at work, or one with its number and answer."""
+        """Add a new request to the run at work, or replace one with its number and answer."""
         number = request.get("number", len(self.facts.steering) + 1)
         new = {"number": number, "time": now(), "run": 0, "answer": "waits for the run"}
         self.facts.steering[number - 1 : number] = [new | request]
-        self.write_facts()
 
     # Proposals
 
@@ -313,6 +303,18 @@ class Database:
             rows = _checked_rows(self.db, source, (run, first, last))
             for _, test_point, proposed_in, origin, content in rows:
                 proposals.append(Proposal(test_point, proposed_in, origin, json.loads(content)))
+        return proposals
+
+    def propose(self, run: int, proposals: Sequence[Proposal]) -> Sequence[Proposal]:
+        """Write proposals, in the order of their test points, unless others have these.
+
+        Returns:
+            The proposals that are stored under the test points now.
+        """
+        stored = self.proposals(run, proposals[0][0], proposals[-1][0])
+        if stored:
+            return stored
+        self.add_proposals(run, proposals)
         return proposals
 
     def discard(self, table: str, key: Mapping[str, int], test: int, why: str) -> None:
@@ -333,7 +335,6 @@ class Database:
         self.db.execute(f"DELETE FROM {table} WHERE {where}", key)
         self.db.execute("DELETE FROM adopted WHERE test = ?", (test,))
         self.facts.n_changes += 1
-        self.write_facts()
 
     # The head
 
@@ -353,12 +354,10 @@ class Database:
             self.insert(renaming.of_columns(columns))
         if self._change_head(with_outputs(head, columns_of_head(self.facts.head))):
             self.facts.is_complete = False
-        self.write_facts()
 
     def widen(self, columns: Collection[str]) -> None:
         """Add the outputs that tests have to the columns of a study."""
-        if self._change_head(with_outputs(self.facts.head, columns)):
-            self.write_facts()
+        self._change_head(with_outputs(self.facts.head, columns))
 
     def _change_head(self, head: Head) -> bool:
         """Change the head, if another is given, and add its columns; say whether it changed."""
@@ -417,14 +416,6 @@ class Database:
             zip(test_points.tolist(), *designs, numbers.tolist(), strict=True),
         )
 
-    def remember(self, run: int, name: str, value: Any) -> Any:
-        """Return an entry of the record of a run, which is this value if there is none yet."""
-        record = self.facts.run(run).record
-        if name in record:  # nothing is written
-            return record[name]
-        self.change_run(run, record={**record, name: value})
-        return value
-
     def n_tests(self) -> dict[int, int]:
         """Return how many tests each run has, without those of other runs."""
         return dict(self.db.execute("SELECT run, count(*) FROM tests GROUP BY run"))
@@ -442,7 +433,6 @@ class Database:
             self.insert(columns | new)
             self.facts.n_changes += 1
         self.facts.is_complete = True
-        self.write_facts()
 
     def append(self, run: int, columns: Columns) -> int:
         """Write tests of a run; return how many are new or changed; see :meth:`Study.append`.
@@ -456,34 +446,30 @@ class Database:
         columns = columns | {"test": numbers, "run": runs}
         stored = self.tests(int(numbers.min()), int(numbers.max()))
         _, rows, stored_rows = np.intersect1d(numbers, stored["test"], return_indices=True)
-        stored = rows_of(stored, stored_rows)
-        again = rows_of(columns, rows)
-        differ = differing(stored, again)
-        self._require_equal(stored, again, differ)
-        replaced = _replaced(stored, again, differ)
-        filled = _filled(stored, again, differ)
         new = rows_of(columns, np.setdiff1d(np.arange(len(numbers)), rows))
-        n_changed = len(replaced["test"]) + len(filled["test"])
-        n_written = len(new["test"]) + n_changed
+        changed = self._changed(rows_of(stored, stored_rows), rows_of(columns, rows))
+        n_written = len(new["test"]) + len(changed["test"])
         if n_written:
-            if n_changed:
-                self.facts.n_changes += 1
             self.facts.process = [platform.node(), os.getpid()]
-            self.write_facts()
             self.widen(columns)
             self.insert(new)
-            self.insert(replaced)
-            self.insert(filled)
+        if len(changed["test"]):
+            self.facts.n_changes += 1
+            self.insert(changed)
         return n_written
 
-    def _require_equal(self, stored: Columns, again: Columns, differ: Mask) -> None:
-        """Refuse other values of stored tests that did not fail; those of other runs stay.
+    def _changed(self, stored: Columns, again: Columns) -> Columns:
+        """Return what stored tests become by repetitions, without those that stay as they are.
+
+        A failed test becomes its repetition, another one gets the values that it lacks. Repetitions
+        of tests of other runs change nothing if they differ.
 
         Raises:
-            ArgumentValueError: There are some.
+            ArgumentValueError: The repetition of a test that did not fail differs.
         """
-        is_wrong = differ & (stored["run"] == again["run"])
-        is_wrong &= stored["status"] != "failed"
+        differ = differing(stored, again)
+        is_redone = differ & (stored["status"] == "failed")
+        is_wrong = differ & ~is_redone & (stored["run"] == again["run"])
         if is_wrong.any():
             first = int(is_wrong.argmax())
             test_point = f"test point {stored['test_point'][first]} of run {stored['run'][first]}"
@@ -493,6 +479,17 @@ class Database:
                 Received(f"other values for {test_point}"),
                 f"use another file if the model has changed; study {self._path} is as it was",
             )
+        is_changed = is_redone.copy()
+        changed = again | {name: stored[name] for name in NUMBERS}
+        for name in again.keys() - {*NUMBERS, "origin", "seconds"}:
+            old = stored.get(name, np.full(len(differ), np.nan))
+            new = again[name]
+            is_taken = is_redone | (
+                ~differ & (old != old) & (new == new)
+            )  # NaN differs from itself
+            changed[name] = np.where(is_taken, new, old)
+            is_changed |= is_taken
+        return rows_of(changed, is_changed)
 
     def insert(self, columns: Columns) -> None:
         """Write tests; the origin and seconds of stored ones stay unless ``columns`` has others."""
@@ -593,27 +590,6 @@ def differing(columns: Columns, others: Columns) -> Mask:
     return np.asarray(differ)
 
 
-def _replaced(stored: Columns, again: Columns, differ: Mask) -> Columns:
-    """Return the failed tests whose repetitions differ, with all values of the repetitions."""
-    is_replaced = differ & (stored["status"] == "failed")
-    numbers = {name: stored[name] for name in NUMBERS}
-    return rows_of(again | numbers, is_replaced)
-
-
-def _filled(stored: Columns, again: Columns, differ: Mask) -> Columns:
-    """Return the tests that lack values, which are NaN, and have them in an equal repetition."""
-    unknown = np.full(len(differ), np.nan)
-    is_filled = np.zeros(len(differ), dtype=bool)
-    filled = again | stored
-    for name in again.keys() - {*NOT_VALUES}:
-        old = stored.get(name, unknown)
-        new = again[name]
-        is_new = ~differ & (old != old) & (new == new)  # NaN differs from itself
-        filled[name] = np.where(is_new, new, old)
-        is_filled |= is_new
-    return rows_of(filled, is_filled)
-
-
 def _columns_of_values(head: Head, fixed: Collection[str] = _FIXED) -> list[_Column]:
     """Return the columns of a head, as the table of tests has them, quoted for SQL."""
     kinds = dict(zip(head["variables"], map(Kind, head["kinds"]), strict=True))
@@ -647,13 +623,13 @@ def _read(
     arguments: Sequence[int] = (),
 ) -> list[AnyArray]:
     """Return the cells of each column."""
-    parts: list[list[AnyArray]] = [[np.array([], DTYPES[column.kind])] for column in columns]
     query = ", ".join(column.sql for column in columns)
-    cursor = db.execute(f"SELECT {query} FROM {source}", arguments)
-    for rows in iter(lambda: cursor.fetchmany(_AT_A_TIME), []):
-        for column, arrays, cells in zip(columns, parts, zip(*rows, strict=True), strict=True):
-            arrays.append(np.array(cells, DTYPES[column.kind]))
-    return [np.concatenate(arrays) for arrays in parts]
+    rows = db.execute(f"SELECT {query} FROM {source}", arguments)
+    # Columns of a study may have any names, also equal ones here.
+    places = [str(place) for place in range(len(columns))]
+    kinds = [DTYPES[column.kind] for column in columns]
+    cells = np.fromiter(rows, np.dtype([*zip(places, kinds, strict=True)]))
+    return [np.ascontiguousarray(cells[place]) for place in places]
 
 
 def _text(value: Any) -> str:

@@ -117,7 +117,7 @@ class Facts:
         return None
 
 
-@dataclass(frozen=True)
+@dataclass
 class StudyRun:
     """A run of a study.
 
@@ -134,7 +134,7 @@ class StudyRun:
 
     number: int
     identity: Head
-    record: Head
+    record: Values
     last: int = 0
 
     @property

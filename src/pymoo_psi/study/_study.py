@@ -28,7 +28,7 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
 from os import PathLike
 from pathlib import Path
@@ -262,47 +262,14 @@ class Study:
                 return database.facts, database.tests(first, last)
             return database.facts, database.tests_of_run(run, first, last)
 
-    def numbers(self, first: int = 1, *, run: int = 1) -> Integers:
-        """Return the test points of a run that have a test, increasing.
-
-        Args:
-            first: The first test point.
-            run: The run.
+    def proposals(self, run: int = 1) -> list[Proposal]:
+        """Return the proposals of a run, by test point.
 
         Raises:
             StudyError: As :meth:`facts`.
         """
         with self.reading() as database:
-            return database.test_points(run, first)
-
-    def propose(self, proposals: Sequence[Proposal], run: int = 1) -> list[Proposal]:
-        """Commit designs to be tested, unless others are stored under their numbers.
-
-        Args:
-            proposals: The proposals in the order of their test points.
-            run: Their run.
-
-        Returns:
-            The proposals that are stored under these test points now.
-
-        Raises:
-            StudyError: As :meth:`append`.
-        """
-        with self.writing(run), self.changes() as database:
-            stored = database.proposals(run, proposals[0][0], proposals[-1][0])
-            if stored:
-                return stored
-            database.add_proposals(run, proposals)
-        return list(proposals)
-
-    def proposals(self, first: int, count: int, run: int = 1) -> list[Proposal]:
-        """Return the proposals among the ``count`` test points from ``first`` of a run.
-
-        Raises:
-            StudyError: As :meth:`facts`.
-        """
-        with self.reading() as database:
-            return database.proposals(run, first, min(first + count - 1, LAST))
+            return database.proposals(run)
 
     def reading(self) -> AbstractContextManager[Database]:
         """Return a context in which the study can be read and does not change."""
@@ -336,6 +303,8 @@ class Study:
                         "back, or run again to continue this one"
                     )
                 yield database
+                if begin == _WRITE:
+                    database.save()
                 used.execute("COMMIT")
         self._id = database.facts.id
 

@@ -1,0 +1,514 @@
+"""Tests that people make: they are assigned designs, and tell the results.
+
+An assignment is a proposal of a run in a study. Each row of results belongs to one of them by the
+number of the test. A further row with this number is a repeat: another assignment of the same
+design, with a number of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import compress
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pymoo_psi._kinds import Kind
+from pymoo_psi._validation import (
+    Columns,
+    Designs,
+    Entries,
+    FilePath,
+    Names,
+    Received,
+    Values,
+    counted,
+    invalid,
+    known_name,
+)
+from pymoo_psi.algorithms._model import Model
+from pymoo_psi.algorithms._options import RunOptions
+from pymoo_psi.algorithms._run import table_of_run
+from pymoo_psi.algorithms._sources import unit_points
+from pymoo_psi.algorithms._store import StudyStore
+from pymoo_psi.problems import requirements_of
+from pymoo_psi.study import Database, Proposal, Study
+from pymoo_psi.table import (
+    PROPOSAL_ROUND,
+    Expression,
+    choice_values,
+    columns_of_designs,
+    is_blank,
+    source_columns,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TEST, FAILURE = "test", "failure"  # columns of a file beside those of the problem
+_POINTS = 20  # of the sequence, which come before proposals of surrogates
+_TRIED = 200  # points for each design, of which one may be new
+OF_LOG = "above 0, as its scale is logarithmic"
+TRUTH_VALUES = {"false": False, "true": True, "0": False, "1": True, "0.0": False, "1.0": True}
+
+
+@dataclass(frozen=True)
+class _Assignment:
+    """A test that people are asked for.
+
+    Attributes:
+        test: The number of the test.
+        run: Its run.
+        proposal: What the study keeps of it.
+    """
+
+    test: int
+    run: int
+    proposal: Proposal
+
+    @property
+    def design(self) -> Values:
+        """The values of the variables by name; choices as texts."""
+        design: Values = self.proposal.content["design"]
+        return design
+
+    @property
+    def original(self) -> int:
+        """The number of the test that it repeats, or its own."""
+        return int(self.proposal.content.get("of", self.test))
+
+
+class _Laboratory:
+    """The tests and assignments of a study.
+
+    Args:
+        database: The study, open.
+
+    Attributes:
+        head: Its head.
+        results: The columns that people measure: objectives and others that no expression computes.
+        tests: All tests, by number.
+        assignments: The assignments, by the number of the test.
+        pending: Those without a result.
+    """
+
+    def __init__(self, database: Database) -> None:
+        import pandas as pd
+
+        head = database.facts.head
+        self.head = head
+        expressions = head.get("expressions", {})
+        constraints = head["inequalities"][: head.get("model_inequalities", 0)]
+        names = dict.fromkeys(
+            [*head["objectives"], *constraints, *head["equalities"], *expressions]
+        )
+        self.results = [name for name in names if not expressions.get(name)]
+        self.tests = pd.DataFrame(database.tests()).set_index(TEST, drop=False)
+        self.assignments: dict[int, _Assignment] = {}
+        self.pending: dict[int, _Assignment] = {}
+        for run in database.facts.runs:
+            for proposal in database.proposals(run.number):
+                if "design" not in proposal.content:
+                    continue
+                assignment = _Assignment(run.start + proposal.test_point, run.number, proposal)
+                test = assignment.test
+                self.assignments[test] = assignment
+                if assignment.original == test and test not in self.tests.index:
+                    self.pending[test] = assignment
+
+    def frame(self, assignments: Sequence[_Assignment]) -> pd.DataFrame:
+        """Return assignments as a table to be filled in."""
+        import pandas as pd
+
+        frame = pd.DataFrame([assignment.design for assignment in assignments])
+        frame.insert(0, TEST, [assignment.test for assignment in assignments])
+        frame[[*self.results, FAILURE]] = None
+        return frame
+
+
+def _assign(
+    database: Database, run: int, round_number: int, origin: str, content: Values
+) -> _Assignment:
+    """Ask people for a test of a run."""
+    stored = database.facts.run(run)
+    proposal = Proposal(stored.last + 1, round_number, origin, content)
+    database.add_proposals(run, [proposal])
+    database.plan(run, proposal.test_point)
+    return _Assignment(stored.start + proposal.test_point, run, proposal)
+
+
+# Asking
+
+
+def ask_tests(
+    problem: Any, n_tests: int, options: RunOptions, *, with_surrogates: bool = False
+) -> pd.DataFrame:
+    """Return designs for people to test, and record them as pending in the study.
+
+    Designs that are tested or pending are not proposed again.
+
+    Args:
+        problem: A pymoo problem; it is not evaluated.
+        n_tests: How many designs; 0 for all that are pending.
+        options: The options of the run, with a study.
+        with_surrogates: Whether surrogates of all tests propose the designs, taking pending ones
+            into account; the first 20 are points of the sequence.
+
+    Returns:
+        For each design ``test``, the number of its test; the variables; empty columns for the
+        results; and ``failure``, for the reason of a failed test.
+
+    Raises:
+        ArgumentValueError: There are not so many new designs.
+        StudyError: The study belongs to another model, or cannot be written.
+    """
+    model = Model(problem, options)
+    for name in (TEST, FAILURE):
+        if name in model.layout.columns:
+            remedy = "rename the column"
+            raise invalid("the columns", f"named unlike {TEST} and {FAILURE}", name, remedy)
+    sampling = options.sampling_in(len(model.space.searched))
+
+    def identity() -> str:
+        return sampling.identity(_TRIED, options.seed) + ", then proposals on request"
+
+    store = StudyStore(table_of_run(model, options, identity), options, model)
+    with store.writing():
+        with store.study.reading() as database:
+            laboratory = _Laboratory(database)
+        if n_tests == 0:
+            return laboratory.frame([*laboratory.pending.values()])
+        n_proposed = 0
+        if with_surrogates:
+            n_known = len(laboratory.tests) + len(laboratory.pending)
+            n_proposed = max(0, n_tests - max(0, _POINTS - n_known))
+        new = _NewDesigns(model, laboratory)
+        points = new.of_sequence(options, n_tests - n_proposed)
+        proposals = new.of_surrogates(options, store, n_proposed)
+        assignments = []
+        with store.study.changes() as database:
+            for design in points:
+                content = {"design": design}
+                assignments.append(_assign(database, store.run, 0, store.origin, content))
+            for design in proposals:
+                content = {"design": design}
+                assignment = _assign(database, store.run, new.round_number, "surrogates", content)
+                assignments.append(assignment)
+        return laboratory.frame(assignments)
+
+
+class _NewDesigns:
+    """Designs that are neither tested nor assigned.
+
+    Args:
+        model: The model.
+        laboratory: What is tested and assigned.
+
+    Attributes:
+        round_number: The round of the next proposals.
+    """
+
+    def __init__(self, model: Model, laboratory: _Laboratory) -> None:
+        self._model = model
+        self._pending = [assignment.design for assignment in laboratory.pending.values()]
+        designs = laboratory.tests[[*model.layout.variables]]
+        self._known = {*designs.itertuples(index=False, name=None)}
+        self.round_number = 1
+        for assignment in laboratory.assignments.values():
+            self._known.add(tuple(assignment.design.values()))
+            self.round_number = max(self.round_number, assignment.proposal.round + 1)
+
+    def of_sequence(self, options: RunOptions, n: int) -> list[Values]:
+        """Return the first n new points of the sequence that meet the requirements."""
+        if n == 0:
+            return []
+        space = self._model.space
+        n_points = len(self._known) + n * _TRIED
+        X = unit_points(options, n_points, len(space.searched)).matrix(space)
+        is_met = (self._model.violations(X) <= 0).all(axis=1)
+        designs = self._first(X[is_met], n)
+        if len(designs) < n:
+            rule = f"at most {len(designs)}, the new designs up to point {n_points}"
+            remedy = "ask for fewer, or loosen the requirements"
+            raise invalid("the number of designs", rule, n, remedy)
+        return designs
+
+    def of_surrogates(self, options: RunOptions, store: StudyStore, n: int) -> list[Values]:
+        """Return up to n designs that surrogates propose, one or more."""
+        if n == 0:
+            return []
+        from pymoo_psi.algorithms._surrogate import proposed_now  # imports half of SciPy
+
+        model = self._model
+        space = model.space
+        columns = {}
+        for name in model.layout.variables:
+            columns[name] = np.array([design[name] for design in self._pending])
+        designs = model.designs(columns)
+        pending = space.points(designs[space.has_options(designs)])
+        table = store.whole()
+        table = model.under(table.rows(space.has_options(table.X)))
+        seed = options.seed or 0
+        points = proposed_now(model, table, pending, n, seed, self.round_number - 1)
+        proposals = self._first(space.matrix(points), n)
+        if not proposals:
+            remedy = "tell the results of pending tests, or ask for points of the sequence"
+            raise invalid("the number of designs", "0, as surrogates find no new one", n, remedy)
+        return proposals
+
+    def _first(self, X: Designs, n: int) -> list[Values]:
+        """Return the first n of designs that are new, which are known and pending from now on."""
+        layout = self._model.layout
+        columns = columns_of_designs(layout.variables, layout.kinds, X)
+        designs: list[Values] = []
+        for values in zip(*(column.tolist() for column in columns.values()), strict=True):
+            if values not in self._known and len(designs) < n:
+                self._known.add(values)
+                designs.append(dict(zip(columns, values, strict=True)))
+        self._pending += designs
+        return designs
+
+
+# Telling
+
+
+def tell_tests(
+    source: Any,
+    study: FilePath,
+    *,
+    withdraw: Collection[int] = (),
+    cancel: Collection[int] = (),
+    decimal: str | None = None,
+    sheet: str | None = None,
+) -> list[str]:
+    """Add the results of tests that people made to their study, all of them or none.
+
+    The number of a row identifies its test; several rows of one test are repeats. Rows without
+    results stay pending. If a variable differs in 15 digits from the proposed value, its new value
+    is what was tested. Results that the study has already change nothing.
+
+    Args:
+        source: The table of :func:`ask_tests` with results, as a file or a data frame; or ``None``.
+        study: The study.
+        withdraw: Tests whose results are withdrawn before others are added. A proposed test is then
+            pending again; a repeat is not, as nobody has asked for it.
+        cancel: Pending tests that will not be made.
+        decimal: The decimal mark of a text, if it is not clear.
+        sheet: The sheet of a workbook, if it has several.
+
+    Returns:
+        Sentences on what was added, and what is pending. The table ``history`` of the study keeps
+        what was withdrawn or cancelled.
+
+    Raises:
+        ArgumentValueError: A row cannot be read, or belongs to no proposed test; or the study has
+            other results.
+        StudyError: The study is damaged or cannot be written.
+    """
+    sentences: list[str] = []
+    with Study(study).changes() as database:
+        tests = [*map(str, _Laboratory(database).tests.index)]
+        for test in withdraw:
+            known_name("a test to withdraw", str(test), tests)
+            database.discard("tests", {TEST: test}, test, "withdrawn")
+        laboratory = _Laboratory(database)
+        for test in cancel:
+            known_name("a test to cancel", str(test), [*map(str, laboratory.pending)])
+            assignment = laboratory.pending.pop(test)
+            del laboratory.assignments[test]
+            key = {"run": assignment.run, "test_point": assignment.proposal.test_point}
+            database.discard("proposals", key, test, "cancelled")
+        if source is not None:
+            units = laboratory.head.get("units", {})
+            cells, columns = source_columns(source, units, decimal=decimal, sheet=sheet)
+            results = [*_results_in(cells, columns, laboratory, sentences)]
+            new = _new_results(laboratory, results)
+            if new:
+                sentences += _keep(database, laboratory, new)
+            n_known = len(results) - len(new)
+            sentences.insert(0, f"{counted(len(new), 'test')} taken, {n_known} known already.")
+        left = ", ".join(map(str, laboratory.pending)) or "none"
+    return [*sentences, f"Pending tests: {left}."]
+
+
+@dataclass(frozen=True)
+class _Result:
+    """The result of a test in a row of a file.
+
+    Attributes:
+        assignment: The assignment that it belongs to.
+        values: The variables, the results and ``reason``, by name. The results of a failed test are
+            NaN, the reason of another one is "".
+        place: Where the row is, for messages.
+    """
+
+    assignment: _Assignment
+    values: Values
+    place: str
+
+
+def _text(value: Any) -> str:
+    """Return a value as a text, a number in the 15 digits that spreadsheets keep."""
+    if isinstance(value, str):
+        return value
+    return f"{value:.15g}"
+
+
+def _results_in(
+    cells: Any, columns: Entries, laboratory: _Laboratory, remarks: list[str]
+) -> Iterator[_Result]:
+    """Yield the rows with all results or the reason of a failure; remark on those with some."""
+    head = laboratory.head
+    is_choice = [kind == Kind.CHOICE.value for kind in head["kinds"]]
+    options = head["problem"]["choices"].values()
+    choices = dict(zip(compress(head["variables"], is_choice), options, strict=True))
+    kinds = {TEST: Kind.INTEGER, FAILURE: Kind.CHOICE}
+    kinds |= dict.fromkeys(laboratory.results, Kind.REAL)
+    kinds |= zip(head["variables"], map(Kind, head["kinds"]), strict=True)
+    for name in kinds:
+        if name not in columns:
+            rule = "those of the file that was written for these tests"
+            remedy = "'ask --points 0' writes pending tests again"
+            raise invalid("the columns", rule, Received(f"none named {name!r}"), remedy)
+    for i in range(len(columns[TEST].cells)):
+        place = cells.where(i)
+        values = {}
+        for name, kind in kinds.items():
+            if not is_blank(columns[name].cells[i]):
+                values[name] = _value(columns[name], i, f"{place}, {name}", kind, choices.get(name))
+        yield from _result(values, place, laboratory, remarks)
+
+
+def _value(column: Any, i: int, place: str, kind: Kind, choices: Names | None) -> Any:
+    """Return a cell of a column, which is not blank, as a value of a kind."""
+    cell = column.cells[i]
+    text = str(cell).strip()
+    if kind is Kind.BINARY:
+        return TRUTH_VALUES[known_name(place, text.lower(), TRUTH_VALUES)]
+    if choices is not None:
+        (option,) = choice_values([text])
+        known_name(place, str(option), choices)
+    if kind is Kind.CHOICE:
+        return text
+    number = column.require_numbers()[i].item()
+    if not math.isfinite(number) or (kind is Kind.INTEGER and number % 1):
+        raise invalid(place, f"one {kind.value} number", cell)
+    if kind is Kind.LOG and number <= 0:
+        raise invalid(place, OF_LOG, cell)
+    if kind is Kind.INTEGER:
+        return int(number)
+    return number
+
+
+def _result(
+    values: Values, place: str, laboratory: _Laboratory, remarks: list[str]
+) -> Iterator[_Result]:
+    """Yield the row of some values, if it has all results or the reason of a failure."""
+    test = values.pop(TEST, None)
+    reason = values.pop(FAILURE, "")
+    measured = values.keys() & {*laboratory.results}
+    if not measured and not reason:
+        return
+    if measured and reason:
+        rule = "either results or the reason of a failure"
+        raise invalid(place, rule, Received(reason), "leave one of them blank")
+    assignment = laboratory.assignments.get(test)
+    if assignment is None or assignment.original != test:
+        rule = "that of a test that was asked for and is not cancelled"
+        raise invalid(f"{place}, {TEST}", rule, test)
+    if len(measured) < len(laboratory.results) and not reason:
+        remarks.append(f"Test {test} stays pending, as it lacks some results.")
+        return
+    for name, value in assignment.design.items():
+        if _text(values.get(name, value)) == _text(value):
+            values[name] = value  # with all its digits
+    unknown = dict.fromkeys(laboratory.results, np.nan)
+    yield _Result(assignment, unknown | values | {"reason": reason}, place)
+
+
+def _new_results(laboratory: _Laboratory, results: Sequence[_Result]) -> list[_Result]:
+    """Return the results that the study does not have.
+
+    The first row of a test is compared with the first stored test of its design, and so on.
+
+    Raises:
+        ArgumentValueError: A row differs from the study.
+    """
+    names = [*laboratory.head["variables"], *laboratory.results, "reason"]
+    stored: dict[int, list[Any]] = defaultdict(list)  # rows of tests, by the original test
+    for test, assignment in laboratory.assignments.items():
+        if test in laboratory.tests.index:
+            stored[assignment.original].append(laboratory.tests.loc[test])
+    new = []
+    for result in results:
+        test = result.assignment.test
+        if not stored[test]:
+            new.append(result)
+            continue
+        values = stored[test].pop(0)
+        differences = []
+        for name in names:
+            text, other = _text(result.values[name]), _text(values[name])
+            if text != other:
+                differences.append(f"{name} = {text} where it has {other}")
+        if differences:
+            raise invalid(
+                result.place,
+                f"as the study has test {test}",
+                Received("; ".join(differences)),
+                f"--withdraw {test} with this file replaces it; a repeat comes below the stored "
+                "rows of its test; nothing was taken",
+            )
+    return new
+
+
+def _keep(database: Database, laboratory: _Laboratory, results: Sequence[_Result]) -> list[str]:
+    """Write the tests of results; return sentences on designs that were changed."""
+    import pandas as pd
+
+    tests = []
+    sentences = []
+    for result in results:
+        assignment = result.assignment
+        _, round_number, origin, content = assignment.proposal
+        title = f"Test {assignment.test}"
+        if laboratory.pending.pop(assignment.test, None) is None:  # it has a result already
+            content = content | {"of": assignment.test}
+            assignment = _assign(database, assignment.run, round_number, origin, content)
+            title = f"Test {assignment.test}, a repeat of {assignment.original}"
+        for name, value in assignment.design.items():
+            if result.values[name] != value:
+                change = f"{name} = {_text(result.values[name])} instead of {_text(value)}"
+                sentences.append(f"{title}: {change}; what was tested counts.")
+        of_proposal = {TEST: assignment.test, "origin": origin, PROPOSAL_ROUND: round_number}
+        tests.append(result.values | of_proposal)
+    frame = pd.DataFrame(tests)
+    if not frame[PROPOSAL_ROUND].any():
+        del frame[PROPOSAL_ROUND]
+    columns: Columns = {str(name): frame[name].to_numpy() for name in frame}
+    columns["seconds"] = np.full(len(tests), np.nan)
+    columns |= _computed(database.facts.head, columns)
+    database.widen(columns)
+    database.insert(columns | database.numbered(columns[TEST]))
+    return sentences
+
+
+def _computed(head: Entries, columns: Columns) -> Columns:
+    """Return what follows from variables and results: status, expressions and requirements."""
+    has_failed = columns["reason"] != ""
+    columns = columns | {"status": np.where(has_failed, "failed", "ok")}
+    for name, expression in head.get("expressions", {}).items():
+        if expression:
+            values = Expression.of(expression).values(columns)
+            columns[name] = np.where(has_failed, np.nan, values)
+    designs = {name: columns[name] for name in head["variables"]}
+    for name in head["inequalities"][head["model_inequalities"] :]:
+        rule = name.rpartition(": ")[2]
+        columns[name] = np.zeros(len(has_failed))
+        if "=" in rule:  # otherwise it is a function, which only the problem has
+            (requirement,) = requirements_of({name: rule}, [*designs])
+            columns[name] = requirement.violation(designs)
+    return columns
