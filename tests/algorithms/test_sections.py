@@ -22,6 +22,7 @@ class Bar(ElementwiseProblem):
 
     def __init__(self):
         self.names = {"f1": "mass", "f2": "gain"}
+        self.units = {"a": "mm", "mass": "kg"}
         super().__init__(
             vars={
                 "a": Real(bounds=(1, 3)),
@@ -105,6 +106,7 @@ def test_panels_are_one_for_each_column_and_variable(table):
     assert len(figure.axes) == 6
     for row in (figure.axes[:3], figure.axes[3:]):
         assert len({axes.get_ylim() for axes in row}) == 1
+    assert (figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()) == ("a [mm]", "mass [kg]")
 
 
 @pytest.mark.parametrize(

@@ -100,7 +100,9 @@ def sections(
                 frame.insert(2, "value", values)
                 frame.insert(3, "design", [table.X[row, j]] * len(values))
                 frames.append(frame)
-    return pd.concat(frames, ignore_index=True)
+    sections = pd.concat(frames, ignore_index=True)
+    sections.attrs["units"] = dict(layout.units)
+    return sections
 
 
 def _row(table: TestTable, design: int | str | None) -> int:

@@ -16,6 +16,5 @@ from ._style import save_figures as save_figures
 
 from ._figures import plot_fronts as plot_fronts
 from ._figures import plot_indicator as plot_indicator
-from ._paper import shown_case as shown_case
 from ._style import literal as literal
 from ._style import svg_of as svg_of

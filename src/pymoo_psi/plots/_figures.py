@@ -15,11 +15,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 from numpy.typing import ArrayLike
 
+from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     Array,
     Names,
@@ -38,8 +37,7 @@ from pymoo_psi.plots._points import (
     OPTIMUM,
     ORANGE,
     PARETO,
-    Group,
-    Points,
+    Marker,
     groups_by_place,
     name_axis,
     points_of_table,
@@ -76,12 +74,13 @@ _INDICATORS = {
     "epsilon": "additive epsilon (units of N − U)",
     "optimum_distance": "optimum distance (units of N − U)",
 }
-# Bars of the groups in a histogram: their sides in shares of the interval, and their style.
-_BARS: dict[str, tuple[float, float, Style]] = {
-    "tested": (0.0, 1.0, {"facecolor": "0.9", "edgecolor": "0.55"}),
-    "feasible": (0.08, 0.5, {"facecolor": BLUE}),
-    "pareto": (0.5, 0.92, {"facecolor": ORANGE, "edgecolor": "white", "hatch": "////"}),
+# The groups in a histogram, and how their stairs are drawn.
+_STAIRS: dict[str, Style] = {
+    "all": {"fill": True, "facecolor": "0.9"},
+    "feasible": {"fill": True, "facecolor": "#A6CBE8"},
+    PARETO: {"edgecolor": ORANGE, "linewidth": 1.5},
 }
+_PERSON: Style = {"color": "#D55E00", "linestyle": "none", "zorder": 8.0}
 
 
 # Histograms, and objectives against variables
@@ -128,13 +127,20 @@ def plot_table(
     if rows:
         points = points_of_table(table, [*tops, *rows])
     histograms = [histogram(table, name) for name in tops]
-    n_columns = min(len(tops), MATRIX)
-    with panels(len(tops) * (1 + len(rows)), n_columns) as (figure, axes):
-        _draw_histograms(axes[: len(tops)], histograms, table, points)
-        for ax in axes[: len(tops) : n_columns]:
-            ax.set_ylabel("% of each group")
-        planes = product(rows, tops)
-        for ax, (objective, variable) in zip(axes[len(tops) :], planes, strict=True):
+    n = len(tops)
+    n_columns = min(n, MATRIX)
+    with panels(n * (1 + len(rows)), n_columns, sharey="row") as (figure, axes):
+        for ax, bars in zip(axes, histograms, strict=False):
+            _draw_histogram(ax, bars, table)
+            label = layout.label_of(bars.variable)
+            if rows:  # the planes below have the name
+                label = ""
+            name_axis(ax, "x", label, bars.values)
+            if rows and not bars.values:  # options have an interval each, and are aligned
+                ax.set_xlim(points.columns[bars.variable].ends)
+        for ax in axes[:n:n_columns]:
+            name_axis(ax, "y", "% of each group")
+        for ax, (objective, variable) in zip(axes[n:], product(rows, tops), strict=True):
             points.draw(ax, variable, objective)
             ax.label_outer()
         legend_of(figure, axes)
@@ -152,68 +158,23 @@ def _column_names(argument: str, names: Names | None, default: Names, layout: La
     return [known_name(argument, name, layout.columns) for name in names]
 
 
-def _draw_histograms(
-    axes: Sequence[Axes], histograms: Sequence[Histogram], table: TestTable, points: Points
-) -> None:
-    """Draw histograms on one scale; name their axes, or align them with the planes below.
-
-    Args:
-        axes: Axes for each histogram.
-        histograms: The histograms.
-        table: The table.
-        points: The designs on the planes below; without columns if there are none.
-    """
-    totals = {
-        "tested": len(table),
-        "feasible": table.feasible().sum(),
-        "pareto": table.pareto().sum(),
-    }
-    for ax, bars in zip(axes, histograms, strict=True):
-        _draw_histogram(ax, bars, table.layout, totals)
-        name_axis(ax, "y", "")
-        label = table.layout.label_of(bars.variable)
-        if points.columns:  # the planes below have the name
-            label = ""
-        name_axis(ax, "x", label, bars.values)
-        if points.columns and not bars.values:  # options have an interval each, and are aligned
-            ax.set_xlim(points.columns[bars.variable].ends)
-    highest = max(ax.get_ylim()[1] for ax in axes)
-    for ax in axes:
-        ax.set_ylim(0, highest)
-
-
-def _draw_histogram(axes: Axes, bars: Histogram, layout: Layout, totals: Mapping[str, int]) -> None:
-    """Draw the share of each group in each interval.
-
-    Args:
-        axes: The axes.
-        bars: Edges of the intervals, and the numbers of designs in them.
-        layout: Layout of the table.
-        totals: The number of designs in each group.
-    """
-    edges = bars.edges
-    widths = np.diff(edges)
-    if len(widths) > 1 and not np.allclose(widths, widths[0]):
+def _draw_histogram(axes: Axes, bars: Histogram, table: TestTable) -> None:
+    """Draw the share of each group in each interval."""
+    if table.layout.is_log(bars.variable):
         axes.set_xscale("log")
-    for group, (left, right, style) in _BARS.items():
-        # The intervals of a dependent column span the feasible designs; other tests are outside.
-        if group == "tested" and bars.variable not in layout.variables:
-            continue
-        n = totals[group]
-        name = group.replace("pareto", PARETO)
-        if group == "tested" and layout.label is not None:
-            name = "all designs"
-        axes.bar(
-            edges[:-1] + left * widths,
-            100.0 * getattr(bars, group) / max(n, 1),
-            (right - left) * widths,
-            align="edge",
-            linewidth=0.5,
-            label=f"bars: {name} ({n})",
-            **style,
-        )
-    if len(edges) > 1:
-        axes.set_xlim(edges[0], edges[-1])
+    groups = {"feasible": bars.feasible, PARETO: bars.pareto}
+    if bars.variable in table.layout.variables:
+        groups = {"all": bars.tested, **groups}
+    totals = {
+        "all": len(table),
+        "feasible": table.feasible().sum(),
+        PARETO: table.pareto().sum(),
+    }
+    for name, counts in groups.items():
+        # The intervals of a dependent column span the feasible designs; others are outside.
+        n = totals[name]
+        label = f"bars: {name} ({n})"
+        axes.stairs(100.0 * counts / max(n, 1), bars.edges, label=label, **_STAIRS[name])
 
 
 def _outside(histograms: Sequence[Histogram]) -> str:
@@ -279,11 +240,12 @@ def plot_objectives(
         from pymoo_psi.selection import CompromiseProgramming
 
         ranking = table.feasible_ranking()
-        names_by_row: dict[int, list[str]] = {}
-        for name, weights in people.items():
-            best = CompromiseProgramming(weights=weights).do(ranking)[0]
-            names_by_row.setdefault(int(ranking.rows[best]), []).append(name)
-        points = replace(points, people=names_by_row)
+        marks = list(points.marks)
+        for i, (name, weights) in enumerate(people.items(), 1):
+            best = ranking.rows[CompromiseProgramming(weights=weights).do(ranking)[0]]
+            label = f"{i}: {literal(name)}"
+            marks.append((best, {"marker": f"${i}$", "label": label, **_PERSON}))
+        points = replace(points, marks=marks)
     n = len(names) - 1
     with new_figure(28.0 + n * row_height(n)) as figure:
         for ax, first, second in _planes(figure, n):
@@ -315,8 +277,8 @@ def plot_ranking(
     """Return the Pareto-optimal designs of a ranking as parallel coordinates.
 
     Each design is a line, darker for places 2 to 10. The best value of each objective in the Pareto
-    set is at the bottom, the worst on top. Place 1 and the marked design have their names at the
-    end. :func:`plot_objectives` draws the objectives of a table in pairs.
+    set is at the bottom, the worst on top. :func:`plot_objectives` draws the objectives of a table
+    in pairs.
 
     Args:
         ranking: From :func:`pymoo_psi.rank_of_efficiency` or ``table.ranking()``.
@@ -344,20 +306,15 @@ def plot_ranking(
     if len(names) > MATRIX:
         height = 90.0
     with panels(1, 1, height=height) as (figure, (ax,)):
-        legend = []
         for name, group in groups_by_place(ranking).items():
-            lines = shares[group.mask]
-            ax.add_collection(_lines(lines, group))
-            label = f"{name} ({len(lines)})"
-            legend.append(Line2D([], [], color=group.marker.colour, label=label))
-        marked = [int(ranking.salukvadze[0])]
-        if row is not None and row not in ranking.salukvadze:
-            style = {"marker": "o", "markersize": 4.0, "linewidth": 2.0}
-            ax.plot(shares[row], "k--", label="chosen", zorder=7.0, **style)
-            marked.append(row)
-        _name_ends(ax, {ranking.name_of(one): shares[one, -1] for one in marked})
+            lines = _lines(shares[group.mask], group.marker)
+            lines.set_label(f"{name} ({group.mask.sum()})")
+            ax.add_collection(lines)
+        if row is not None:
+            label = f"chosen: {literal(ranking.name_of(row))}"
+            ax.plot(shares[row], "ko--", markersize=4.0, linewidth=2.0, zorder=7.0, label=label)
         _name_objectives(ax, names, objectives.original(low), objectives.original(high))
-        legend_of(figure, [ax], *legend)
+        legend_of(figure, [ax])
         optimal = counted(ranking.pareto.sum(), "Pareto-optimal design")
         figure.describe(
             title,
@@ -368,22 +325,21 @@ def plot_ranking(
     return figure
 
 
-def _lines(shares: Array, group: Group) -> LineCollection:
+def _lines(shares: Array, marker: Marker) -> LineCollection:
     """Return a line for each of ``(n, m)`` designs of a group, the fainter the more there are."""
     n = len(shares)
     width = 1.0
     if n > _MANY:
         width = 0.4
-    if group.marker is OPTIMUM:
+    if marker is OPTIMUM:
         width = 2.0
-    places = np.arange(shares.shape[1])
-    lines = [np.column_stack([places, line]) for line in shares]
+    places = np.broadcast_to(np.arange(shares.shape[1]), shares.shape)
     return LineCollection(
-        lines,
-        colors=group.marker.colour,
+        list(np.dstack([places, shares])),
+        colors=marker.colour,
         linewidths=width,
         alpha=min(1.0, max(_FAINTEST, _MANY / n)),
-        zorder=group.marker.level,
+        zorder=marker.level,
         rasterized=n > _MANY,
     )
 
@@ -397,22 +353,8 @@ def _name_objectives(axes: Axes, names: list[str], best: Array, worst: Array) ->
     below = [f"{number(value)}\n{name}" for value, name in zip(best, names, strict=True)]
     axes.set_xticks(places, below, rotation=rotation)
     axes.secondary_xaxis("top").set_xticks(places, [number(value) for value in worst])
-    axes.set(xlim=(-0.4, len(names) - 0.9), ylim=(-0.05, 1.05))
+    axes.set(xlim=(-0.4, len(names) - 0.6), ylim=(-0.05, 1.05))
     axes.set_ylabel("share of the range (0 is best)")
-
-
-def _name_ends(axes: Axes, ends: Mapping[str, float]) -> None:
-    """Write names behind the ends of lines, apart from one another.
-
-    Args:
-        axes: The axes, on which lines end between 0 and 1.
-        ends: The ends by name.
-    """
-    free = -1.0
-    for name, end in sorted(ends.items(), key=lambda item: item[1]):
-        free = max(end, free + 0.07)
-        place = axes.get_yaxis_transform()
-        axes.text(1.0, free, literal(name, 24), transform=place, va="center")
 
 
 # Sensitivities
@@ -438,7 +380,8 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
     variables = index.unique("variable").tolist()
     n_columns = min(_PANELS, max(len(columns), 1))
     height = 16 + 5.0 * len(variables)
-    with panels(len(columns), n_columns, head=22, height=height) as (figure, axes):
+    n = len(columns)
+    with panels(n, n_columns, head=22, height=height, sharey="row") as (figure, axes):
         for ax, column in zip(axes, columns, strict=True):
             # A sensitivity is between 0 and 1; its estimate need not be.
             estimates = sensitivities.loc[column].loc[variables].clip(0, 1)
@@ -447,9 +390,6 @@ def plot_sensitivities(sensitivities: pd.DataFrame, *, title: str = "") -> Drawi
             if estimates["first_order"].isna().all():
                 name += ": constant"
             ax.set_title(name)
-            ax.tick_params(labelleft=False)
-        for ax in axes[::n_columns]:
-            ax.tick_params(labelleft=True)
         figure.describe(
             title,
             "First-order sensitivities: the share of a column's variance that each variable "
@@ -472,7 +412,7 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
     """Return the sections through a design: a row of panels for each column, one for each variable.
 
     Args:
-        sections: From :func:`pymoo_psi.algorithms.sections`.
+        sections: From :func:`pymoo_psi.algorithms.sections`, whose ``attrs`` have the units.
         title: Subject of the tests, with which the caption begins.
 
     Example:
@@ -482,17 +422,17 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
         >>> len(figure.axes)
         8
     """
-    lines = [frame for _, frame in sections.groupby(["column", "variable"], sort=False)]
-    n_variables = sections["variable"].nunique()
-    n_columns = min(max(n_variables, 1), _PANELS + 1)
+    n_columns = min(sections["variable"].nunique(), _PANELS + 1)
+    lines: list[Any] = list(sections.groupby(["column", "variable"], sort=False))
+    units = sections.attrs.get("units", {})
     with panels(len(lines), n_columns, head=22, height=38.0) as (figure, axes):
-        for ax, line in zip(axes, lines, strict=True):
-            _draw_section(ax, line)
-            # The same for all variables, so that slopes can be compared.
-            expected = sections.loc[sections["column"] == line["column"].iloc[0], "expected"]
-            margin = 0.1 * np.ptp(expected)
-            if margin > 0:
-                ax.set_ylim(expected.min() - margin, expected.max() + margin)
+        firsts: dict[Any, Axes] = {}
+        for ax, ((column, variable), line) in zip(axes, lines, strict=True):
+            # The same axis for all variables, so that slopes can be compared.
+            ax.sharey(firsts.setdefault(column, ax))
+            options = _draw_section(ax, line)
+            name_axis(ax, "x", with_unit(variable, units.get(variable, "")), options)
+            name_axis(ax, "y", with_unit(column, units.get(column, "")))
         figure.describe(
             title,
             "Sections through a design (dashed): what surrogates of the tests expect where one "
@@ -501,8 +441,8 @@ def plot_sections(sections: pd.DataFrame, *, title: str = "") -> Drawing:
     return figure
 
 
-def _draw_section(ax: Axes, line: pd.DataFrame) -> None:
-    """Draw an expected curve and its band; of texts, points with bars."""
+def _draw_section(ax: Axes, line: pd.DataFrame) -> list[object]:
+    """Draw an expected curve and its band; of options, points with bars; return the options."""
     values = line["value"].tolist()
     design = line["design"].iloc[0]
     options: list[object] = []
@@ -518,8 +458,7 @@ def _draw_section(ax: Axes, line: pd.DataFrame) -> None:
         ax.fill_between(values, low, high, color=BLUE, alpha=0.2, linewidth=0)
         ax.plot(values, expected, color=BLUE)
     ax.axvline(design, color="black", linewidth=0.8, linestyle="--")
-    name_axis(ax, "x", line["variable"].iloc[0], options)
-    name_axis(ax, "y", line["column"].iloc[0])
+    return options
 
 
 # Fits to measurements
@@ -570,7 +509,7 @@ def plot_identification(
     with panels(len(pairs), min(len(pairs), _PANELS)) as (figure, axes):
         for ax, (name, column) in zip(axes, pairs, strict=True):
             _draw_fits(ax, problem, table, chosen, name, column)
-        legend_of(figure, axes, ncols=best + 1)
+        legend_of(figure, axes, best + 1)
         figure.describe(title, "Measured values, and the curves of the best designs.")
     return figure
 
@@ -622,7 +561,7 @@ def plot_indicators(comparison: Comparison) -> Drawing:
     with panels(4, 2, height=61.0) as (figure, axes):
         for ax, indicator in zip(axes, _INDICATORS, strict=True):
             plot_indicator(comparison, indicator, ax)
-        legend_of(figure, axes, Patch(color="0.8", label="bands: quartiles"), ncols=4)
+        legend_of(figure, axes, 4)
         n_seeds = comparison.measures["seed"].dropna().nunique()
         seeds = counted(max(n_seeds, 1), "seed")
         budgets = ", ".join(map(str, comparison.evaluations))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -57,35 +57,6 @@ _MODEL_NAMES = {
 }
 
 
-class _Panel(NamedTuple):
-    """A panel of Figure 7: its title, the symbol on its axis, curves by their names.
-
-    The curves are the columns of attributes of :class:`~pymoo_psi.chute.Trajectory`.
-    """
-
-    title: str
-    symbol: str
-    curves: tuple[str, ...]
-    attributes: tuple[str, ...]
-
-
-_PANELS = (
-    _Panel(
-        "speed of the centre and time",
-        "$v_C$, $t$",
-        ("$v_C$, speed", "$t$, time"),
-        ("speed", "time"),
-    ),
-    _Panel(
-        "spin of the sphere",
-        r"$\omega$",
-        (r"$\omega_X$", r"$\omega_Y$", r"$\omega_Z$"),
-        ("spin",),
-    ),
-    _Panel("slip velocity", "$v_A$", ("$v_{AX}$, along", "$v_{AY}$, across"), ("slip_velocity",)),
-    _Panel("friction force", "$f_A$", ("$f_{AX}$, along", "$f_{AY}$, across"), ("friction",)),
-    _Panel("normal reactions", "$n$", ("$n_A$, plane", "$n_B$, guide-wall"), ("normal",)),
-)
 # The panels of Figure 8: columns of salukvadze_functions.
 _FUNCTIONS = (
     {"f1": "$f_1^S$, time", "exit_speed": "$v_{Cf}^S$, exit speed"},
@@ -127,7 +98,7 @@ def paper_figures(
         ('figure_2', 'Criteria over the variables, as surfaces and as contours')
     """
     instance("reproduction", reproduction, Reproduction)
-    case = shown_case(reproduction, model)
+    case = _case(reproduction, model)
     yield "figure_2", _surfaces_figure(model)
     for number, (title, coordinates) in _SPACES.items():
         yield f"figure_{number}", _points_figure(case, title, coordinates)
@@ -135,26 +106,13 @@ def paper_figures(
     yield "figure_8", _functions_figure(case, reproduction.n_points)
 
 
-def shown_case(reproduction: Reproduction, model: str) -> Case:
-    """Return the case of Figures 3 to 8: the first with the paper's μ, or else the first.
-
-    Raises:
-        ArgumentValueError: The model is unknown or has no case.
-
-    Example:
-        >>> from pymoo_psi.paper import Reproduction, solve_case
-        >>> small = Reproduction(64, (solve_case(0.4, "full", 64),))
-        >>> shown_case(small, "full").mu
-        0.4
-    """
+def _case(reproduction: Reproduction, model: str) -> Case:
+    """Return the case of Figures 3 to 8: the first with the paper's μ, or else the first."""
     cases = [case for case in reproduction.cases if case.model == model]
     if not cases:
         received = Received(repr(reproduction))
         raise invalid("reproduction", f"one with cases of the {model} model", received)
-    for case in cases:
-        if np.isclose(case.mu, _MU):
-            return case
-    return cases[0]
+    return min(cases, key=lambda case: not np.isclose(case.mu, _MU))
 
 
 def _subject(case: Case) -> str:
@@ -167,21 +125,21 @@ def _subject(case: Case) -> str:
 
 def _surfaces_figure(model: str) -> Drawing:
     """Return Figure 2: the criteria as surfaces, with contours beside them."""
-    letters = iter(["a, b", "c, d", "e, f", "g, h"])
-    n_rows = 2 * len(_SURFACES_MU)
-    parts: list[str] = []
+    place = 0
     with new_figure(232) as figure:
         for mu in _SURFACES_MU:
             u1, u2, criteria = criterion_surfaces(mu, model)
             for name, values in zip(("f1", "f2"), criteria, strict=True):
-                place = 2 * len(parts) + 1
-                space = figure.add_subplot(n_rows, 2, place, projection="3d")
-                plane = figure.add_subplot(n_rows, 2, place + 1)
-                step = _draw_criterion(space, plane, u1, u2, values, _LABELS[name])
-                part = rf"({next(letters)}) {_LABELS[name]}, $\mu$ = {mu:g}"
-                parts.append(f"{part}, contours in steps of {step:g}")
-        title = f"Criteria over the variables, as surfaces and as contours; {_MODEL_NAMES[model]}"
-        figure.describe(title, f"{'; '.join(parts)}.", _UNITS)
+                space = figure.add_subplot(4, 2, place + 1, projection="3d")
+                plane = figure.add_subplot(4, 2, place + 2)
+                label = rf"{_LABELS[name]}, $\mu$ = {mu:g}"
+                _draw_criterion(space, plane, u1, u2, values, label)
+                place += 2
+        figure.describe(
+            f"Criteria over the variables, as surfaces and as contours; {_MODEL_NAMES[model]}",
+            "The steps between contours are equal.",
+            _UNITS,
+        )
     return figure
 
 
@@ -192,14 +150,9 @@ def _draw_criterion(
     u2: Array,
     values: Array,
     label: str,
-) -> float:
-    """Draw ``(n, n)`` values over the variables: a surface in space, contours in the plane.
-
-    Returns:
-        The step from contour to contour.
-    """
+) -> None:
+    """Draw ``(n, n)`` values over the variables: a surface in space, contours in the plane."""
     values = np.ma.masked_invalid(values)
-    # Equal steps of round numbers, which the caption names.
     levels = MaxNLocator(_N_LEVELS).tick_values(values.min(), values.max())
     colours: Style = {"cmap": "viridis", "vmin": levels[0], "vmax": levels[-1]}
 
@@ -227,9 +180,7 @@ def _draw_criterion(
     filled = plane.contourf(u1, u2, values, levels, **colours)
     plane.contour(u1, u2, values, levels, colors="white", linewidths=0.5)
     plane.set(xlabel=_LABELS["u1"], ylabel=_LABELS["u2"])
-    bar = space.figure.colorbar(filled, ax=plane, aspect=16)
-    bar.set_label(label)
-    return float(levels[1] - levels[0])
+    space.figure.colorbar(filled, ax=plane, aspect=16, label=label)
 
 
 # Figures 3 to 6
@@ -249,14 +200,11 @@ def _points_figure(case: Case, space: str, names: tuple[str, ...]) -> Drawing:
         lower = axes[len(pairs) :]
         _draw_pairs(upper, pairs, case, every)
         _draw_pairs(lower, pairs, case, ranked)
-        legend_of(figure, axes, fontsize=8)
-        letters = ("(a) to (c)", "(d) to (f)")
-        if len(pairs) == 1:
-            letters = ("(a)", "(b)")
+        legend_of(figure, axes)
         points = counted(len(ranked), "point")
         figure.describe(
             f"Pareto-optimal points {space}; {_subject(case)}",
-            f"{letters[0]} all {points}; {letters[1]} detail around the ranked points.",
+            f"First all {points}, then a detail around the ranked points.",
             _UNITS,
         )
     return figure
@@ -292,12 +240,18 @@ def _motion_figure(case: Case) -> Drawing:
     u1, v_p = case.designs.X[best].tolist()
     parameters = ChuteParameters(mu=case.mu)
     motion = trajectory(u1, v_p, parameters)
-    with panels(len(_PANELS), 2, head=5.0, height=50.0) as (figure, axes):
-        for ax, panel in zip(axes, _PANELS, strict=True):
-            values = np.column_stack([getattr(motion, name) for name in panel.attributes])
-            _draw_motion(ax, motion, values, panel.curves)
-            ax.set_ylabel(panel.symbol)
-            ax.set_title(panel.title, loc="left")
+    of_centre = np.column_stack([motion.speed, motion.time])
+    quantities = {
+        "speed and time": (("$v_C$, speed", "$t$, time"), of_centre),
+        "spin": ((r"$\omega_X$", r"$\omega_Y$", r"$\omega_Z$"), motion.spin),
+        "slip velocity": (("$v_{AX}$, along", "$v_{AY}$, across"), motion.slip_velocity),
+        "friction force": (("$f_{AX}$, along", "$f_{AY}$, across"), motion.friction),
+        "normal reactions": (("$n_A$, plane", "$n_B$, guide-wall"), motion.normal),
+    }
+    with panels(len(quantities), 2, head=5.0, height=50.0) as (figure, axes):
+        for ax, (name, (curve_names, values)) in zip(axes, quantities.items(), strict=True):
+            _draw_motion(ax, motion, values, curve_names)
+            ax.set_ylabel(name)
         title = (
             rf"Transportation of the sphere, $\mu$ = {case.mu:g}: motion under the full model for "
             f"the Salukvadze optimum under the {_MODEL_NAMES[case.model]}"
@@ -353,7 +307,7 @@ def _functions_figure(case: Case, n: int) -> Drawing:
         for ax, labels in zip(axes, _FUNCTIONS, strict=True):
             _draw_functions(ax, functions, labels, styles)
             ax.axvline(speed, label=f"$c$ = {speed:g}", **_TRANSITION)
-        legend_of(figure, axes, ncols=3)
+        legend_of(figure, axes, 3)
         figure.describe(
             f"Salukvadze optima of {counted(n, 'test point')} against the initial speed, in steps "
             f"from one test point to another; {_subject(case)}",
@@ -371,11 +325,6 @@ def _draw_functions(
         style = next(styles) | {"marker": ""}
         # One test point is the optimum for several speeds, which gives steps.
         ax.step(functions["c"], functions[name], label=label, where="mid", **style)
-    symbols = [_symbol(label) for label in labels.values()]
+    symbols = [label.split(",")[0] for label in labels.values()]
     ax.set_ylabel(", ".join(symbols))
     ax.set(xlim=(0, None), xlabel="$c$, initial speed of the centre")
-
-
-def _symbol(label: str) -> str:
-    """Return the symbol in a label: ``$f_3^S$`` from ``$f_3^S$, height``."""
-    return label.split(",")[0]

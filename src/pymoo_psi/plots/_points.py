@@ -6,7 +6,7 @@ Every design is in one group. Groups differ in marker and lightness.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -85,17 +85,11 @@ class Group:
         shape, colour, size, level = self.marker
         n = self.mask.sum()
         shrink = np.clip((_MANY / max(n, 1)) ** 0.3, 0.3, 1.0)
-        edge = "black"
-        if shape == "x":  # which is nothing but an edge
-            edge = colour
-        elif shape == "." or n > _MANY:  # edges of many would cover the others
-            edge = "none"
         return {
             "linestyle": "none",
             "marker": shape,
+            "color": colour,
             "markersize": size * shrink,
-            "markerfacecolor": colour,
-            "markeredgecolor": edge,
             "markeredgewidth": 0.5 * shrink,
             "zorder": level,
             "label": f"{name} ({n})",
@@ -114,7 +108,6 @@ class Column:
         options: The values at 0, 1, … of a choice or a binary variable; empty for numbers.
         log: Whether the axis is logarithmic.
         limits: The lower and the upper limit, infinite where there is none.
-        name: Name of the column in the legend of its limits.
     """
 
     places: Array
@@ -123,7 +116,6 @@ class Column:
     options: tuple[Any, ...] = ()
     log: bool = False
     limits: Ends = _OPEN
-    name: str = ""
 
     @property
     def visible(self) -> Mask:
@@ -136,24 +128,15 @@ class Column:
         axes.set(**{f"{letter}lim": self.ends})
         if self.log:
             axes.set(**{f"{letter}scale": "log"})
+        across = {"x": "v", "y": "h"}[letter]
+        draw_span = getattr(axes, f"ax{across}span")
+        draw_line = getattr(axes, f"ax{across}line")
         for sign, limit, end in zip("≥≤", self.limits, self.ends, strict=True):
             if np.isfinite(limit):
-                label = f"limit {literal(self.name, 24)} {sign} {number(limit, 6)}"
-                _shade(axes, letter, limit, end, label)
+                label = f"limit {literal(self.label, 24)} {sign} {number(limit, 6)}"
+                draw_span(*sorted((limit, end)), facecolor="0.93", linewidth=0, zorder=0)
+                draw_line(limit, color="0.25", ls="--", lw=1.0, zorder=4.5, label=label)
         name_axis(axes, letter, self.label, self.options)
-
-
-def _shade(axes: Axes, letter: str, limit: float, end: float, label: str) -> None:
-    """Draw a line at a limit, and shade the axis from there to an end."""
-    low, high = sorted((limit, end))
-    shade: Style = {"facecolor": "0.93", "linewidth": 0, "zorder": 0}
-    line: Style = {"color": "0.25", "linewidth": 1.0, "zorder": 4.5, "label": label}
-    if letter == "x":
-        axes.axvspan(low, high, **shade)
-        axes.axvline(limit, linestyle="-.", **line)
-    else:
-        axes.axhspan(low, high, **shade)
-        axes.axhline(limit, linestyle="--", **line)
 
 
 def name_axis(axes: Axes, letter: str, label: str, options: Sequence[object] = ()) -> None:
@@ -165,37 +148,25 @@ def name_axis(axes: Axes, letter: str, label: str, options: Sequence[object] = (
         label: Its name.
         options: Texts at 0, 1, …; empty for an axis of numbers.
     """
-    grid = axes.get_gridspec()
-    room = _LETTERS
-    if grid:
-        room = _LETTERS // grid.ncols
-    axis: Any = axes.yaxis
+    axis: Any = getattr(axes, f"{letter}axis")
+    grid: Any = axes.get_gridspec()
+    room = _LETTERS // grid.ncols
     n_ticks = 4
-    if letter == "x":
-        axis = axes.xaxis
-        axis.set_label_text(literal(label, room))
-        if room < 20:
-            n_ticks = 3
-    else:
-        axis.set_label_text(literal(label, 22))
-
+    if room < 20:
+        n_ticks = 3
+    if letter == "y":
+        room = 22
+    axis.set_label_text(literal(label, room))
     if options:
-        _name_options(axis, options, room)
+        step = -(-len(options) // _MOST_OPTIONS)  # rounded up
+        names = [literal(option, 14) for option in options[::step]]
+        rotation = 0
+        if letter == "x" and len("  ".join(names)) > room:
+            rotation = 90
+        axis.set_ticks(range(0, len(options), step), names, rotation=rotation)
+        axis.grid(visible=False)
     elif axis.get_scale() == "linear":
         axis.get_major_locator().set_params(nbins=n_ticks)
-
-
-def _name_options(axis: Any, options: Sequence[object], room: int) -> None:
-    """Write options at 0, 1, … of an axis, upright where they are too long for an x axis."""
-    step = -(-len(options) // _MOST_OPTIONS)  # rounded up
-    places = range(0, len(options), step)
-    names = [literal(options[place], 14) for place in places]
-    length = sum(len(name) + 2 for name in names)
-    rotation = 0
-    if axis.axis_name == "x" and length > room:
-        rotation = 90
-    axis.set_ticks(places, names, rotation=rotation)
-    axis.grid(visible=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,14 +176,12 @@ class Points:
     Attributes:
         columns: Columns by name.
         groups: Groups of designs by name.
-        chosen: The name of the design that is marked, by its row; empty if none is.
-        people: The names of those by whose weights a design is the best, by its row.
+        marks: Rows of single designs that are marked, each with the arguments of ``plot``.
     """
 
     columns: Mapping[str, Column]
     groups: Mapping[str, Group]
-    chosen: Mapping[int, str] = field(default_factory=dict)
-    people: Mapping[int, Names] = field(default_factory=dict)
+    marks: Sequence[tuple[int, Style]] = ()
 
     def draw(self, axes: Axes, first: str, second: str) -> None:
         """Draw the designs over two columns, with the limits and what is beyond them."""
@@ -222,12 +191,8 @@ class Points:
         for name, group in self.groups.items():
             rows = group.mask & visible
             axes.plot(x.places[rows], y.places[rows], **group.style(name))
-        for row, name in self.chosen.items():
-            axes.plot(x.places[row], y.places[row], label=literal(name), **_CHOSEN)
-        for i, (row, names) in enumerate(self.people.items(), 1):
-            point = x.places[row], y.places[row]
-            label = f"{i}: {literal(', '.join(names))}"
-            axes.plot(*point, marker=f"${i}$", color="#D55E00", zorder=8.0, ls="none", label=label)
+        for row, style in self.marks:
+            axes.plot(x.places[row], y.places[row], **style)
         x.set_axis(axes, "x")
         y.set_axis(axes, "y")
 
@@ -270,25 +235,23 @@ def points_of_table(table: TestTable, names: Names, chosen: int | None = None) -
         names: Names of the columns.
         chosen: Row of the design that is marked; None if none is.
     """
+    marks = []
+    if chosen is not None:
+        marks.append((chosen, {**_CHOSEN, "label": literal(table.names[chosen])}))
     columns = {name: _column(table, name, chosen) for name in names}
-    if chosen is None:
-        return Points(columns, _groups(table))
-    return Points(columns, _groups(table), {chosen: table.names[chosen]})
+    return Points(columns, _groups(table), marks)
 
 
 def _groups(table: TestTable) -> dict[str, Group]:
     """Return the tests that are not failed in groups by name."""
     feasible = table.feasible()
     pareto = table.pareto()
-    infeasible = ~feasible & (table.status != "failed")
-    groups = {}
-    if infeasible.any():
-        groups["infeasible"] = Group(infeasible, _INFEASIBLE)
-    dominated = feasible & ~pareto
-    if dominated.any():
-        groups["feasible, dominated"] = Group(dominated, _DOMINATED)
-    groups[PARETO] = Group(pareto, _PARETO)
-    return groups
+    groups = {
+        "infeasible": Group(~feasible & (table.status != "failed"), _INFEASIBLE),
+        "feasible, dominated": Group(feasible & ~pareto, _DOMINATED),
+        PARETO: Group(pareto, _PARETO),
+    }
+    return {name: group for name, group in groups.items() if group.mask.any()}
 
 
 def shaded_groups(table: TestTable, shares: Array) -> dict[str, Group]:
@@ -299,12 +262,13 @@ def shaded_groups(table: TestTable, shares: Array) -> dict[str, Group]:
         shares: ``(k,)`` shares of the feasible designs, from 0 to 1.
     """
     groups = _groups(table)
-    share = np.zeros(len(table))
+    del groups[PARETO]
+    share = np.full(len(table), np.nan)
     share[table.feasible_ranking().rows] = shares
-    optimal = groups.pop(PARETO).mask
+    share[~table.pareto()] = np.nan
     low = -1.0
     for colour, high in SHADES.items():
-        mask = optimal & (share > low) & (share <= high)
+        mask = (share > low) & (share <= high)
         low = high
         if mask.any():
             marker = Marker("D", colour, _PARETO.size, _PARETO.level + high)
@@ -315,46 +279,36 @@ def shaded_groups(table: TestTable, shares: Array) -> dict[str, Group]:
 def _column(table: TestTable, name: str, chosen: int | None) -> Column:
     """Return a column of tests, whose axis shows the chosen row, if there is one."""
     layout = table.layout
+    label = layout.label_of(name)
+    places = table.column(name)
     if name not in layout.variables:
-        places = table.column(name)
         mark = np.nan
         if chosen is not None:
             mark = places[chosen]
-        column = Column(places, _ends_of_dependent(places, table.feasible(), mark))
+        ends = _ends_of_dependent(places, table.feasible(), mark)
     elif table.kinds[layout.variable(name)] in (Kind.BINARY, Kind.CHOICE):
-        column = _column_of_options(table, name)
+        options, ranks = value_ranks(places)
+        aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
+        return Column(ranks + aside, (-0.5, len(options) - 0.5), label, tuple(options))
     else:
-        column = _column_of_numbers(table, name)
-    limits = table.limits.get(name, _OPEN)
-    if isinstance(limits, list):  # of texts
-        limits = _OPEN
-    return replace(
-        column, label=layout.label_of(name), log=layout.is_log(name), limits=limits, name=name
-    )
+        places = places.astype(np.float64)
+        ends = _ends_of_variable(table, name, places)
+    limits: Any = table.limits.get(name, _OPEN)
+    return Column(places, ends, label, log=layout.is_log(name), limits=limits)
 
 
-def _column_of_options(table: TestTable, name: str) -> Column:
-    """Return a choice or binary variable, whose options have a step each."""
-    options, places = value_ranks(table.column(name))
-    aside = _SPREAD * (table.numbers.astype(np.float64) * _GOLDEN % 1 - 0.5)
-    return Column(places + aside, (-0.5, len(options) - 0.5), options=tuple(options))
-
-
-def _column_of_numbers(table: TestTable, name: str) -> Column:
-    """Return a variable of numbers, whose axis shows its bounds; few whole numbers have a step."""
+def _ends_of_variable(table: TestTable, name: str, places: Array) -> Ends:
+    """Return the ends of an axis that shows the bounds of a variable, and whole steps of it."""
     layout = table.layout
     j = layout.variable(name)
-    x = table.column(name).astype(np.float64)
-    bounds = np.array([layout.lower[j], layout.upper[j]])
-    bounds = bounds[np.isfinite(bounds)]
-    values = np.append(x, bounds)
-    ends = view(x, *bounds)
+    bounds = [layout.lower[j], layout.upper[j]]  # NaN if there are none
     if table.kinds[j] is Kind.LOG:
-        low, high = np.exp(view(np.log(x), *np.log(bounds))).tolist()
-        ends = (low, high)
-    elif table.kinds[j] is Kind.INTEGER and len(x) and np.ptp(values) <= 30:
-        ends = values.min() - 0.5, values.max() + 0.5
-    return Column(x, ends)
+        low, high = view(np.log(places), *np.log(bounds))
+        return float(np.exp(low)), float(np.exp(high))
+    low, high = view(places, *bounds)
+    if table.kinds[j] is Kind.INTEGER:
+        return np.floor(low) + 0.5, np.ceil(high) - 0.5
+    return low, high
 
 
 def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
@@ -378,10 +332,11 @@ def _ends_of_dependent(values: Array, feasible: Mask, mark: float) -> Ends:
 def groups_by_place(ranking: EfficiencyRanking) -> dict[str, Group]:
     """Return the Pareto-optimal designs in groups: the best, those near it, the others."""
     place = ranking.place
+    best = ranking.name_of(int(ranking.salukvadze[0]))
     masks = {
         "other Pareto-optimal designs": (place > _NEAR, _REST),
         f"places 2 to {_NEAR}": ((place > 1) & (place <= _NEAR), _RANKS[5]),
-        "place 1": (place == 1, OPTIMUM),
+        f"place 1: {literal(best)}": (place == 1, OPTIMUM),
     }
     return {name: Group(mask, marker) for name, (mask, marker) in masks.items() if mask.any()}
 
@@ -390,15 +345,8 @@ def ranked_groups(ranking: EfficiencyRanking) -> dict[str, Group]:
     """Return the Pareto-optimal designs in groups by rank, and the Salukvadze optimum."""
     groups = {}
     for rank, marker in _RANKS.items():
-        name = f"rank {rank}"
-        if rank == 0:
-            name = "unranked"
         mask = (ranking.place > 1) & (ranking.rank == rank)
         if mask.any():
-            groups[name] = Group(mask, marker)
-    name = "Salukvadze optimum"
-    # None of several optima, equally near to U, needs to have rank 6.
-    if (ranking.rank == 6).any():
-        name += " (rank 6)"
-    groups[name] = Group(ranking.place == 1, OPTIMUM)
+            groups[f"rank {rank}"] = Group(mask, marker)
+    groups["Salukvadze optimum"] = Group(ranking.place == 1, OPTIMUM)
     return groups

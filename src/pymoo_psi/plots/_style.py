@@ -105,16 +105,11 @@ def new_figure(height: float) -> Iterator[Drawing]:
 
 def _add_letters(figure: Figure) -> None:
     """Write a letter above each of several axes; none if there are more than letters."""
-    lettered = []
-    for ax in figure.axes:
-        visible = ax.axison or ax.name == "3d"
-        if visible and ax.get_label() != "<colorbar>":
-            lettered.append(ax)
+    lettered = [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]
     if not 1 < len(lettered) <= len(ascii_lowercase):
         return
     for letter, ax in zip(ascii_lowercase, lettered, strict=False):
-        title = f"({letter}) {ax.get_title('left')}"
-        ax.set_title(title.strip(), loc="left", fontsize=7.5)
+        ax.set_title(f"({letter})", loc="left", fontsize=7.5)
 
 
 @contextmanager
@@ -124,6 +119,7 @@ def panels(
     *,
     head: float = 28.0,
     height: float | None = None,
+    **shared: Any,
 ) -> Iterator[tuple[Drawing, list[Any]]]:
     """Yield a figure and its ``n`` axes, filled row by row.
 
@@ -132,12 +128,13 @@ def panels(
         n_columns: Number of axes in a row.
         head: Height in mm for legend and captions of axes.
         height: Height of a row in mm, see :func:`row_height` by default.
+        **shared: ``sharex`` and ``sharey`` of :meth:`matplotlib.figure.Figure.subplots`.
     """
     if height is None:
         height = row_height(n_columns)
     n_rows = -(-n // n_columns)  # rounded up
     with new_figure(head + n_rows * height) as figure:
-        axes = figure.subplots(n_rows, n_columns, squeeze=False).ravel().tolist()
+        axes = figure.subplots(n_rows, n_columns, squeeze=False, **shared).ravel().tolist()
         for ax in axes[n:]:
             ax.remove()
         yield figure, axes[:n]
@@ -156,27 +153,22 @@ def curves() -> Iterator[Style]:
         yield {"color": colour, "linestyle": line, "marker": marker}
 
 
-def legend_of(figure: Figure, axes: Iterable[Axes], *handles: Any, **layout: Any) -> None:
-    """Add one legend below the axes, in which each label occurs once and small dots are larger.
+def legend_of(figure: Figure, axes: Iterable[Axes], n_columns: int = 2) -> None:
+    """Add one legend below the axes, in which each label occurs once and marks are large and plain.
 
-    Args:
-        figure: The figure.
-        axes: Axes whose labelled lines and patches the legend explains.
-        *handles: Further entries.
-        **layout: Options of ``figure.legend``.
+    Two columns have room in the width of a column of a journal.
     """
     entries: dict[Any, Any] = {}
     for ax in axes:
         artists, labels = ax.get_legend_handles_labels()
         entries.update(zip(labels, artists, strict=True))
-    for handle in handles:
-        entries[handle.get_label()] = handle
-    # Two columns have room in the width of a column of a journal.
-    options: Style = {"loc": "outside lower center", "ncols": 2, "fontsize": 7} | layout
-    legend = figure.legend(list(entries.values()), list(entries), **options)
+    place: Any = "outside lower center"
+    legend = figure.legend(
+        list(entries.values()), list(entries), loc=place, ncols=n_columns, fontsize=7
+    )
     for handle in legend.legend_handles:
-        if isinstance(handle, Line2D) and 0 < handle.get_markersize() < 5:
-            handle.set_markersize(5)
+        if isinstance(handle, Line2D):
+            handle.set(alpha=1.0, linewidth=1.5, markersize=max(5.0, handle.get_markersize()))
 
 
 def literal(name: object, most: int = 40) -> str:
@@ -193,9 +185,7 @@ def literal(name: object, most: int = 40) -> str:
         text = f"{name:.6g}"
     text = " ".join(text.split())
     if len(text) > most:
-        n_last = (most - 1) // 2
-        n_first = most - 1 - n_last
-        text = f"{text[:n_first]}…{text[len(text) - n_last :]}"
+        text = f"{text[: most // 2]}…{text[-((most - 1) // 2) :]}"
     return text.replace("$", r"\$")
 
 
@@ -243,8 +233,8 @@ def svg_of(figure: Figure, dpi: int) -> str:
 def _resized(figure: Figure, width: float) -> Figure:
     """Return a copy of a figure in another width in mm.
 
-    Texts become less smaller than the width, and the height with them. Names of axes that are
-    longer than these continue on another line.
+    Texts become less smaller than the width, and the height with them. Names of axes, such as
+    "f1, time", continue on another line in a narrower figure.
     """
     figure = copy.deepcopy(figure)
     inches = figure.get_size_inches().tolist()
@@ -253,21 +243,11 @@ def _resized(figure: Figure, width: float) -> Figure:
     figure.set_size_inches(inches[0] * scale, inches[1] * max(scale, size))
     for text in figure.findobj(Text):
         text.set_fontsize(text.get_fontsize() * size)
-    for name in [*_long_names(figure)]:
-        name.set_text(name.get_text().replace(", ", ",\n", 1))
+    if scale < 1:
+        for ax in figure.axes:
+            for axis in (ax.xaxis, ax.yaxis):
+                axis.label.set_text(axis.label.get_text().replace(", ", ",\n", 1))
     return figure
-
-
-def _long_names(figure: Figure) -> Iterator[Text]:
-    """Yield the names of axes that are longer than these."""
-    figure.draw_without_rendering()
-    for ax in figure.axes:
-        name = ax.xaxis.label
-        if name.get_window_extent().width > ax.bbox.width:
-            yield name
-        name = ax.yaxis.label
-        if name.get_window_extent().height > ax.bbox.height:
-            yield name
 
 
 def save_figures(
