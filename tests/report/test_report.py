@@ -10,10 +10,8 @@ import pandas as pd
 import pytest
 
 from pymoo_psi import (
-    CompromiseProgramming,
     TestTable,
     cautions,
-    compare_designs,
     explain,
     lp_tau,
     rank_of_efficiency,
@@ -123,8 +121,6 @@ def test_another_design_is_explained_as_itself():
     said = lines(report, "The choice")
     assert said[0].startswith(f"Test point {other} is chosen instead of test point {best}: ")
     assert "objective | chosen | proposed | best | worst | behind best" in said
-    told = f"Salukvadze optimum: test point {best} against test point {other}: better"
-    assert any(line.startswith(told) for line in lines(report, "Alternatives"))
     assert str(report).startswith(f"Report on a choice: test point {other} chosen of ")
 
 
@@ -193,25 +189,14 @@ def test_a_limit_costs_what_would_be_had_without_it(beam):
     assert then > now
     mass = next(line for line in lines(beam, "What limits cost") if line.startswith("mass"))
     assert mass == (
-        f"mass ≤ 55 kg | {costs['rejects']['mass<=55']} | {costs['alone']['mass<=55']} | "
+        f"mass<=55 | {costs['rejects']['mass<=55']} | {costs['alone']['mass<=55']} | "
         f"stiffness {number(then, 5)} instead of {number(now, 5)}"
     )
 
 
-def test_alternatives_are_those_of_the_selectors(beam):
+def test_alternatives_are_representatives(beam):
     own = pd.DataFrame(TABLE.F * [1, -1], columns=["mass", "stiffness"], index=TABLE.numbers)
     own = own[LIMITED.eligible()]
-    chosen = int(CompromiseProgramming(np.inf).do(own, maximize=["stiffness"])[0])
-    optimum = int(beam.ranking.salukvadze[0])
-    told = next(t for t in lines(beam, "Alternatives") if t.startswith("chebyshev"))
-    name = f"test point {own.index[chosen]}"
-    if chosen == optimum:
-        assert told.endswith(f"{name}, the optimum itself.")
-    else:
-        two = compare_designs(
-            own, rows=[optimum, chosen], maximize=["stiffness"], units={"mass": "kg"}
-        )
-        assert two.difference(1) in told
     few = representatives(own, 5, maximize=["stiffness"])
     head = " | ".join(f"test point {own.index[row]}" for row in few.rows)
     assert f"design | {head}" in lines(beam, "Alternatives")
@@ -337,7 +322,7 @@ def test_a_report_checks_itself(written):
     html = path.read_text("utf-8")
     changes = [
         ("So be it.", "So be it!"),
-        ("mass ≤ 55 kg", "mass ≤ 56 kg"),
+        ("mass&lt;=55 kg", "mass&lt;=56 kg"),
         ("Dissent: Ann.", "Dissent: nobody."),
         ("data:image/svg+xml;base64,PD94", "data:image/svg+xml;base64,QD94"),
         ("</main>", "<p>Approved.</p></main>"),
@@ -358,14 +343,25 @@ def test_a_report_is_checked_against_its_source(written):
     layout = beams().layout
     tonnes = dataclasses.replace(layout, units={**layout.units, "mass": "t"})
     turned = dataclasses.replace(layout, maximize=layout.objectives)
-    for other, change in ((tonnes, "is in t"), (turned, "is maximised")):
+    lighter = dataclasses.replace(layout, maximize=())
+    changes = (
+        (tonnes, "unit of mass kg against t"),
+        (turned, "direction of mass min against max"),
+        (lighter, "direction of stiffness max against min"),
+    )
+    for other, change in changes:
         assert change in check_report(path, dataclasses.replace(beams(), layout=other))[1]
 
 
 def test_a_report_is_checked_for_the_texts_that_its_limits_allow(tmp_path):
     path = tmp_path / "report.html"
     offers = pd.DataFrame({"name": ["a", "b"], "price": [1, 2], "days": [2, 1], "rail": "yes"})
-    decision_report(read_table(offers).under(limits={"rail": "yes"})).save(path)
+    asked = {
+        "objectives": ["price", "wait"],
+        "computed": {"wait": "2 * days"},
+        "maximize": ["wait"],
+    }
+    decision_report(read_table(offers).under(limits={"rail": "yes"}, **asked)).save(path)
     assert check_report(path, read_table(offers)) == ([], "")
     changed = offers.assign(rail=["yes", "no"])
     assert check_report(path, read_table(changed))[1] == "rail of b was yes and is no in the source"

@@ -75,7 +75,9 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share with two digits, from 10 % on as a whole number."""
+    """Return a share with two digits, from 10 % on as a whole number; "—" for NaN."""
+    if share != share:
+        return "—"
     hundreds = 100 * share
     if 0 < hundreds < 0.01:
         return "less than 0.01 %"

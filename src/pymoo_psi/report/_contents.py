@@ -1,17 +1,26 @@
-"""The contents of a report, which report.html lays out: the design, the tests, the limits."""
+"""The contents of a report, which report.html lays out.
+
+:class:`Choice` has what is said of the chosen or proposed design. Functions return what is said of
+the table: positions, counts, failures, and what limits cost. Tables are frames of texts. At the end
+are the filters by which report.html shows values, tables and figures.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+import re
+from base64 import b64encode
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from pymoo_psi import plots
 from pymoo_psi._validation import Array, Values, counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import notations, written
 from pymoo_psi.pareto import (
-    alternative,
     capital,
     cautions,
     compare_designs,
@@ -22,14 +31,7 @@ from pymoo_psi.pareto import (
     sentence,
     weights_sentence,
 )
-from pymoo_psi.selection import (
-    CompromiseProgramming,
-    Knee,
-    SalukvadzeOptimum,
-    compare_selectors,
-)
 from pymoo_psi.table import (
-    Allowed,
     TestTable,
     alike,
     confidence_sentence,
@@ -39,45 +41,22 @@ from pymoo_psi.table import (
     limit_text,
 )
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 _REASONS = 12  # of failures in the table, the most frequent ones
 _LIMITS = 6  # in the table, those that cost most
 _IDLE = 3  # limits that cost nothing, by name
-_EXACT = 15  # digits of limits, which are as they were given
 _REPRESENTATIVES = 5  # side by side on paper
+_DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
+# A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
+_NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|\d{4}-\d\d-\d\d|")
 
-Cells: TypeAlias = dict[str, list[str]]
-"""Cells of texts by their headings."""
 
-
-def cell(value: Any) -> str:
+def _cell(value: Any) -> str:
     """Return a value as a report shows it: numbers with five digits."""
     if not isinstance(value, float):
         return str(value)
     if not np.isfinite(value):
         return "—"
     return number(value, 5)
-
-
-def _limit(table: TestTable, name: str, limit: Allowed) -> str:
-    """Return a limit with its unit: ``20 ≤ mass ≤ 55 kg``."""
-    if isinstance(limit, list):
-        return limit_text(name, limit)
-    lower, upper = limit
-    unit = table.layout.units.get(name, "")
-    if np.isinf(upper):
-        return f"{name} ≥ {number(lower, _EXACT)} {unit}".strip()
-    text = f"{name} ≤ {number(upper, _EXACT)} {unit}".strip()
-    if np.isfinite(lower):
-        text = f"{number(lower, _EXACT)} ≤ {text}"
-    return text
-
-
-def _with_unit(table: TestTable, name: str, value: float) -> str:
-    unit = table.layout.units.get(name, "")
-    return f"{cell(value)} {unit}".strip()
 
 
 class Choice:
@@ -95,17 +74,14 @@ class Choice:
         row: Row of the design in the ranking.
         is_optimum: Whether the design is a Salukvadze optimum.
         name: Name of the design.
-        reason: Why it was chosen.
         explanation: Why it is where it is.
         cautions: Reasons not to rely on the optimum, the most serious first.
-        alternatives: Sentences on the designs that selectors choose.
     """
 
     def __init__(self, table: TestTable, prototype: TestTable | None) -> None:
         self.table = table
         self.prototype = prototype
         self.notations = notations(table)
-        self.layout = table.layout
         self.ranking = table.feasible_ranking()
         self.optimum = int(self.ranking.salukvadze[0])
         self.row = self.optimum
@@ -114,7 +90,6 @@ class Choice:
         if chosen is not None:
             self.row = self.ranking.rows.tolist().index(table.names.index(chosen))
             self.word = "chosen"
-        self.reason = table.formulation.reason
         self.is_optimum = self.row in self.ranking.salukvadze
         self.name = self.ranking.name_of(self.row)
         self.explanation = explain(self.ranking, row=self.row)
@@ -122,33 +97,11 @@ class Choice:
         if not self.is_optimum:  # which the cautions are about
             subject = f"Attention to {self.ranking.name_of(self.optimum)}, the optimum"
         self.cautions = tuple(f"{subject}: {caution}" for caution in cautions(self.ranking))
-        self.alternatives = self._alternatives()
 
-    def _alternatives(self) -> list[str]:
-        """Return a sentence on what each of a few selectors would choose instead."""
-        normalize = self.ranking.frame.normalize
-        other = "distances in units of the ranges"
-        if normalize:
-            other = "plain distances"
-        selectors = {
-            "knee": Knee(),
-            "chebyshev": CompromiseProgramming(np.inf, normalize=normalize),
-            other: SalukvadzeOptimum(normalize=not normalize),
-        }
-        selected = {}
-        if not self.is_optimum:
-            selected["Salukvadze optimum"] = self.ranking.salukvadze
-        selected |= compare_selectors(self.ranking, selectors)
-        sentences = []
-        for name, rows in selected.items():
-            sentences.append(f"{name}: {alternative(self.ranking, rows, self.row)}")
+    def certainty(self) -> list[str]:
+        """Return for which weights the design is the best, and how probable that is."""
         weights = weights_sentence(self.ranking, self.row)
-        if weights:
-            sentences.append(f"weights: {weights}")
-        sure = confidence_sentence(self.table, self.row)
-        if sure:
-            sentences.append(f"noise: {sure}")
-        return sentences
+        return [*filter(None, [weights, confidence_sentence(self.table, self.row)])]
 
     def instead(self) -> str:
         """Return a sentence on how the design differs from the proposed one."""
@@ -159,77 +112,69 @@ class Choice:
 
     def _texts(self, values: Array) -> list[str]:
         """Return ``(m,)`` objectives as the page writes them."""
-        pairs = zip(self.layout.objectives, values, strict=True)
+        pairs = zip(self.ranking.objectives.names, values, strict=True)
         return [written(self.notations[name], value) for name, value in pairs]
 
-    def objectives(self) -> Cells:
+    def objectives(self) -> pd.DataFrame:
         """Return the objectives of the design, and of others, between best and worst."""
-        values = self.ranking.objectives.values
-        columns = {
-            "objective": [self.layout.label_of(name) for name in self.layout.objectives],
-            self.word: self._texts(values[self.row]),
-        }
+        objectives = self.ranking.objectives
+        present = objectives.values[self.row]
+        columns = {"objective": objectives.headings(), self.word: self._texts(present)}
         if not self.is_optimum:
-            columns["proposed"] = self._texts(values[self.optimum])
+            columns["proposed"] = self._texts(objectives.values[self.optimum])
         if self.prototype is not None:
-            for row, name in enumerate(self.prototype.names):
-                sign = self.ranking.objectives.sign
-                present = self.prototype.F[row] * sign
-                columns[name] = self._texts(present)
-                columns[f"against {name}"] = self._gains(present)
+            for name, values in zip(self.prototype.names, self.prototype.F, strict=True):
+                columns[name] = self._texts(values * objectives.sign)
+                gains = values - present * objectives.sign
+                columns[f"against {name}"] = [_gain(gain) for gain in gains]
         columns["best"] = self._texts(self.ranking.ideal)
         columns["worst"] = self._texts(self.ranking.nadir)
-        behind = []
-        for share in self.explanation.shares:
-            if np.isnan(share):
-                behind.append("—")
-            else:
-                behind.append(percent(share))
-        columns["behind best"] = behind
-        return columns
+        columns["behind best"] = [percent(share) for share in self.explanation.shares]
+        return pd.DataFrame(columns)
 
-    def _gains(self, present: Array) -> list[str]:
-        """Return by how much the design is better or worse than ``(m,)`` other values."""
-        objectives = self.ranking.objectives
-        gains = (present - objectives.values[self.row]) * objectives.sign
-        words = {1.0: "better", -1.0: "worse", 0.0: ""}
-        return [f"{number(abs(gain))} {words.get(np.sign(gain), '')}".strip() for gain in gains]
-
-    def values(self) -> list[tuple[str, str]]:
+    def values(self) -> pd.DataFrame:
         """Return name and value of the variables, outputs and texts that the design has."""
         row = self.ranking.rows[self.row]
-        pairs = []
-        for name in (*self.layout.variables, *self.layout.outputs):
+        layout = self.table.layout
+        rows = []
+        for name in (*layout.variables, *layout.outputs):
             value = self.table.column(name)[row]
             text = str(value)
             if name in self.notations:
                 text = written(self.notations[name], float(value))
-            pairs.append((self.layout.label_of(name), text))
-        for name, texts in self.table.extra.items():
-            if name != self.layout.label:
-                pairs.append((name, cell(texts[row])))
-        return [(name, text) for name, text in pairs if text not in ("", "—", "None")]
+            rows.append((layout.label_of(name), text))
+        for name, cells in self.table.extra.items():
+            if name != layout.label:
+                rows.append((name, _cell(cells[row])))
+        frame = pd.DataFrame(rows, columns=["column", "value"])
+        return frame[~frame["value"].isin(["", "—", "None"])]
 
-    def representatives(self) -> tuple[Cells, str]:
+    def representatives(self) -> tuple[pd.DataFrame, str]:
         """Return a few designs that represent the Pareto set, and a caption."""
         few = representatives(self.ranking, _REPRESENTATIVES)
-        labels = [self.layout.label_of(name) for name in self.layout.objectives]
-        columns = {"design": ["place", "stands for", *labels]}
+        objectives = self.ranking.objectives
+        columns = {"design": ["place", "stands for", *objectives.headings()]}
         for row, share in zip(few.rows.tolist(), few.shares, strict=True):
-            values = self._texts(self.ranking.objectives.values[row])
+            values = self._texts(objectives.values[row])
             place = str(self.ranking.place[row])
             columns[self.ranking.name_of(row)] = [place, percent(share), *values]
         n = counted(self.ranking.pareto.sum(), "Pareto-optimal design")
         caption = (
-            f"{len(few.rows)} representatives of {n}, the optimum first. "
-            "Each stands for the designs nearest to it"
+            f"{len(few.rows)} representatives of {n}, the optimum first. Each stands for the "
+            f"designs nearest to it, none farther than {number(few.radius, 3)}."
         )
-        if few.radius:
-            caption += f", none farther than {few.radius:.3g}"
-        return columns, f"{caption}."
+        return pd.DataFrame(columns), caption
 
 
-def positions(table: TestTable) -> Cells:
+def _gain(gain: float) -> str:
+    """Return by how much a design is better than another in an objective."""
+    if gain == 0:
+        return "0"
+    word = "better" if gain > 0 else "worse"
+    return f"{number(abs(gain))} {word}"
+
+
+def positions(table: TestTable) -> pd.DataFrame:
     """Return who holds which design since when, under which limits and weights, and why."""
     rows = []
     for position in latest_positions(table.formulation.positions):
@@ -237,10 +182,9 @@ def positions(table: TestTable) -> Cells:
         history = [one for one in table.formulation.positions if one["name"] == name]
         before = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
         under = written_limits(table.under(limits=position["limits"]))
-        for key in ("weights", "aspiration"):
-            word = key.removesuffix("s")
-            values = position[key].items()
-            under += [f"{word} of {objective} {number(value)}" for objective, value in values]
+        for word, key in (("weight", "weights"), ("aspiration", "aspiration")):
+            for objective, value in position[key].items():
+                under.append(f"{word} of {objective} {number(value)}")
         row = {
             "name": name,
             "since": position["date"][:10],
@@ -250,16 +194,8 @@ def positions(table: TestTable) -> Cells:
             "why": position["reason"],
         }
         rows.append(row)
-    return {heading: texts for heading, texts in _cells(rows).items() if any(texts)}
-
-
-def _cells(rows: Sequence[Mapping[str, str]]) -> Cells:
-    """Return rows of texts by their headings as columns."""
-    cells: Cells = {}
-    for row in rows:
-        for heading, text in row.items():
-            cells.setdefault(heading, []).append(text)
-    return cells
+    frame = pd.DataFrame(rows)
+    return frame.loc[:, (frame != "").any()]
 
 
 # The tests: how many there are, what limits cost, and why tests failed or designs are incomplete
@@ -268,53 +204,42 @@ def _cells(rows: Sequence[Mapping[str, str]]) -> Cells:
 def problem_facts(table: TestTable) -> Values:
     """Return facts about the problem by name."""
     problem = table.problem or {}
-    facts = {
-        "Problem": problem.get("problem"),
-        "points": problem.get("sampling"),
-        "key": problem.get("key"),
-    }
-    facts |= problem.get("parameters") or {}
+    facts = {"Problem": problem.get("problem"), "points": problem.get("sampling")}
+    facts |= {"key": problem.get("key"), **(problem.get("parameters") or {})}
     return {
-        str(name): fact
+        name: fact
         for name, fact in facts.items()
-        if fact is not None and not isinstance(fact, dict)
+        if fact is not None and not isinstance(fact, Mapping)
     }
 
 
 def test_counts(table: TestTable) -> str:
     """Return a sentence on how many rows failed, are feasible and are Pareto optimal."""
-    failed = table.status == "failed"
-    feasible = table.feasible()
-    masks = {
-        table.layout.words.failed: failed,
-        "beyond a constraint or a limit": ~failed & ~feasible,
-        "feasible": feasible,
-        "Pareto optimal": table.pareto(),
+    statuses = table.status
+    counts = {
+        table.layout.words.failed: np.sum(statuses == "failed"),
+        "beyond a constraint or a limit": np.sum(statuses == "infeasible"),
+        "feasible": np.sum(statuses == "ok"),
+        "Pareto optimal": table.pareto().sum(),
     }
     n = len(table)
     parts = []
-    for name, mask in masks.items():
-        count = mask.sum()
+    for name, count in counts.items():
         if count:
             parts.append(f"{number(count)} {name} ({percent(count / n)})")
     return f"{counted(n, 'design')}: {', '.join(parts)}."
 
 
-def failures(table: TestTable) -> Cells:
+def failures(table: TestTable) -> pd.DataFrame:
     """Return the reasons why rows have no values, the most frequent first."""
-    reasons = list(table.reasons.values())
-    if table.layout.words.row == "design":
-        reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
-    failed: dict[str, list[int]] = {}  # numbers of tests by reason
-    for test, reason in zip(table.reasons, alike(reasons), strict=True):
-        failed.setdefault(reason, []).append(test)
-    most_frequent = sorted(failed, key=lambda reason: -len(failed[reason]))
+    tests = [*table.reasons]
+    reasons = alike(table.reasons.values())
     rows = []
-    for reason in most_frequent[:_REASONS]:
-        tests = failed[reason]
-        first = table.names[table.numbers.tolist().index(tests[0])]
-        rows.append({"designs": str(len(tests)), "reason": reason[:400], "first": first})
-    return _cells(rows)
+    for reason, count in Counter(reasons).most_common(_REASONS):
+        first = tests[reasons.index(reason)]
+        name = table.names[table.numbers.tolist().index(first)]
+        rows.append({"designs": str(count), "reason": reason[:400], "first": name})
+    return pd.DataFrame(rows)
 
 
 def verdict(table: TestTable) -> str:
@@ -334,17 +259,21 @@ def verdict(table: TestTable) -> str:
 
 
 def written_limits(table: TestTable) -> list[str]:
-    """Return the limits as they are written."""
-    return [_limit(table, name, limit) for name, limit in table.limits.items()]
+    """Return the limits as they can be typed, with their units."""
+    texts = []
+    for name, limit in table.limits.items():
+        unit = table.layout.units.get(name, "")
+        texts.append(f"{limit_text(name, limit)} {unit}".strip())
+    return texts
 
 
-def limit_costs(table: TestTable) -> tuple[Cells, list[str]]:
+def limit_costs(table: TestTable) -> tuple[pd.DataFrame, list[str]]:
     """Return what the constraints and limits cost that cost most, and some that cost nothing.
 
     Without a feasible design it is said how near tests come to keeping them.
     """
-    limited = {limit_text(name, limit): name for name, limit in table.limits.items()}
     costs = constraint_costs(table)
+    costs["column"] = [*table.layout.constraints, *table.limits]
     idle = []
     last = "nearest value"
     describe = _nearest
@@ -352,47 +281,72 @@ def limit_costs(table: TestTable) -> tuple[Cells, list[str]]:
         idle = costs.index[costs["alone"] == 0].tolist()
         costs = costs[costs["alone"] > 0]
         last = "best values without it"
-        describe = _gain
-    if costs.empty:
-        return {}, []
+        describe = _best_values
     rows = []
     top = costs.sort_values("alone", ascending=False, kind="stable").head(_LIMITS)
     for text, cost in top.iterrows():
-        column = limited.get(str(text), str(text))
-        title = column
-        if column in table.limits:
-            title = _limit(table, column, table.limits[column])
         row = {
-            "constraint or limit": title,
+            "constraint or limit": text,
             "rejects": number(cost["rejects"]),
             "rejects alone": number(cost["alone"]),
-            last: describe(table, column, cost),
+            last: describe(table, cost),
         }
         rows.append(row)
-    return _cells(rows), [limited.get(text, text) for text in idle[:_IDLE]]
+    return pd.DataFrame(rows), idle[:_IDLE]
 
 
-def _nearest(table: TestTable, name: str, cost: pd.Series[Any], /) -> str:
-    """Return the value that comes nearest to keeping a constraint or limit on a column."""
-    if isinstance(table.limits.get(name), list):
+def _nearest(table: TestTable, cost: pd.Series[Any]) -> str:
+    """Return the value that comes nearest to keeping a constraint or limit."""
+    if np.isnan(cost["lower"]):  # allowed texts
         return "—"
-    # Variables of several kinds are a matrix of objects.
-    values = table.column(name).astype(np.float64)
-    values = values[np.isfinite(values)]
-    if len(values) == 0:
-        return "—"
-    excess = np.maximum(cost["lower"] - values, values - cost["upper"])
-    if excess.min() <= 0:
+    name = cost["column"]
+    excess = table.excess(name, (cost["lower"], cost["upper"]))
+    if excess.min() == 0:
         return "kept by some"
-    return _with_unit(table, name, values[excess.argmin()])
+    return _with_unit(table, name, float(table.column(name)[excess.argmin()]))
 
 
-def _gain(table: TestTable, _: str, cost: pd.Series[Any], /) -> str:
+def _best_values(table: TestTable, cost: pd.Series[Any]) -> str:
     """Return the objectives in which designs that a limit alone rejects beat the feasible ones."""
     gains = []
     for name, sign in zip(table.layout.objectives, table.layout.sign, strict=True):
         now = cost[f"{name}_feasible"]
         best = cost[f"{name}_alone"]
         if (now - best) * sign > 0:
-            gains.append(f"{name} {_with_unit(table, name, best)} instead of {cell(now)}")
+            gains.append(f"{name} {_with_unit(table, name, best)} instead of {_cell(now)}")
     return "; ".join(gains) or "no better in any objective"
+
+
+def _with_unit(table: TestTable, name: str, value: float) -> str:
+    unit = table.layout.units.get(name, "")
+    return f"{_cell(value)} {unit}".strip()
+
+
+# How values, tables and figures are shown
+
+
+def printable(value: Any) -> Any:
+    """Return a text without control characters, in which per cent signs stay with their numbers."""
+    if not isinstance(value, str) or hasattr(value, "__html__"):
+        return value
+    text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", value)
+    return text.replace(" %", "\N{NO-BREAK SPACE}%")
+
+
+def grid(frame: pd.DataFrame) -> list[list[tuple[str, str]]]:
+    """Return the rows of a table, the headings first, each cell with its class, "n" for numbers."""
+    classes = []
+    for _, texts in frame.items():
+        is_number = all(map(_NUMBER.fullmatch, texts))
+        classes.append("n" if is_number else "")
+    rows: list[Iterable[str]] = [frame.columns, *frame.to_numpy()]
+    return [list(zip(row, classes, strict=True)) for row in rows]
+
+
+def image(figure: plots.Drawing) -> str:
+    """Return a figure as the address of an image that holds it.
+
+    Nothing drawn in an image can reach the rest of the document.
+    """
+    data = b64encode(plots.svg_of(figure, _DPI).encode("utf-8")).decode("ascii")
+    return f"data:image/svg+xml;base64,{data}"

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
-from base64 import b64encode
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from html import escape
@@ -32,21 +30,16 @@ from pymoo_psi.pareto import (
     number,
 )
 from pymoo_psi.report import _contents
-from pymoo_psi.report._contents import Cells, Choice
+from pymoo_psi.report._contents import Choice
 from pymoo_psi.table import (
     Formulation,
     TestTable,
     decision_sentences,
+    difference,
     latest_positions,
     read_table,
     separation_sentences,
 )
-
-_DPI = 200  # of markers that are too many to be drawn one by one; as on good paper
-# What a formulation asks of the data of a report.
-_ASKED = ("limits", "positions", "decided", "chosen", "reason")
-# A number, a share in per cent, a date, or nothing. Columns of such cells are aligned to the right.
-_NUMBER = re.compile(r"[-+−]?[\d.,\u00a0]+(e[-+]?\d+)?([ \u00a0]%)?|—|∞|-?inf|nan|\d{4}-\d\d-\d\d|")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,39 +91,36 @@ class DecisionReport(Framed):
         environment = Environment(
             loader=PackageLoader("pymoo_psi.report", ""),
             autoescape=True,
-            finalize=_printable,
+            finalize=_contents.printable,
             trim_blocks=True,
             lstrip_blocks=True,
         )
-        environment.filters |= {"grid": _grid, "image": _image, "capital": capital}
-        with decimal_mark(self._table.decimal):
-            return self._rendered(environment)
-
-    def _rendered(self, environment: Environment) -> str:
+        filters = {"grid": _contents.grid, "image": _contents.image, "capital": capital}
+        environment.filters |= filters
+        formulation = self._table.formulation
         record = self._record()
-        positions = self._table.formulation.positions
-        names = [one["name"] for one in latest_positions(positions)]
-        text = environment.get_template("report.html").render(
-            fingerprint=_fingerprint(record),
-            separation=separation_sentences(self._table),
-            decided=decision_sentences(self._table.formulation.decided),
-            names=names or ["", ""],  # of those who sign
-            title=self.title,
-            about=self.about,
-            data=self._table,
-            further=self.further,
-            contents=_contents,
-            choice=self._choice,
-            counted=counted,
-            listed=listed,
-            measured_in=measured_in,
-            number=number,
-            plots=plots,
-        )
+        with decimal_mark(self._table.decimal):
+            text = environment.get_template("report.html").render(
+                fingerprint=_fingerprint(record),
+                separation=separation_sentences(self._table),
+                decided=decision_sentences(formulation.decided),
+                names=[position["name"] for position in latest_positions(formulation.positions)],
+                title=self.title,
+                about=self.about,
+                data=self._table,
+                further=self.further,
+                contents=_contents,
+                choice=self._choice,
+                counted=counted,
+                listed=listed,
+                measured_in=measured_in,
+                number=number,
+                plots=plots,
+            )
         # Pictures of the same are not the same text in another run: their hashes are kept.
         record["pictures"] = _Document(text).pictures
         meta = f'<meta id="record" content="{escape(json.dumps(record))}">'
-        return _with_contents(text.replace("<!-- record -->", meta, 1))
+        return text.replace("<!-- record -->", meta, 1)
 
     def _record(self) -> Values:
         """Return all that the report is made from, as values that JSON can hold."""
@@ -141,15 +131,14 @@ class DecisionReport(Framed):
             prototype = pd.DataFrame(columns, self._prototype.names).to_dict()
         with TemporaryDirectory() as folder:
             path = Path(folder, "data.csv")
-            # The data alone: what is asked of them stands beside them.
-            table.under(**{name: getattr(Formulation(), name) for name in _ASKED}).to_csv(path)
+            table.tested.to_csv(path)
             data = path.read_text("utf-8")
             head = Path(folder, "data.csv-metadata.json").read_text("utf-8")
         return {
             "version": version("pymoo-psi"),
             "title": self.title,
-            "about": list(self.about),
-            "formulation": {name: getattr(table.formulation, name) for name in _ASKED},
+            "about": self.about,
+            "formulation": vars(table.formulation),
             "prototype": prototype,
             "decimal": table.decimal,
             "further": self.further,
@@ -173,35 +162,6 @@ class DecisionReport(Framed):
             True
         """
         write_document(path, self.html())
-
-
-def _printable(value: Any) -> Any:
-    """Return a text without control characters, in which per cent signs stay with their numbers."""
-    if not isinstance(value, str) or hasattr(value, "__html__"):
-        return value
-    text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]", "\N{REPLACEMENT CHARACTER}", value)
-    return text.replace(" %", "\N{NO-BREAK SPACE}%")
-
-
-def _grid(columns: Cells) -> list[list[tuple[str, str]]]:
-    """Return the rows of a table, the headings first, each cell with its class, "n" for numbers."""
-    classes = []
-    for texts in columns.values():
-        if all(map(_NUMBER.fullmatch, texts)):
-            classes.append("n")
-        else:
-            classes.append("")
-    rows = [tuple(columns), *zip(*columns.values(), strict=True)]
-    return [list(zip(row, classes, strict=True)) for row in rows]
-
-
-def _image(figure: plots.Drawing) -> str:
-    """Return a figure as the address of an image that holds it.
-
-    Nothing drawn in an image can reach the rest of the document.
-    """
-    data = b64encode(plots.svg_of(figure, _DPI).encode("utf-8")).decode("ascii")
-    return f"data:image/svg+xml;base64,{data}"
 
 
 def decision_report(
@@ -247,17 +207,15 @@ def decision_report(
     if reason and design is None:
         raise invalid("reason", "given with a design", reason)
     eligible = table.eligible()
-    formulation = table.formulation
-    chosen = formulation.chosen
+    chosen = table.formulation.chosen
     if design is not None:
         row = table.row_of(design)
         if not eligible[row]:
             raise invalid("design", "the number or label of a feasible test", design)
         if reason or table.names[row] != chosen:
-            formulation = replace(formulation, chosen=table.names[row], reason=reason)
+            table = table.under(chosen=table.names[row], reason=reason)
     elif chosen not in table.names or not eligible[table.names.index(chosen)]:
-        formulation = replace(formulation, chosen=None, reason="")
-    table = replace(table, formulation=formulation)
+        table = table.under(chosen=None, reason="")
     if not eligible.any():
         return DecisionReport(title, tuple(about), None, (), table)
     if prototype is not None:
@@ -287,7 +245,7 @@ def check_report(
 
     Args:
         path: The report.
-        source: The tests as they are now, under any formulation, to be compared with the data.
+        source: The tests as they are now, to be compared with the data before any formulation.
 
     Returns:
         Warnings, such as of another version; and the first claim that no longer holds, "" if all
@@ -323,7 +281,7 @@ def check_report(
         if claim != truth:
             return warnings, f"{claim!r} should be {truth!r}"
     if source is not None:
-        return warnings, _first_difference(table, source)
+        return warnings, _first_difference(table.tested, source.tested)
     return warnings, ""
 
 
@@ -334,28 +292,19 @@ def _table_of(record: Entries) -> TestTable:
         path.write_text(record["data"], "utf-8", newline="")
         Path(folder, "data.csv-metadata.json").write_text(record["head"], "utf-8")
         table = read_table(path)
-    return replace(table, decimal=record["decimal"]).under(**record["formulation"])
+    return replace(table, decimal=record["decimal"]).under(Formulation(**record["formulation"]))
 
 
 def _first_difference(table: TestTable, source: TestTable) -> str:
-    """Return the first value of a source that is not that of a report's data; "" if none.
-
-    Units count where both have one, and directions where the source maximises: a formulation may
-    have given the report others.
-    """
+    """Return the first fact or value of a source that is not in the data of a report, or ""."""
     if len(source) != len(table):
         return f"{len(table)} designs; the source has {len(source)}"
+    facts = difference(table, source)
+    if facts:
+        return f"{facts} in the source"
     for name in table.columns:
         if name not in source.columns:
-            if name in (*table.layout.objectives, *table.limits):
-                return f"the column {name}, which the source lacks"
-            continue  # computed, perhaps
-        unit = table.layout.units.get(name)
-        present = source.layout.units.get(name)
-        if unit and present and unit != present:
-            return f"{name} was in {unit} and is in {present} in the source"
-        if name in source.layout.maximize and name not in table.layout.maximize:
-            return f"{name} was minimised and is maximised in the source"
+            return f"the column {name}, which the source lacks"
         before = pd.Series(table.column(name), table.names)
         now = pd.Series(source.column(name), source.names).reindex(before.index)
         is_other = (before != now) & ~(before.isna() & now.isna())
@@ -395,13 +344,3 @@ class _Document(HTMLParser):
 def _fingerprint(record: Entries) -> str:
     """Return the first digits of the hash of a record's data."""
     return sha256(f"{record['head']}{record['data']}".encode()).hexdigest()[:16]
-
-
-def _with_contents(html: str) -> str:
-    """Return a document whose headings can be linked to, with a list of them in its place."""
-    titles = re.findall("<h2>(.*?)</h2>", html)
-    links = []
-    for k, title in enumerate(titles):
-        html = html.replace(f"<h2>{title}</h2>", f'<h2 id="part-{k}">{title}</h2>', 1)
-        links.append(f'<li><a href="#part-{k}">{title}</a></li>')
-    return html.replace("<!-- contents -->", f"<ol>{''.join(links)}</ol>", 1)
