@@ -94,7 +94,7 @@ def order_by_rank(ranking):
 def explain(designs, row, **options):
     """The explanation of a row of an array or a frame."""
     if CARRIES_FORMULATION:
-        return psi.explain(designs, row=row, **options)
+        return psi.explain(psi.rank_of_efficiency(designs, **options), row=row)
     return psi.explain(designs, row, **options)
 
 
@@ -113,7 +113,6 @@ def explain_best(question):
         frame,
         row=question.explain().row,
         maximize=[name for name in names if name in question.layout.maximize],
-        normalize=question.formulation.normalize,
     )
 
 
@@ -135,7 +134,7 @@ def common_cautions(texts):
 def compare_designs(designs, rows, **options):
     """The comparison of rows of an array or a frame."""
     if CARRIES_FORMULATION:
-        return psi.compare_designs(designs, rows=rows, **options)
+        return psi.compare_designs(psi.rank_of_efficiency(designs, **options), rows=rows)
     return psi.compare_designs(designs, rows, **options)
 
 

@@ -208,12 +208,10 @@ def test_a_design_of_a_table_goes_by_its_label_or_the_number_of_its_test(labels)
     assert two.sentences == compare_designs(table, rows=[2, 1]).sentences
     assert two.sentences == compare_designs(ranking, [12, 11], units={"a": "kg"}).sentences
     for infeasible in (10, table.names[0]):
-        refused(
-            "design must be a feasible design, got .* which violates", explain, table, infeasible
-        )
+        refused("design must be a feasible design, got .* infeasible", explain, table, infeasible)
     refused("design must be .*, got 3; there are 5 tests, numbered up to 14", explain, table, 3)
     refused("design must be", explain, table, "F")
-    refused("row must be a feasible design, got .* which violates", explain, table, row=0)
+    refused("row must be a feasible design, got .* infeasible", explain, table, row=0)
 
 
 def test_integers_that_label_other_tests_are_refused():
@@ -233,11 +231,6 @@ def test_a_table_is_explained_under_its_formulation():
     assert why.sentences == table.explain(11).sentences
     assert why.ranking.nadir.tolist() == [10, 8]
     assert not why.ranking.frame.normalize
-    assert not explain(table_of(), 11, normalize=False).ranking.frame.normalize
-    F = [[0, 100], [0.4, 30], [2, 1], [3, 0]]  # 2 is the optimum, without normalisation 3
-    table = TestTable.of([1, 2, 3, 4], np.zeros((4, 0)), F)
-    plain = table.under(normalize=False).explain()
-    assert str(explain(table, normalize=False)) == str(plain) != str(table.explain())
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pymoo_psi import TestTable, explain, rank_of_efficiency
+from pymoo_psi import TestTable, rank_of_efficiency
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import nondominated, ranking_of
 from tests.refusals import refused
@@ -73,8 +73,6 @@ def test_what_a_table_is_ranked_under_is_kept_unless_other_is_given():
     normalized = rank_of_efficiency(table, normalize=True)
     assert normalized.criteria.tolist() == rank_of_efficiency(F).criteria.tolist()
     assert rank_of_efficiency(normalized, normalize=False).criteria.tolist() == plain
-    explained = explain(normalized, row=1, normalize=False)
-    assert explained.ranking.criteria.tolist() == plain
     fixed = table.under(ranges={"f1": (0, 9), "f2": (0, 9)})
     assert rank_of_efficiency(fixed, normalize=True).nadir.tolist() == [9, 9]
 

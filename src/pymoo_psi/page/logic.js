@@ -681,10 +681,15 @@ function changed(data, j, value, share, first) {
   return sentence(data, key, {objective: column.name, share: percent(share), amount: amount(column, value)})
 }
 
+// The objectives by share, the largest first, NaN last.
+function bySize(shares) {
+  const sizes = shares.map((share) => (Number.isNaN(share) ? -1 : round(abs(share) / TIE)))
+  return shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
+}
+
 // Where a design is better than another and where worse, in words.
 function difference(data, gains, shares) {
-  const size = (j) => (Number.isNaN(shares[j]) ? -1 : round(abs(shares[j]) / TIE))
-  const places = gains.map((_, j) => j).sort((a, b) => size(b) - size(a) || a - b)
+  const places = bySize(shares)
   let first = true
   const parts = [["better", 1], ["worse", -1]].map(([key, sign]) => {
     const changes = places.filter((j) => sign * gains[j] > 0).map((j) => {
@@ -795,8 +800,7 @@ function explain(data, ranking, row) {
   })
   const least = leastOf(loss)
   const dominatedBy = pareto[row] ? -1 : front[nearest(picked(upTo(front.length), (k) => loss[k] === least), (k) => loss[k])]
-  const sizes = shares.map((share) => (Number.isNaN(share) ? Infinity : round(share / TIE)))
-  const ordered = shares.map((_, j) => j).sort((a, b) => sizes[b] - sizes[a] || a - b)
+  const ordered = bySize(shares)
   const most = max(0, ...shares.filter((share) => !Number.isNaN(share)))
   const weakest = objectives.filter((_, j) => most > 0 && shares[j] >= most * (1 - TIE)).map(({name}) => name)
   const steps = [] // a neighbour towards several objectives is one step

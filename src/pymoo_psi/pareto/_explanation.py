@@ -20,6 +20,7 @@ from pymoo_psi._validation import Array, Received, Rows, collection, counted, in
 from pymoo_psi.pareto._dominance import without_rounding
 from pymoo_psi.pareto._ranking import EfficiencyRanking, is_table, rank_of_efficiency, with_units
 from pymoo_psi.pareto._sentences import (
+    SENTENCES,
     capital,
     decimal_mark,
     listed,
@@ -74,13 +75,26 @@ class DesignComparison:
             ('Design 1 against design 0: better in f2 by 5 (62 % of its range); worse in f1 by 1
             (25 %).',)
         """
-        first, *others = (self.ranking.name_of(row) for row in self.rows)
-        sentences = []
-        for k, name in enumerate(others, start=1):
-            difference = self.difference(k)
-            text = sentence("against", design=capital(name), other=first, difference=difference)
-            sentences.append(text)
-        return tuple(sentences)
+        return tuple(self.sentence("against", k) for k in range(1, len(self.rows)))
+
+    def sentence(self, template: str, k: int, **texts: str) -> str:
+        """Return a template about the k-th design compared and the first one, filled.
+
+        Args:
+            template: Its name among those of the package.
+            k: From 1.
+            **texts: What it needs beside the two designs and their difference.
+
+        Example:
+            >>> compare_designs([[1.0, 9.0], [2.0, 4.0], [5.0, 1.0]], [0, 1]).sentence("instead", 1)
+            'Design 1 is chosen instead of design 0: better in f2 by 5 (62 % of its range); worse in
+            f1 by 1 (25 %).'
+        """
+        other, design = (self.ranking.name_of(self.rows[i]) for i in (0, k))
+        if SENTENCES[template].startswith("{design}"):
+            design = capital(design)
+        difference = self.difference(k)
+        return sentence(template, design=design, other=other, difference=difference, **texts)
 
     def difference(self, k: int) -> str:
         """Return where the k-th design compared is better than the first, and where worse.
@@ -91,8 +105,7 @@ class DesignComparison:
         """
         gains = self.gains[k]
         shares = np.abs(self.shares[k])
-        # The largest first, NaN last; those that are equal up to rounding as they are.
-        order = np.argsort(-np.round(shares / _TIE), kind="stable")
+        order = _by_size(shares)
         better = order[gains[order] > 0]
         worse = order[gains[order] < 0]
         changes = self.changes(np.abs(gains), shares, [*better, *worse])
@@ -202,8 +215,7 @@ class Explanation:
             Towards f1 design 0 gives up least: better in f1 by 1 (25 % of its range); worse in f2
             by 5 (62 %).
         """
-        # By share, and NaN, which compares with nothing, first.
-        order = np.lexsort((-np.round(np.nan_to_num(self.shares) / _TIE), ~np.isnan(self.shares)))
+        order = _by_size(self.shares)
         with decimal_mark(self.decimal):
             distances = self._distances(order[self.behind[order] > 0])
             return (self._standing(), distances, *self._step_sentences(order))
@@ -213,28 +225,19 @@ class Explanation:
         ranking = self.ranking
         design = capital(ranking.name_of(self.row))
         if self.dominated_by >= 0:
-            pair = _compared(ranking, [self.row, self.dominated_by])
             other = ranking.name_of(self.dominated_by)
-            difference = pair.difference(1)
+            difference = _compared(ranking, [self.row, self.dominated_by]).difference(1)
             return sentence("dominated", design=design, other=other, difference=difference)
         n_optimal = ranking.pareto.sum()
         n_optima = len(ranking.salukvadze)
+        template = "ranked"
         if n_optimal == 1:
-            kind = "single"
-        elif self.row not in ranking.salukvadze:
-            kind = "ranked"
-        elif n_optima > 1:
-            kind = "optima"
-        else:
-            kind = "optimum"
+            template = "single"
+        elif self.row in ranking.salukvadze:
+            template = "optimum" if n_optima == 1 else "optima"
         front = counted(n_optimal, "Pareto-optimal design")
-        return sentence(
-            kind,
-            design=design,
-            front=front,
-            place=ranking.place[self.row],
-            count=n_optima,
-        )
+        place = ranking.place[self.row]
+        return sentence(template, design=design, front=front, place=place, count=n_optima)
 
     def _distances(self, columns: Rows) -> str:
         """Return how far the design is from the best, in the objectives where it is behind."""
@@ -257,17 +260,12 @@ class Explanation:
             order: ``(m,)`` the objectives in the order of the sentences.
         """
         names = self.ranking.objectives.names
-        rows = self.steps.rows.tolist()
         sentences = []
         for row in dict.fromkeys(self.neighbours[order].tolist()):
-            if row < 0:
-                continue
-            shared = [names[j] for j in order if self.neighbours[j] == row]
-            objectives = listed(shared)
-            design = self.ranking.name_of(row)
-            difference = self.steps.difference(rows.index(row))
-            text = sentence("step", objectives=objectives, design=design, difference=difference)
-            sentences.append(text)
+            if row >= 0:
+                objectives = [names[j] for j in order if self.neighbours[j] == row]
+                k = self.steps.rows.tolist().index(row)
+                sentences.append(self.steps.sentence("step", k, objectives=listed(objectives)))
         return sentences
 
 
@@ -277,7 +275,6 @@ def explain(
     design: int | str | None = None,
     *,
     row: int | None = None,
-    normalize: bool | None = None,
     maximize: Collection[Any] = (),
     units: Mapping[Any, str] | None = None,
 ) -> Explanation:
@@ -298,8 +295,6 @@ def explain(
             default the Salukvadze optimum. A data frame with the labels 0, 1, … is like an array;
             write other integer labels as texts, because ``3`` may be a label or a row.
         row: The row of the design in ``F``, from 0, instead of ``design``.
-        normalize: Affects the place in the sentences, as for :func:`pymoo_psi.rank_of_efficiency`;
-            distances here are always in units of the ranges.
         maximize: The objectives to be maximised: column indices or, of a data frame, names.
         units: Units by name, for the sentences; by default those of a test table.
 
@@ -323,99 +318,66 @@ def explain(
         Towards cost A gives up least: better in cost by 1 € (25 % of its range); worse
         in yield by 20 (67 %).
     """
-    if is_table(F) and normalize is not None:
-        F = F.under(normalize=normalize)  # the ranking and what keeps its optimum are of one table
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    ranking = with_units(ranking, units)
+    ranking = with_units(rank_of_efficiency(F, maximize=maximize), units)
     if row is not None:
         if design is not None:
             raise invalid("design", "left out where row is given", design)
-        row = _row_of_row("row", row, F, ranking)
+        row = _ranked_row("row", row, F, ranking)
     elif design is not None:
         row = _row_of_design(design, F, ranking)
     else:
         row = int(ranking.salukvadze[0])
 
-    view = _View.of(ranking, row)
-    m = len(view.design)
-    neighbours = np.array([view.neighbour(j) for j in range(m)], dtype=np.intp)
+    # The Pareto set as seen from the design: the steps to it in shares of the ranges.
+    front = np.flatnonzero(ranking.pareto)
+    values = _values(ranking, np.append(row, front))
+    behind = values[0] - values[1:].min(axis=0)
+    gains = values[0] - values[1:]
+    steps = gains / ranking.lengths
+    losses = np.fmax(-steps, 0).max(axis=1)
+    distances = np.sqrt((steps**2).sum(axis=1))
+    distances[np.isnan(distances)] = np.inf
+
+    def nearest(candidates: Rows, tie: float) -> Rows:
+        """Return the nearest of the candidates that give up least, all of them if several tie."""
+        losses_of_some = losses[candidates]
+        candidates = candidates[losses_of_some <= losses_of_some.min() + tie]
+        distances_of_some = distances[candidates]
+        return np.asarray(candidates[distances_of_some <= distances_of_some.min() * (1 + _TIE)])
+
+    neighbours = np.full(gains.shape[1], -1)
+    for j, gain in enumerate(gains.T):
+        better = gain > 0
+        clearly = better & (gain >= _STEP * ranking.lengths[j])  # a step of a tiny range is 0
+        if clearly.any():
+            better = clearly
+        if better.any():
+            candidates = nearest(np.flatnonzero(better), _TIE)
+            neighbours[j] = front[candidates[values[1:, j][candidates].argmin()]]
     dominated_by = -1
     if not ranking.pareto[row]:
-        dominated_by = view.dominating()
-    steps = _compared(ranking, list(dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])))
-    switching = ()
+        # The least loss need not be 0: a value in a chain of close ones may be in another group
+        # here than among all designs, where the dominance was found.
+        dominated_by = int(front[nearest(np.arange(len(front)), 0.0)[0]])
+
+    switching: tuple[str, ...] = ()
     decimal = ""
     if is_table(F):
         decimal = F.decimal
         if row in ranking.salukvadze:
             switching = tuple(F.switching())
-    behind = view.design - view.values.min(axis=0)
-    shares = _shares(behind, ranking.lengths)
+    rows = dict.fromkeys([row, *neighbours[neighbours >= 0].tolist()])
     return Explanation(
-        ranking, row, behind, shares, neighbours, steps, dominated_by, switching, decimal
+        ranking,
+        row,
+        behind,
+        _shares(behind, ranking.lengths),
+        neighbours,
+        _compared(ranking, [*rows]),
+        dominated_by,
+        switching,
+        decimal,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _View:
-    """The Pareto set as seen from a design; values that are equal up to rounding coincide.
-
-    Attributes:
-        design: ``(m,)`` the objectives of the design, minimised.
-        front: ``(k,)`` rows of the Pareto-optimal designs.
-        values: ``(k, m)`` their objectives.
-        lengths: ``(m,)`` the ranges of the objectives, infinite for one that is constant.
-        losses: ``(k,)`` the greatest loss of a step to each of them, in shares of the ranges.
-        distances: ``(k,)`` how far each of them is, in the same unit.
-    """
-
-    design: Array
-    front: Rows
-    values: Array
-    lengths: Array
-    losses: Array
-    distances: Array
-
-    @classmethod
-    def of(cls, ranking: EfficiencyRanking, row: int) -> _View:
-        """Return the view from a row of a ranking."""
-        front = np.flatnonzero(ranking.pareto)
-        values = _values(ranking, np.append(row, front))
-        design = values[0]
-        steps = (values[1:] - design) / ranking.lengths
-        distances = np.sqrt((steps**2).sum(axis=1))
-        distances[np.isnan(distances)] = np.inf
-        losses = np.fmax(steps, 0).max(axis=1)
-        return cls(design, front, values[1:], ranking.lengths, losses, distances)
-
-    def neighbour(self, j: int) -> int:
-        """Return the row of the design that is better in objective j and gives up least, or -1.
-
-        Those count that are better by a step or more, or if there is none, better at all.
-        """
-        gains = self.design[j] - self.values[:, j]
-        better = gains > 0
-        clearly = better & (gains >= _STEP * self.lengths[j])  # a step of a tiny range is 0
-        if clearly.any():
-            better = clearly
-        candidates = np.flatnonzero(better)
-        if len(candidates) == 0:
-            return -1
-        candidates = self._nearest(candidates, _TIE)
-        return int(self.front[candidates[self.values[candidates, j].argmin()]])
-
-    def dominating(self) -> int:
-        """Return the row of the nearest design that is nowhere worse."""
-        # The least loss need not be 0: a value in a chain of close ones may be in another group
-        # here than among all designs, where the dominance was found.
-        return int(self.front[self._nearest(np.arange(len(self.front)), 0.0)[0]])
-
-    def _nearest(self, candidates: Rows, tie: float) -> Rows:
-        """Return the nearest of the candidates that give up least, all of them if several tie."""
-        losses = self.losses[candidates]
-        candidates = candidates[losses <= losses.min() + tie]
-        distances = self.distances[candidates]
-        return np.asarray(candidates[distances <= distances.min() * (1 + _TIE)])
 
 
 def compare_designs(
@@ -423,7 +385,6 @@ def compare_designs(
     designs: Sequence[int | str] | None = None,
     *,
     rows: Sequence[int] | None = None,
-    normalize: bool | None = None,
     maximize: Collection[Any] = (),
     units: Mapping[Any, str] | None = None,
 ) -> DesignComparison:
@@ -434,7 +395,6 @@ def compare_designs(
             of its Pareto-optimal designs.
         designs: Two designs or more, each as for :func:`explain`.
         rows: The rows of the designs in ``F``, from 0, instead of ``designs``.
-        normalize: Affects the ranking in the result.
         maximize: As for :func:`explain`.
         units: As for :func:`explain`.
 
@@ -454,13 +414,12 @@ def compare_designs(
         Design 2 against design 1: better in f2 by 3 (38 % of its range); worse in f1 by
         3 (75 %).
     """
-    ranking = rank_of_efficiency(F, normalize=normalize, maximize=maximize)
-    ranking = with_units(ranking, units)
+    ranking = with_units(rank_of_efficiency(F, maximize=maximize), units)
     if rows is None:
         entries = collection("designs", designs, "a list of designs")
         ranked = [_row_of_design(design, F, ranking) for design in entries]
     elif designs is None:
-        ranked = [_row_of_row("rows", row, F, ranking) for row in rows]
+        ranked = [_ranked_row("rows", row, F, ranking) for row in rows]
     else:
         raise invalid("designs", "left out where rows are given", designs)
     if len(ranked) < 2:
@@ -477,31 +436,6 @@ def _compared(ranking: EfficiencyRanking, rows: Sequence[int]) -> DesignComparis
     return DesignComparison(ranking, np.array(rows, dtype=np.intp), gains, shares)
 
 
-def alternative(ranking: EfficiencyRanking, chosen: Rows, row: int) -> str:
-    """Return the choice of a selector, and its gains and losses compared with a design.
-
-    Args:
-        ranking: The ranking of all designs.
-        chosen: The rows that the selector chooses, of which the first is described; may be empty.
-        row: The design, in most cases the optimum.
-    """
-    if not len(chosen):
-        return "no design stands out."
-    first = int(chosen[0])
-    name = ranking.name_of(row)
-    if row not in chosen:
-        difference = _compared(ranking, [row, first]).difference(1)
-        design = ranking.name_of(first)
-        text = sentence("against", design=design, other=name, difference=difference)
-    elif row in ranking.salukvadze:
-        text = f"{name}, the optimum itself."
-    else:
-        text = f"{name}."
-    if len(chosen) > 1:
-        text += f" It is the first of {len(chosen)} that are chosen."
-    return text
-
-
 def _values(ranking: EfficiencyRanking, rows: Rows) -> Array:
     """Return the objectives of designs, minimised; values equal up to rounding coincide."""
     objectives = ranking.objectives
@@ -515,6 +449,11 @@ def _shares(differences: Array, lengths: Array) -> Array:
     return shares
 
 
+def _by_size(shares: Array) -> Rows:
+    """Return the objectives by share, the largest first, NaN last; those that tie as they are."""
+    return np.argsort(-np.round(shares / _TIE), kind="stable")
+
+
 def _row_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int:
     """Return the row in the ranking of a design by its label or its number."""
     if not is_table(F):
@@ -522,26 +461,16 @@ def _row_of_design(design: int | str, F: Any, ranking: EfficiencyRanking) -> int
     return _ranked_row("design", F.row_of(design), F, ranking)
 
 
-def _row_of_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
-    """Return the row in the ranking of a row of F."""
-    n = len(ranking.rows)
+def _ranked_row(name: str, row: int, F: Any, ranking: EfficiencyRanking) -> int:
+    """Return the row in the ranking of a row of F; of a table only feasible designs are ranked."""
+    rows = list(range(len(ranking.rows)))
+    last = len(rows) - 1
     if is_table(F):
-        n = len(F)
-    if integer(name, row, minimum=0) >= n:
-        raise invalid(name, f"a row of F, from 0 to {n - 1}", row)
-    if is_table(F):
-        return _ranked_row(name, row, F, ranking)
-    return row
-
-
-def _ranked_row(name: str, row: int, table: Any, ranking: EfficiencyRanking) -> int:
-    """Return the row in the ranking of a row of a table, of which the feasible ones are ranked."""
-    rows = ranking.rows.tolist()
+        rows = ranking.rows.tolist()
+        last = len(F) - 1
+    if integer(name, row, minimum=0) > last:
+        raise invalid(name, f"a row of F, from 0 to {last}", row)
     if row not in rows:
-        violated, names = table.violations()
-        reasons = np.array(names)[violated[row]]
-        received = f"{table.names[row]}, which failed"
-        if len(reasons):
-            received = f"{table.names[row]}, which violates {', '.join(reasons)}"
-        raise invalid(name, "a feasible design", Received(received))
-    return int(rows.index(row))
+        received = Received(f"{F.names[row]}, which is {F.status[row]}")
+        raise invalid(name, "a feasible design", received)
+    return rows.index(row)

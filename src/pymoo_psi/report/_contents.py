@@ -21,14 +21,12 @@ from pymoo_psi._validation import Array, Values, counted
 from pymoo_psi.errors import PsiError
 from pymoo_psi.page import notations, written
 from pymoo_psi.pareto import (
-    capital,
     cautions,
     compare_designs,
     explain,
     number,
     percent,
     representatives,
-    sentence,
     weights_sentence,
 )
 from pymoo_psi.table import (
@@ -106,9 +104,7 @@ class Choice:
     def instead(self) -> str:
         """Return a sentence on how the design differs from the proposed one."""
         pair = compare_designs(self.ranking, rows=[self.optimum, self.row])
-        optimum = self.ranking.name_of(self.optimum)
-        difference = pair.difference(1)
-        return sentence("instead", design=capital(self.name), other=optimum, difference=difference)
+        return pair.sentence("instead", 1)
 
     def _texts(self, values: Array) -> list[str]:
         """Return ``(m,)`` objectives as the page writes them."""
