@@ -22,7 +22,7 @@ from pymoo_psi import (
     TestTable,
     investigate,
 )
-from pymoo_psi.algorithms import _outputs
+from pymoo_psi.algorithms._outputs import Goal
 from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.problems import ProgramProblem, design_space
 from pymoo_psi.study import Study
@@ -392,8 +392,7 @@ def test_what_is_known_of_a_design_replaces_its_prediction():
     layout = Layout.of(1, 1, 0, 1, lower=[0], upper=[2])
     table = TestTable.of([1, 2], [[0.0], [2.0]], [[1.0], [2.0]], H=[[-0.5], [0.5]], layout=layout)
     table = table.under(computed={"sum": "f1 + h1"}, objectives=["f1", "h1", "x1", "sum"])
-    model = _outputs.TestedModel(space_of_table(table.tested), 0)
-    outputs = _outputs.learned_outputs(model, table)
+    goal = Goal(table, space_of_table(table.tested), None)
     predicted = np.array([[1.5, 0.25, 9.0, 9.0, -0.25]])  # the last one is h1 as tested
-    known = outputs.computed(np.array([[0.5]]), predicted)
+    known = goal.computed(np.array([[0.5]]), predicted)
     np.testing.assert_array_equal(known, [[1.5, 0.25, 1.0, 1.25, -0.25]])

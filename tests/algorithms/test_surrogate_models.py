@@ -8,7 +8,6 @@ import pytest
 
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
-    Fit,
     GaussianProcess,
     Learned,
     without_penalties,
@@ -124,11 +123,10 @@ def test_violations_say_where_a_constraint_is_met():
     near = random.random((400, 2))
     truth = (1.5 * near[:, 0] + near[:, 1] ** 2) - 1
     amounts = np.maximum(1.5 * Z[:, 0] + Z[:, 1] ** 2 - 1, 0)[:, None]
-    fit = Fit.of(Z, amounts, n_uniform=48, n_obj=0)
-    learned = Learned(fit)
+    learned = Learned.of(Z, amounts, n_uniform=48, n_obj=0)
     learned.extend(np.arange(48), Z)
-    (process,) = learned.processes(fit.to(amounts))
-    excess = process(near) - fit.outputs[0].scale.to(0.0)
+    (process,) = learned.processes(learned.to(amounts))
+    excess = process(near) - learned.outputs[0].scale.to(0.0)
     is_sure = np.abs(truth) > 0.005
     assert ((excess > 0) == (truth > 0))[is_sure].all()
 
@@ -137,9 +135,8 @@ def test_an_output_may_change_much_faster_near_one_end_of_a_variable():
     random = np.random.default_rng(1)
     Z, at = random.random((30, 2)), random.random((400, 2))
     values, expected = (np.sin(5 * z[:, [0]] ** 8 + z[:, [1]]) for z in (Z, at))
-    fit = Fit.of(Z, values, n_uniform=30, n_obj=1)
-    learned = Learned(fit)
+    learned = Learned.of(Z, values, n_uniform=30, n_obj=1)
     learned.extend(np.arange(30), Z)
-    (process,) = learned.processes(fit.to(values))
-    error = fit.back(process(at)[:, None]) - expected
+    (process,) = learned.processes(learned.to(values))
+    error = learned.back(process(at)[:, None]) - expected
     assert np.sqrt((error**2).mean()) < 0.2 * expected.std()  # 0.49 with lengths alone

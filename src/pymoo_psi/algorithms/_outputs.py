@@ -8,35 +8,43 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pymoo_psi._validation import Array, Designs
+from pymoo_psi._validation import AnyArray, Array, Mask, Numbers
 from pymoo_psi.algorithms._model import Model
-from pymoo_psi.algorithms._proposals import Goal, KnownTests, encoded
-from pymoo_psi.algorithms._surrogate_models import bounded, without_penalties
+from pymoo_psi.algorithms._surrogate_models import Learned, bounded, encoded, without_penalties
 from pymoo_psi.problems import DesignSpace, known_expressions
 from pymoo_psi.table import OPEN, Expression, Layout, TestTable
 
+# A predicted equality counts as met within this many standard deviations.
+_EQUALITY_TOLERANCE = 0.01
+
 
 @dataclass(frozen=True)
-class TestedModel:
-    """What a table says of the model of its tests.
+class KnownTests:
+    """The tests from which surrogates learn.
 
     Attributes:
-        space: The variables.
-        n_ieq_constr: Number of inequality constraints, requirements among them.
+        numbers: ``(n,)`` their numbers, increasing.
+        points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs.
+        Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, other outputs with
+            limits.
+        eligible: ``(n,)`` whether a test keeps all constraints and limits, with finite objectives.
+        failed: ``(n,)`` whether the model ran but returned no outputs.
+        unknown: ``(n,)`` whether there are no outputs: the test failed, or the model did not run.
+        pending: ``(p, d)`` points that are being tested; the predictions of the surrogates stand
+            for their outputs.
     """
 
-    space: DesignSpace
-    n_ieq_constr: int
-    inner: Any = None
-
-    def violations(self, X: Designs) -> Array:
-        """Return ``(n, 0)`` violations of requirements, which a table does not know."""
-        return np.zeros((len(X), 0))
+    numbers: Numbers
+    points: Array
+    Y: Array
+    eligible: Mask
+    failed: Mask
+    unknown: Mask
+    pending: Array
 
 
 class _Output(NamedTuple):
@@ -48,6 +56,7 @@ class _Output(NamedTuple):
         greatest: The greatest value allowed, as the output is minimised.
         is_tested: Whether it is a column as tested.
         sign: -1 if it is minimised as the negative of its column.
+        is_limited: Whether it is learned for its limits only, neither objective nor constraint.
     """
 
     name: str
@@ -55,6 +64,7 @@ class _Output(NamedTuple):
     greatest: float
     is_tested: bool = True
     sign: int = 1
+    is_limited: bool = False
 
     def known_or_beyond(self, values: Array) -> Array:
         """Return ``(n,)`` values of the output; beyond its limits where a design has none."""
@@ -67,99 +77,125 @@ class _Output(NamedTuple):
         return np.where(np.isnan(values), beyond, values)
 
 
-@dataclass(frozen=True)
-class LearnedOutputs:
-    """The outputs that surrogates learn from tests under a formulation.
+class Goal:
+    """What a search is for: the objectives and limits of a formulation, and the outputs they need.
 
-    They are, in this order: the objectives; the constraints; the limited columns; and the operands.
+    The outputs that surrogates learn are, in this order: the objectives; the constraints; other
+    columns that have a limit; and the operands, columns as tested from which others are computed.
+
+    Args:
+        table: All tests, under the formulation.
+        space: The variables.
+        model: The model of the tests; ``None`` if the table says all that is known of it. Then
+            designs have no requirements but those that the tests have as constraints.
 
     Attributes:
-        model: The model of the tests.
-        table: All tests, under the formulation.
-        limits: The limits on numbers, by column.
-        objectives: The objectives.
-        constraints: The constraints, without requirements.
-        limited: Other columns that have a limit.
-        computed_columns: Columns of the formulation that are computed, not learned, in their order.
-        expressions: Outputs of the problem that are expressions.
-        operands: Columns as tested from which others are computed.
+        n_obj: Number of objectives, which are the first outputs, all minimised.
+        limits: ``(column, least, greatest)`` for constraints, and for outputs that have limits;
+            infinite where there is none.
+        low: ``(d,)`` lower limits on variables, in the unit cube.
+        high: ``(d,)`` upper limits on variables, in the unit cube.
+        ranges: ``(2, m)`` lower and upper values by which objectives are scaled, as these are
+            minimised; ``None`` for those of the Pareto set.
+        is_narrowed: Whether limits narrow the problem, which tests so far may have been far from.
+        is_computed: Whether some outputs are known functions of the variables and of others.
     """
 
-    model: Model | TestedModel
-    table: TestTable
-    limits: Mapping[str, tuple[float, float]]
-    objectives: Sequence[_Output]
-    constraints: Sequence[_Output]
-    limited: Sequence[_Output]
-    computed_columns: Mapping[str, Expression]
-    expressions: Mapping[str, Any]
-    operands: Sequence[str]
-
-    @property
-    def outputs(self) -> list[_Output]:
-        """All outputs but the operands."""
-        return [*self.objectives, *self.constraints, *self.limited]
-
-    @property
-    def goal(self) -> Goal:
-        """The goal of a search for the formulation."""
-        variables = self.table.tested.layout.variables
-        space = self.model.space
-        limits = []
-        for name in [*self.table.layout.constraints, *self.limits]:
-            for j, output in enumerate(self.outputs):
+    def __init__(self, table: TestTable, space: DesignSpace, model: Model | None) -> None:
+        tested = table.tested.layout
+        layout = table.layout
+        self._table = table
+        self._space = space
+        self._model = model
+        self._problem: Any = None
+        self._n_ieq_constr = len(tested.inequalities)
+        if model is not None:
+            self._problem = model.inner
+            self._n_ieq_constr = model.n_ieq_constr
+        limits = {}
+        for name, limit in table.limits.items():
+            if not isinstance(limit, list):
+                limits[name] = limit
+        self.n_obj = len(layout.objectives)
+        self._outputs = _objectives(table, limits) + _constraints(table, self._n_ieq_constr)
+        for name, limit in limits.items():
+            # Under equalities, limits on variables are no sides of the unit cube.
+            if name in layout.outputs or (space.equalities and name in layout.variables):
+                is_tested = name in tested.columns
+                self._outputs.append(_Output(name, *limit, is_tested, is_limited=True))
+        names = [output.name for output in self._outputs]
+        self._computed = _needed(table.formulation.computed, names)
+        self._expressions = _expressions(self._problem, tested)
+        self._operands = _operands(tested, self._outputs, self._computed, self._expressions)
+        learned = {*names, *self._operands}
+        is_known = bool(self._computed or self._expressions)
+        self.is_computed = is_known or not learned.isdisjoint(tested.variables)
+        self.limits = []
+        for name in [*layout.constraints, *limits]:
+            for j, output in enumerate(self._outputs):
                 if output.name == name:
-                    limits.append((j, output.least, output.greatest))
+                    self.limits.append((j, output.least, output.greatest))
+        self.is_narrowed = bool(limits)
+        self.ranges = _ranges(table)
+        self.low = np.zeros(len(space.searched))
+        self.high = np.ones(len(space.searched))
         # The names of the table, which may be those of the problem or of the run.
-        own_names = [variable.name for variable in space.variables]
-        titles = dict(zip(own_names, variables, strict=True))
-        low = np.zeros(len(space.searched))
-        high = np.ones(len(space.searched))
-        learned = {output.name for output in self.outputs}.union(self.operands)
+        titles = dict(zip(space.variable_names, tested.variables, strict=True))
         for j, variable in enumerate(space.searched):
             name = titles[variable.name]
-            if name in self.limits and name not in learned:
-                low[j], high[j] = variable.between(*self.limits[name])
-        compute = None
-        if self.computed_columns or self.expressions or learned & {*variables}:
-            compute = self.computed
-        return Goal(
-            len(self.objectives),
-            limits,
-            low,
-            high,
-            required=self.violations,
-            encode=partial(encoded, space),
-            compute=compute,
-            ranges=self._ranges(),
-            narrowed=bool(self.limits),
-        )
+            if name in limits and name not in learned:
+                self.low[j], self.high[j] = variable.between(*limits[name])
+
+    @property
+    def is_directed(self) -> bool:
+        """Whether limits or ranges of a decision direct the search."""
+        return self.is_narrowed or self.ranges is not None
+
+    def encode(self, points: Array) -> Array:
+        """Return ``(n, d)`` points as surrogates see them, ``(n, e)``."""
+        return encoded(self._space, points)
 
     def violations(self, points: Array) -> Array:
-        """Return ``(n, k)`` by how much points violate requirements, and limits on texts."""
-        X = self.model.space.matrix(points)
-        columns = [self.model.violations(X)]
-        variables = self.table.tested.layout.variables
-        for name, limit in self.table.limits.items():
+        """Return ``(n, k)`` by how much points violate requirements, and limits on texts.
+
+        No proposal violates one.
+        """
+        X = self._space.matrix(points)
+        columns: list[AnyArray] = [np.zeros((len(X), 0))]
+        if self._model is not None:
+            columns.append(self._model.violations(X))
+        variables = self._table.tested.layout.variables
+        for name, limit in self._table.limits.items():
             if name in variables and isinstance(limit, list):
                 values = X[:, variables.index(name)].astype(str)
-                is_other = ~np.isin(values, limit)
-                columns.append(is_other[:, None].astype(float))
+                columns.append(~np.isin(values, limit)[:, None])
         return np.hstack(columns)
 
-    def _ranges(self) -> Array | None:
-        """Return the ``(2, m)`` fixed ranges of the objectives, as these are minimised."""
-        layout = self.table.layout
-        ranges = self.table.formulation.ranges
-        if not ranges:
-            return None
-        ends = []
-        for name in layout.objectives:
-            low, high = ranges[name]
-            if name in layout.maximize:
-                low, high = -high, -low
-            ends.append((low, high))
-        return np.array(ends).T
+    def excess(self, T: Array, learned: Learned, margins: Array) -> Array:
+        """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit.
+
+        Where limits narrow a problem, an excess counts less if surrogates predict the output badly:
+        otherwise a search would avoid what they wrongly take for infeasible.
+
+        Args:
+            T: ``(n, q)`` outputs on their scales.
+            learned: The scales, and the errors of surrogates.
+            margins: ``(n, q)`` how far from its limits an output has to be.
+        """
+        columns = [np.zeros((len(T), 0))]
+        for j, least, greatest in self.limits:
+            output = learned.outputs[j]
+            margin = margins[:, j]
+            if least == greatest:
+                margin = np.full(len(T), -_EQUALITY_TOLERANCE)
+            unit = 1.0
+            if self.is_narrowed:
+                unit = np.sqrt(max(output.error, _EQUALITY_TOLERANCE))
+            for end, sign in ((least, -1), (greatest, 1)):
+                if np.isfinite(end):
+                    beyond = sign * (T[:, j] - output.scale.to(end))
+                    columns.append(((beyond + margin) / unit)[:, None])
+        return np.hstack(columns)
 
     def known_tests(self, n_uniform: int, pending: Array) -> KnownTests:
         """Return what surrogates learn from.
@@ -168,24 +204,24 @@ class LearnedOutputs:
             n_uniform: How many of the tests, the first, are of the sequence.
             pending: ``(p, d)`` the points that are being tested.
         """
-        table = self.table
+        table = self._table
         failed = table.status == "failed"
-        n_ieq = self.model.n_ieq_constr
         # The model does not run for a design that violates a requirement.
-        unmet = (table.tested.G[:, n_ieq:] > 0).any(axis=1)
+        unmet = (table.tested.G[:, self._n_ieq_constr :] > 0).any(axis=1)
         unknown = failed | unmet
         uniform = table.F[:n_uniform][~unknown[:n_uniform]]
         columns = [without_penalties(table.F, uniform)]
-        for output in self.constraints:
-            columns.append(np.where(unknown, np.nan, table.column(output.name)))
-        for output in self.limited:
-            columns.append(output.known_or_beyond(table.column(output.name)))
-        for name in self.operands:
+        for output in self._outputs[self.n_obj :]:
+            column = table.column(output.name)
+            if output.is_limited:
+                columns.append(output.known_or_beyond(column))
+            else:
+                columns.append(np.where(unknown, np.nan, column))
+        for name in self._operands:
             columns.append(table.tested.column(name))
-        points = self.model.space.points(table.tested.X)
-        eligible = table.eligible()
+        points = self._space.points(table.tested.X)
         Y = np.column_stack(columns)
-        return KnownTests(table.numbers, points, Y, eligible, failed, unknown, pending)
+        return KnownTests(table.numbers, points, Y, table.eligible(), failed, unknown, pending)
 
     def computed(self, points: Array, Y: Array) -> Array:
         """Return ``(n, q)`` outputs of points, of which some are computed from the others.
@@ -194,61 +230,26 @@ class LearnedOutputs:
             points: ``(n, d)`` points of the unit cube.
             Y: ``(n, q)`` outputs as surrogates predict them.
         """
-        columns = self._columns(points, Y)
+        variables = self._table.tested.layout.variables
+        columns = dict(zip(variables, self._space.matrix(points).T, strict=True))
+        for output, y in zip(self._outputs, Y.T, strict=False):
+            if output.is_tested and output.name not in variables:
+                columns[output.name] = output.sign * y
+        columns |= zip(self._operands, Y.T[len(self._outputs) :], strict=True)
+        if self._expressions:
+            columns |= self._problem.computed(columns)
+        for name, expression in self._computed.items():
+            columns[name] = expression.values(columns)
         computed = Y.copy()
         # Others are predicted, such as the absolute value of an equality that is an objective.
-        exact = {*self.table.tested.layout.variables, *self.expressions, *self.computed_columns}
-        for j, output in enumerate(self.outputs):
+        exact = {*variables, *self._expressions, *self._computed}
+        for j, output in enumerate(self._outputs):
             if output.name in exact:
                 values = output.sign * columns[output.name]
-                if output in self.limited:
+                if output.is_limited:
                     values = output.known_or_beyond(values)
                 computed[:, j] = values
         return bounded(computed)
-
-    def _columns(self, points: Array, Y: Array) -> dict[str, Any]:
-        """Return the columns of points by name, those that are computed after their operands."""
-        variables = self.table.tested.layout.variables
-        columns = dict(zip(variables, self.model.space.matrix(points).T, strict=True))
-        of_outputs, of_operands = np.split(Y.T, [len(self.outputs)])
-        for output, y in zip(self.outputs, of_outputs, strict=True):
-            if output.is_tested and output.name not in variables:
-                columns[output.name] = output.sign * y
-        columns |= zip(self.operands, of_operands, strict=True)
-        if self.expressions:
-            columns |= self.model.inner.computed(columns)
-        for name, expression in self.computed_columns.items():
-            columns[name] = expression.values(columns)
-        return columns
-
-
-def learned_outputs(model: Model | TestedModel, table: TestTable) -> LearnedOutputs:
-    """Return the outputs that surrogates learn.
-
-    Args:
-        model: The model of the tests.
-        table: All tests, under a formulation, whose computed columns are not learned.
-    """
-    limits = {}
-    for name, limit in table.limits.items():
-        if not isinstance(limit, list):
-            limits[name] = limit
-    objectives = _objectives(table, limits)
-    constraints = _constraints(table, model.n_ieq_constr)
-    names = [*table.layout.outputs]
-    if model.space.equalities:  # limits on variables are then no sides of the unit cube
-        names += table.layout.variables
-    limited = []
-    for name, limit in limits.items():
-        if name in names:
-            limited.append(_Output(name, *limit, name in table.tested.layout.columns))
-    outputs = [*objectives, *constraints, *limited]
-    computed = _needed(table.formulation.computed, [output.name for output in outputs])
-    expressions = _known_expressions(model.inner, table.tested.layout)
-    operands = _operands(table.tested.layout, outputs, computed, expressions)
-    return LearnedOutputs(
-        model, table, limits, objectives, constraints, limited, computed, expressions, operands
-    )
 
 
 def _objectives(table: TestTable, limits: Mapping[str, tuple[float, float]]) -> list[_Output]:
@@ -266,6 +267,7 @@ def _objectives(table: TestTable, limits: Mapping[str, tuple[float, float]]) -> 
 
 
 def _constraints(table: TestTable, n_ieq_constr: int) -> list[_Output]:
+    """Return the constraints of the model, without requirements."""
     requirements = table.tested.layout.inequalities[n_ieq_constr:]
     outputs = []
     for name in table.layout.inequalities:
@@ -274,6 +276,20 @@ def _constraints(table: TestTable, n_ieq_constr: int) -> list[_Output]:
     for name in table.layout.equalities:
         outputs.append(_Output(name, 0.0, 0.0))
     return outputs
+
+
+def _ranges(table: TestTable) -> Array | None:
+    """Return the ``(2, m)`` fixed ranges of the objectives, as these are minimised."""
+    ranges = table.formulation.ranges
+    if not ranges:
+        return None
+    ends = []
+    for name in table.layout.objectives:
+        low, high = ranges[name]
+        if name in table.layout.maximize:
+            low, high = -high, -low
+        ends.append((low, high))
+    return np.array(ends).T
 
 
 def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expression]:
@@ -288,7 +304,7 @@ def _needed(computed: Mapping[str, str], names: Sequence[str]) -> dict[str, Expr
     return expressions
 
 
-def _known_expressions(problem: Any, tested: Layout) -> Mapping[str, Any]:
+def _expressions(problem: Any, tested: Layout) -> Mapping[str, Any]:
     """Return the outputs of a problem that are expressions, if they mean the tested columns."""
     expressions = known_expressions(problem)
     if expressions and (

@@ -7,13 +7,17 @@ The search looks for good values in many directions at once. In a direction w it
 max_j (F_j / w_j), the achievement function of Wierzbicki (1980), where F is 0 at the best values
 and 1 at the worst values of the Pareto set.
 
+:func:`propose` makes a round. A search on the means of the surrogates (:func:`_search`) finds
+candidates; under a decision, a second search finds more near its best compromise. :func:`_choice`
+takes the most promising ones.
+
 Points lie in the unit cube of the variables. ``Z`` stands for points as surrogates see them
-(:func:`encoded`), ``Y`` for outputs, ``T`` for outputs on the scales of their surrogates.
+(:meth:`Goal.encode`), ``Y`` for outputs, ``T`` for outputs on the scales of their surrogates.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -23,15 +27,16 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import ndtr
 
-from pymoo_psi._kinds import Kind
-from pymoo_psi._validation import Array, Mask, Numbers, Received, Rows, invalid
+from pymoo_psi._validation import Array, Mask, Received, Rows, invalid
 from pymoo_psi.algorithms._nsga3 import reference_directions
-from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
+from pymoo_psi.algorithms._outputs import Goal, KnownTests
+from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import nondominated, pareto_rank
-from pymoo_psi.problems import DesignSpace
 
 Random = np.random.Generator
-ArrayFunction = Callable[[Array], Array]  # from n rows to n rows
+Risk = Callable[[Array], Array]  # of (k, e) designs: (k,), above 0 for those to avoid
+# What a search minimises: from (n, d) points to (n, m) values and the (n, c) excess of each limit.
+Aim = Callable[[Array], tuple[Array, Array]]
 
 # One round in this many searches only near the best tests. Far from all tests surrogates promise
 # most and are least reliable; near the best tests alone, a run that began in the wrong place would
@@ -75,102 +80,11 @@ _MIN_DISTANCE_FROM_TEST = 1e-3
 # The worth of a design decreases by this share of its distance from the ideal point. So the least
 # distance counts where a gain in it is too improbable for a number.
 _WORTH_OF_DISTANCE = 1e-6
-# A predicted equality counts as met within this many standard deviations.
-_EQUALITY_TOLERANCE = 0.01
 _LEAST_DIVISOR = 1e-6  # instead of distances and deviations of 0
 # By what designs are chosen, alternating. Where surrogates err, the largest gain is promised again
 # and again, whatever is tested near it; so most designs are chosen for their distance.
 _RULES = ("gain", "distance", "distance", "distance")
 _RULES_OF_DECISION = ("gain", "distance", "compromise", "distance")
-
-
-@dataclass(frozen=True)
-class Goal:
-    """The objectives of a search, and the limits that designs have to keep.
-
-    Attributes:
-        n_obj: Number of objectives, which are the first outputs, all minimised.
-        limits: ``(column, least, greatest)`` for constraints, and for outputs that have limits;
-            infinite where there is none.
-        low: ``(d,)`` lower limits on variables, in the unit cube.
-        high: ``(d,)`` upper limits on variables, in the unit cube.
-        required: A function from ``(n, d)`` points to ``(n, k)`` violations of requirements; no
-            proposal violates one.
-        encode: A function from ``(n, d)`` points to ``(n, e)`` points as surrogates see them.
-        compute: A function from ``(n, d)`` points and their ``(n, q)`` outputs to the outputs, if
-            some outputs are known functions of the variables and of other outputs.
-        ranges: ``(2, m)`` lower and upper values by which objectives are scaled; ``None`` for those
-            of the Pareto set.
-        narrowed: Whether limits narrow the problem, which tests so far may have been far from.
-    """
-
-    n_obj: int
-    limits: Sequence[tuple[int, float, float]]
-    low: Array
-    high: Array
-    required: ArrayFunction
-    encode: ArrayFunction
-    compute: Callable[[Array, Array], Array] | None = None
-    ranges: Array | None = None
-    narrowed: bool = False
-
-    @property
-    def is_directed(self) -> bool:
-        """Whether limits or ranges of a decision direct the search."""
-        return self.narrowed or self.ranges is not None
-
-    def excess(self, T: Array, fit: Fit, margins: Array | None = None) -> Array:
-        """Return ``(n, c)`` by how much outputs, on their scales, exceed each limit.
-
-        Where limits narrow a problem, an excess counts less if surrogates predict the output badly:
-        otherwise a search would avoid what they wrongly take for infeasible.
-
-        Args:
-            T: ``(n, q)`` outputs on their scales.
-            fit: The scales, and the errors of surrogates.
-            margins: ``(n, q)`` how far from its limits an output has to be; 0 unless given.
-        """
-        if margins is None:
-            margins = np.zeros_like(T)
-        columns = [np.zeros((len(T), 0))]
-        for j, least, greatest in self.limits:
-            scale = fit.outputs[j].scale
-            margin = margins[:, j]
-            if least == greatest:
-                margin = np.full(len(T), -_EQUALITY_TOLERANCE)
-            unit = 1.0
-            if self.narrowed:
-                unit = np.sqrt(max(fit.outputs[j].error, _EQUALITY_TOLERANCE))
-            if least > -np.inf:
-                columns.append((scale.to(least) - T[:, j] + margin) / unit)
-            if greatest < np.inf:
-                columns.append((T[:, j] - scale.to(greatest) + margin) / unit)
-        return np.column_stack(columns)
-
-
-@dataclass(frozen=True)
-class KnownTests:
-    """The tests from which surrogates learn.
-
-    Attributes:
-        numbers: ``(n,)`` their numbers, increasing.
-        points: ``(n, d)`` points of the unit cube, from which :class:`DesignSpace` makes designs.
-        Y: ``(n, q)`` outputs: objectives, inequality and equality constraints, other outputs with
-            limits.
-        eligible: ``(n,)`` whether a test keeps all constraints and limits, with finite objectives.
-        failed: ``(n,)`` whether the model ran but returned no outputs.
-        unknown: ``(n,)`` whether there are no outputs: the test failed, or the model did not run.
-        pending: ``(p, d)`` points that are being tested; the predictions of the surrogates stand
-            for their outputs.
-    """
-
-    numbers: Numbers
-    points: Array
-    Y: Array
-    eligible: Mask
-    failed: Mask
-    unknown: Mask
-    pending: Array
 
 
 def propose(
@@ -194,36 +108,43 @@ def propose(
     # glibc returns the memory of freed arrays to the system until a larger one has been freed.
     # Without this, page faults double the time of a proposal from about 150 tests on.
     np.empty(2**21)
-    known = ~tests.unknown
     seen = goal.encode(np.vstack([tests.points, tests.pending]))
-    tested = seen[: len(known)]
-    failure_risk = _failure_risk(tested[known], tested[tests.failed], round_number)
+    tested = seen[: len(tests.points)]
+    failed = tested[tests.failed]
+    # In some rounds nothing is avoided, as models get repaired, and a failure may have been random.
+    if round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1:
+        failed = failed[:0]
+    risk = _failure_risk(tested[~tests.unknown], failed)
     if learned is None:
-        return _distant_points(seen, failure_risk, batch, goal, random)
+        return _distant_points(seen, risk, batch, goal, random)
 
-    rows, T = _learned_outputs(tests, learned)
-    surrogates = _Surrogates(learned, T, goal, failure_risk)
+    surrogates = _Surrogates(tests, learned, goal, risk)
     recent = tests.eligible[-_MISSES_BEFORE_CAUTION:]
-    if goal.narrowed and tests.eligible.any() and not recent.any():
+    if goal.is_narrowed and tests.eligible.any() and not recent.any():
         surrogates.caution = 1.0
-    order = _best_tests(T, learned.fit, goal)[: _POPULATION_SIZE // 4]
-    best = np.clip(tests.points[rows][order], goal.low, goal.high)
+    order = _best_tests(surrogates.T, learned, goal)[: _POPULATION_SIZE // 4]
+    best = np.clip(tests.points[surrogates.rows][order], goal.low, goal.high)
     if round_number % _ROUNDS_PER_NEARBY_SEARCH == 1:
-        start = _start_near(best, surrogates, random)
+        start = _start_near(best, surrogates.predict, goal, random)
     else:
-        start = _start_anywhere(best, surrogates, random)
-    candidates = surrogates.candidates(_search(surrogates, start, random))
+        start = _start_anywhere(best, surrogates.predict, goal, random)
+    contraction = _contraction(learned, goal.n_obj)
+    points = _search(surrogates.predict, start, contraction, goal, random)
+    candidates = surrogates.candidates(points)
     pending = surrogates.candidates(tests.pending)
     F = np.vstack([tests.Y[tests.eligible, : goal.n_obj], pending.F[pending.violation <= 0]])
     front = _Front.of(F, candidates, goal)
     if goal.is_directed and len(front.F) > 0:
-        candidates = _Compromise(surrogates, front).candidates(candidates, random)
-    chosen = _choice(surrogates, candidates, front, seen, batch)
+        aim = surrogates.compromise(front)
+        start = _Population.of(aim, points, goal.low, goal.high).best(_POPULATION_SIZE, 0.0)
+        compromises = _search(aim, start, 0.0, goal, random)[:_N_COMPROMISES]
+        candidates = surrogates.candidates(np.vstack([points, compromises]), front)
+    chosen = _choice(candidates, front, seen, batch, goal, contraction)
     proposals = candidates.points[chosen]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
         seen = np.vstack([seen, goal.encode(proposals)])
-        rest = _distant_points(seen, failure_risk, n_missing, goal, random)
+        rest = _distant_points(seen, risk, n_missing, goal, random)
         proposals = np.vstack([proposals, rest])
     return proposals
 
@@ -241,26 +162,23 @@ def with_repeats(points: Array, tests: KnownTests, learned: Learned, goal: Goal)
         learned: What is learned of them.
         goal: The objectives and limits of the search.
     """
-    m = goal.n_obj
-    rows, T = _learned_outputs(tests, learned)
-    is_eligible = tests.eligible[rows]
-    designs, means, counts = _averages(tests.points[rows][is_eligible], T[is_eligible, :m])
+    surrogates = _Surrogates(tests, learned, goal, _no_risk)
+    is_eligible = tests.eligible[surrogates.rows]
+    tested = tests.points[surrogates.rows][is_eligible]
+    designs, means, counts = _averages(tested, surrogates.T[is_eligible, : goal.n_obj])
     n = len(designs)
     if n < 2:
         return points
 
     Z = goal.encode(points)
-    processes = learned.processes(T)[:m]
-    shares = np.exp([output.log_noise for output in learned.fit.outputs[:m]])
-    noise = np.sqrt(shares * [process.variance for process in processes])
-    predicted = np.column_stack([process(Z) for process in processes])
-    deviations = np.column_stack([process.deviation(Z) for process in processes])
-    F = np.vstack([means, predicted])
+    noise = np.array([process.noise for process in surrogates.processes[: goal.n_obj]])
+    F = np.vstack([means, surrogates.means(Z)[:, : goal.n_obj]])
+    deviations = surrogates.deviations(Z, goal.n_obj)
     errors = np.vstack([noise / np.sqrt(counts)[:, None], deviations])
     front = means[nondominated(means)]
     ranges = np.array([front.min(axis=0), front.max(axis=0)])
     if goal.ranges is not None:
-        ranges = learned.fit.to(goal.ranges)
+        ranges = learned.to(goal.ranges)
     worth = _knowledge_gradients(F, errors, noise, ranges, n)
     if len(tests.pending):
         is_pending = cdist(designs, tests.pending).min(axis=1) <= _SAME_DESIGN_DISTANCE
@@ -327,55 +245,32 @@ def drawn(
     Returns:
         ``(k, m)`` arrays, k <= n.
     """
-    _, T = _learned_outputs(tests, learned)
-    surrogates = _Surrogates(learned, T, goal, lambda Z: np.zeros((len(Z), 0)))
+    surrogates = _Surrogates(tests, learned, goal, _no_risk)
+    Z = goal.encode(points)
+    means = surrogates.means(Z)
+    deviations = surrogates.deviations(Z, len(surrogates.processes))
     draws = []
     for _ in range(n_draws):
-        F, excess = surrogates.predict(points, random)
-        draws.append(learned.fit.back(F[_violation(excess) <= 0]))
+        T = means + deviations * random.normal(size=means.shape)
+        F, excess = surrogates.judged(points, Z, T)
+        draws.append(learned.back(F[_violation(excess) <= 0]))
     return draws
 
 
-def _learned_outputs(tests: KnownTests, learned: Learned) -> tuple[Rows, Array]:
-    """Return ``(n,)`` the rows of the tests that are learned, and ``(n, q)`` outputs on scales."""
-    rows = np.searchsorted(tests.numbers, learned.numbers)
-    return rows, learned.fit.to(bounded(tests.Y[rows]))
-
-
-def best_and_spread(Y: Array, fit: Fit, goal: Goal, size: int) -> Rows:
+def best_and_spread(Y: Array, learned: Learned, goal: Goal, size: int) -> Rows:
     """Return the rows of ``(n, q)`` outputs of the best tests, and of as many among the others."""
-    order = _best_tests(fit.to(bounded(Y)), fit, goal)
+    order = _best_tests(learned.to(bounded(Y)), learned, goal)
     half = size // 2
     others = np.sort(order[half:])
     spread = np.linspace(0, len(others) - 1, size - half).round().astype(int)
     return np.sort(np.concatenate([order[:half], others[spread]]))
 
 
-def _best_tests(T: Array, fit: Fit, goal: Goal) -> Rows:
+def _best_tests(T: Array, learned: Learned, goal: Goal) -> Rows:
     """Return the rows of ``(n, q)`` outputs on their scales, those of the best tests first."""
-    contraction = _contraction(fit, goal.n_obj)
-    return _survivors(T[:, : goal.n_obj], goal.excess(T, fit), len(T), contraction)
-
-
-def encoded(space: DesignSpace, points: Array) -> Array:
-    """Return points of the unit cube as surrogates see them.
-
-    Points of the same design are equal there. An integer is its place between its bounds. A choice
-    has a column for every option, as options have no order.
-    """
-    columns = []
-    for variable, u in zip(space.searched, space.places(points).T, strict=True):
-        if variable.kind.real:
-            columns.append(u)
-            continue
-        count = int(variable.upper - variable.lower) + 1
-        step = np.minimum(np.floor(u * count), count - 1)
-        if variable.kind is Kind.CHOICE:
-            for option in range(count):
-                columns.append((step == option).astype(float))
-        else:
-            columns.append(step / max(count - 1, 1))
-    return np.column_stack(columns)
+    excess = goal.excess(T, learned, np.zeros_like(T))
+    contraction = _contraction(learned, goal.n_obj)
+    return _survivors(T[:, : goal.n_obj], excess, len(T), contraction)
 
 
 class _Population(NamedTuple):
@@ -383,17 +278,23 @@ class _Population(NamedTuple):
 
     Attributes:
         points: ``(n, d)`` the designs.
-        F: ``(n, m)`` their predicted objectives, on the scales of the surrogates.
-        excess: ``(n, c)`` by how much they exceed each limit, as predicted.
         low: ``(n, d)`` lower limits for their children.
         high: ``(n, d)`` upper limits for their children.
+        F: ``(n, m)`` the values that the search minimises.
+        excess: ``(n, c)`` by how much they exceed each limit, as predicted.
     """
 
     points: Array
-    F: Array
-    excess: Array
     low: Array
     high: Array
+    F: Array
+    excess: Array
+
+    @classmethod
+    def of(cls, aim: Aim, points: Array, low: Array, high: Array) -> _Population:
+        """Return points as an aim values them; limits may be those of all children."""
+        shape = points.shape
+        return cls(points, np.broadcast_to(low, shape), np.broadcast_to(high, shape), *aim(points))
 
     def best(self, n: int, contraction: float) -> _Population:
         """Return the n best designs, the best first."""
@@ -406,115 +307,123 @@ class _Population(NamedTuple):
         return _Population(*(np.vstack(pair) for pair in pairs))
 
 
+class _Candidates(NamedTuple):
+    """Designs to choose from, as predicted.
+
+    Attributes:
+        points: ``(n, d)`` the designs.
+        Z: ``(n, e)`` the designs as surrogates see them.
+        F: ``(n, m)`` their objectives, predicted optimistically.
+        violation: ``(n,)`` the sums of what exceeds limits.
+        worth: ``(n,)`` what their tests are worth for the best compromise; 0 if none is searched.
+    """
+
+    points: Array
+    Z: Array
+    F: Array
+    violation: Array
+    worth: Array
+
+
 class _Surrogates:
     """The surrogates of all outputs, which predict the objectives and the excess of designs.
 
     Args:
-        learned: What is learned of the tests.
-        T: ``(n, q)`` their outputs, on the scales of the fit.
+        tests: All tests.
+        learned: What is learned of them.
         goal: The objectives and limits of the search.
-        failure_risk: As :func:`_failure_risk` returns it.
+        risk: As :func:`_failure_risk` returns it.
 
     Attributes:
-        fit: What is fitted.
+        rows: ``(n,)`` the rows of the tests that are learned.
+        T: ``(n, q)`` their outputs on their scales.
+        processes: The surrogate of each output.
         caution: How many standard deviations a mean has to keep away from its limits.
-        contraction: As :func:`_contraction` returns it.
     """
 
-    def __init__(self, learned: Learned, T: Array, goal: Goal, failure_risk: ArrayFunction) -> None:
-        self.goal = goal
-        self.fit = learned.fit
-        self._failure_risk = failure_risk
-        self._processes = learned.processes(T)
+    def __init__(self, tests: KnownTests, learned: Learned, goal: Goal, risk: Risk) -> None:
+        self.rows = np.searchsorted(tests.numbers, learned.numbers)
+        self.T = learned.to(bounded(tests.Y[self.rows]))
+        self.processes = learned.processes(self.T)
         self.caution = 0.0
-        self.contraction = _contraction(learned.fit, goal.n_obj)
+        self._learned = learned
+        self._goal = goal
+        self._risk = risk
 
-    def population(self, points: Array, low: Array, high: Array) -> _Population:
-        """Return designs with their predictions; see :class:`_Population`."""
-        F, excess = self.predict(points)
-        return _Population(points, F, excess, low, high)
+    def predict(self, points: Array) -> tuple[Array, Array]:
+        """Return ``(n, m)`` expected objectives on their scales, and what they exceed."""
+        Z = self._goal.encode(points)
+        return self.judged(points, Z, self.means(Z))
 
-    def predict(self, points: Array, random: Random | None = None) -> tuple[Array, Array]:
+    def means(self, Z: Array) -> Array:
+        """Return ``(n, q)`` expected outputs on their scales, none of them computed."""
+        return np.column_stack([process(Z) for process in self.processes])
+
+    def deviations(self, Z: Array, count: int) -> Array:
+        """Return ``(n, count)`` standard deviations of the first outputs, on their scales."""
+        return np.column_stack([process.deviation(Z) for process in self.processes[:count]])
+
+    def judged(self, points: Array, Z: Array, T: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` objectives on their scales, and ``(n, c)`` the excess of each limit.
 
-        They are means, or a draw with random numbers.
+        Args:
+            points: ``(n, d)`` points of the unit cube.
+            Z: ``(n, e)`` the points as surrogates see them.
+            T: ``(n, q)`` their outputs on the scales, before some are computed.
         """
-        goal = self.goal
-        Z = goal.encode(points)
-        T = self._predicted(points, Z, random)
+        goal = self._goal
+        if goal.is_computed:
+            T = self._learned.to(goal.computed(points, self._learned.back(T)))
         margins = np.zeros_like(T)
         if self.caution > 0:
             for j, _, _ in goal.limits:
-                margins[:, j] = self.caution * self._processes[j].deviation(Z)
-        exceeded = goal.excess(T, self.fit, margins)
-        excess = np.hstack([exceeded, self._failure_risk(Z), goal.required(points)])
-        return T[:, : goal.n_obj], excess
+                margins[:, j] = self.caution * self.processes[j].deviation(Z)
+        excess = goal.excess(T, self._learned, margins)
+        columns = [excess, self._risk(Z), goal.violations(points)]
+        return T[:, : goal.n_obj], np.column_stack(columns)
 
-    def _predicted(self, points: Array, Z: Array, random: Random | None = None) -> Array:
-        """Return ``(n, q)`` outputs on their scales: means, or a draw."""
-        T = np.column_stack([process(Z) for process in self._processes])
-        if random is not None:
-            deviations = [process.deviation(Z) for process in self._processes]
-            T += np.column_stack(deviations) * random.normal(size=T.shape)
-        if self.goal.compute is not None:
-            Y = self.goal.compute(points, self.fit.back(T))
-            T = self.fit.to(Y)
-        return T
-
-    def deviations(self, points: Array) -> Array:
-        """Return the ``(n, m)`` standard deviations of the objectives, on their scales."""
-        Z = self.goal.encode(points)
-        processes = self._processes[: self.goal.n_obj]
-        return np.column_stack([process.deviation(Z) for process in processes])
-
-    def candidates(self, points: Array) -> _Candidates:
-        """Return designs with optimistic predictions; see :class:`_Candidates`."""
+    def candidates(self, points: Array, front: _Front | None = None) -> _Candidates:
+        """Return designs to choose from; their tests are worth something beside a front only."""
         T, excess = self.predict(points)
-        F = self.fit.back(T - _OPTIMISM * self.deviations(points))
-        Z = self.goal.encode(points)
-        return _Candidates(points, Z, F, _violation(excess), np.zeros(len(points)))
+        Z = self._goal.encode(points)
+        deviations = self.deviations(Z, self._goal.n_obj)
+        F = self._learned.back(T - _OPTIMISM * deviations)
+        worth = np.zeros(len(points))
+        if front is not None:
+            worth = self._worth(T, deviations, front)
+        return _Candidates(points, Z, F, _violation(excess), worth)
 
+    def compromise(self, front: _Front) -> Aim:
+        """Return the aim of a search for the best compromise, given the front of the tests."""
 
-class _Compromise:
-    """A search for the best compromise, which is the design nearest to the ideal point.
+        def aim(points: Array) -> tuple[Array, Array]:
+            T, excess = self.predict(points)
+            deviations = self.deviations(self._goal.encode(points), self._goal.n_obj)
+            return -self._worth(T, deviations, front)[:, None], excess
 
-    Its objective is by how much a test is expected to bring the nearest one nearer (the expected
-    improvement of Jones, Schonlau and Welch, J. Global Optim. 13, 1998). So it returns to where
-    surrogates err, such as an edge of two stresses, which they make round.
+        return aim
 
-    Args:
-        surrogates: The surrogates.
-        front: The Pareto set of the tests.
-    """
+    def _worth(self, T: Array, deviations: Array, front: _Front) -> Array:
+        """Return ``(n,)`` what tests are worth for the best compromise.
 
-    contraction = 0.0  # there is one direction
+        This is the design nearest to the ideal point. A test is worth by how much it is expected to
+        bring the nearest one nearer (the expected improvement of Jones, Schonlau and Welch, J.
+        Global Optim. 13, 1998). So a search returns to where surrogates err, such as an edge of two
+        stresses, which they make round.
 
-    def __init__(self, surrogates: _Surrogates, front: _Front) -> None:
-        self.goal = surrogates.goal
-        self._surrogates = surrogates
-        self._front = front
-        self._least = np.linalg.norm(np.maximum(front.F, 0), axis=1).min()
-
-    def population(self, points: Array, low: Array, high: Array) -> _Population:
-        """Return designs with what their tests are worth; see :class:`_Population`."""
-        T, excess = self._surrogates.predict(points)
-        fit = self._surrogates.fit
-        F = self._front.scaled(fit.back(T))
-        better = self._front.scaled(fit.back(T - self._surrogates.deviations(points)))
+        Args:
+            T: ``(n, m)`` expected objectives on their scales.
+            deviations: ``(n, m)`` their standard deviations.
+            front: The Pareto set of the tests.
+        """
+        F = front.scaled(self._learned.back(T))
+        better = front.scaled(self._learned.back(T - deviations))
         worse = np.maximum(F, 0)  # than the ideal point
         distance = np.maximum(np.linalg.norm(worse, axis=1), _LEAST_DIVISOR)
         error = worse / distance[:, None] * (F - better)
-        gain = _expected_gain(distance - self._least, np.linalg.norm(error, axis=1))
-        worth = gain - _WORTH_OF_DISTANCE * distance
-        return _Population(points, -worth[:, None], excess, low, high)
-
-    def candidates(self, others: _Candidates, random: Random) -> _Candidates:
-        """Return candidates, and the best ones of this search, which begins with them."""
-        start = _unlimited(self, others.points)
-        start = start.best(_POPULATION_SIZE, self.contraction)
-        points = _search(self, start, random)[:_N_COMPROMISES]
-        both = self._surrogates.candidates(np.vstack([others.points, points]))
-        return both._replace(worth=-_unlimited(self, both.points).F[:, 0])
+        least = np.linalg.norm(np.maximum(front.F, 0), axis=1).min()
+        gain = _expected_gain(distance - least, np.linalg.norm(error, axis=1))
+        return np.asarray(gain - _WORTH_OF_DISTANCE * distance)
 
 
 def _violation(excess: Array) -> Array:
@@ -524,17 +433,15 @@ def _violation(excess: Array) -> Array:
 
 def _meets_requirements(points: Array, goal: Goal) -> Mask:
     """Return ``(n,)`` whether points meet all requirements."""
-    return np.asarray((goal.required(points) <= 0).all(axis=1))
+    return np.asarray((goal.violations(points) <= 0).all(axis=1))
 
 
-def _distant_points(
-    seen: Array, failure_risk: ArrayFunction, count: int, goal: Goal, random: Random
-) -> Array:
+def _distant_points(seen: Array, risk: Risk, count: int, goal: Goal, random: Random) -> Array:
     """Return points far from all tests and from each other, away from failures if possible."""
     points = _random_points(count, goal, random)
     Z = goal.encode(points)
     distance = cdist(Z, seen).min(axis=1)
-    distance[failure_risk(Z)[:, 0] > 0] *= 0.1  # chosen only if little else is left
+    distance[risk(Z) > 0] *= 0.1  # chosen only if little else is left
     chosen = []
     for _ in range(count):
         row = distance.argmax()
@@ -558,26 +465,25 @@ def _random_points(count: int, goal: Goal, random: Random) -> Array:
     raise invalid("requirements", rule, Received(f"{len(points)}"), remedy)
 
 
-def _failure_risk(known: Array, failed: Array, round_number: int) -> ArrayFunction:
-    """Return a function from ``(k, e)`` designs to ``(k, 1)``, above 0 for designs to avoid.
+def _no_risk(Z: Array) -> Array:
+    return np.zeros(len(Z))
 
-    These are nearer to failed tests than to others. In some rounds nothing is avoided, as models
-    get repaired, and a failure may have been random.
-    """
-    if len(failed) == 0 or round_number % _ROUNDS_PER_RISKY_ROUND == _ROUNDS_PER_RISKY_ROUND - 1:
-        return lambda Z: np.zeros((len(Z), 1))
+
+def _failure_risk(known: Array, failed: Array) -> Risk:
+    """Return a function that is above 0 for designs nearer to failed tests than to known ones."""
+    if len(failed) == 0:
+        return _no_risk
 
     def risk(Z: Array) -> Array:
         to_known = cdist(Z, known).min(axis=1, initial=np.inf)
         excess = to_known - _SAFE_DISTANCE_RATIO * cdist(Z, failed).min(axis=1)
-        return np.asarray(np.minimum(excess, 1.0)[:, None])
+        return np.asarray(np.minimum(excess, 1.0))
 
     return risk
 
 
-def _start_near(best: Array, surrogates: _Surrogates, random: Random) -> _Population:
+def _start_near(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
     """Return designs near the best tests; the search stays near these."""
-    goal = surrogates.goal
     d = best.shape[1]
     centres = random.integers(min(_N_NEARBY_CENTRES, len(best)), size=_POPULATION_SIZE)
     centre = best[centres]
@@ -587,12 +493,11 @@ def _start_near(best: Array, surrogates: _Surrogates, random: Random) -> _Popula
     changed = random.random((_POPULATION_SIZE, d)) < max(0.3, 3 / d)
     step = random.uniform(-_NEARBY_HALF_WIDTH, _NEARBY_HALF_WIDTH, (_POPULATION_SIZE, d))
     points = np.where(changed, centre + step, centre)
-    return surrogates.population(np.clip(points, low, high), low, high)
+    return _Population.of(aim, np.clip(points, low, high), low, high)
 
 
-def _start_anywhere(best: Array, surrogates: _Surrogates, random: Random) -> _Population:
+def _start_anywhere(best: Array, aim: Aim, goal: Goal, random: Random) -> _Population:
     """Return the best tests, variations of them, and random designs; the search is not limited."""
-    goal = surrogates.goal
     d = best.shape[1]
     quarter = _POPULATION_SIZE // 4
     changed = random.random((quarter, d)) < max(0.3, 2 / d)
@@ -603,17 +508,10 @@ def _start_anywhere(best: Array, surrogates: _Surrogates, random: Random) -> _Po
     n_random = _POPULATION_SIZE - len(best) - quarter
     anywhere = random.uniform(goal.low, goal.high, (n_random, d))
     points = np.vstack([best, varied, anywhere])
-    return _unlimited(surrogates, points)
+    return _Population.of(aim, points, goal.low, goal.high)
 
 
-def _unlimited(search: _Surrogates | _Compromise, points: Array) -> _Population:
-    """Return designs whose children may be anywhere within the limits on variables."""
-    low = np.broadcast_to(search.goal.low, points.shape)
-    high = np.broadcast_to(search.goal.high, points.shape)
-    return search.population(points, low, high)
-
-
-def _search(surrogates: _Surrogates | _Compromise, start: _Population, random: Random) -> Array:
+def _search(aim: Aim, start: _Population, contraction: float, goal: Goal, random: Random) -> Array:
     """Return the ``(k, d)`` points at the end of an evolution that meet the requirements.
 
     If all of them exceed limits, the search has a single aim and ends in one place. Then an eighth
@@ -623,22 +521,19 @@ def _search(surrogates: _Surrogates | _Compromise, start: _Population, random: R
     points: pymoo's NSGA-II, with an object for each point, tripled the time of a proposal.
     """
     n = len(start.points)
-    contraction = surrogates.contraction
     tried = [start.points]
     population = start.best(n, contraction)
     for _ in range(_N_GENERATIONS):
-        children = _children(population, surrogates, random)
+        children = _children(population, aim, random)
         tried.append(children.points)
         population = population.joined(children).best(n, contraction)
     points = population.points
     if (population.excess > 0).any(axis=1).all():
         points = np.vstack([points, *(generation[::8] for generation in tried)])
-    return points[_meets_requirements(points, surrogates.goal)]
+    return points[_meets_requirements(points, goal)]
 
 
-def _children(
-    parents: _Population, surrogates: _Surrogates | _Compromise, random: Random
-) -> _Population:
+def _children(parents: _Population, aim: Aim, random: Random) -> _Population:
     """Return as many new designs as there are parents, which are ordered, the best first."""
     points = parents.points
     n, d = points.shape
@@ -655,7 +550,7 @@ def _children(
     children = np.where(mutated, children + step, children)
     low = parents.low[a]
     high = parents.high[a]
-    return surrogates.population(np.clip(children, low, high), low, high)
+    return _Population.of(aim, np.clip(children, low, high), low, high)
 
 
 def _survivors(F: Array, excess: Array, size: int, contraction: float) -> Rows:
@@ -724,7 +619,7 @@ def _achievements(F: Array, contraction: float) -> Array:
     return np.asarray(values + 0.01 * F.sum(axis=1)[:, None])
 
 
-def _contraction(fit: Fit, n_obj: int) -> float:
+def _contraction(learned: Learned, n_obj: int) -> float:
     """Return by how much directions are contracted towards the middle, 0 to 0.5.
 
     With three objectives or more, most directions are extreme: good in some at the cost of others.
@@ -733,7 +628,7 @@ def _contraction(fit: Fit, n_obj: int) -> float:
     """
     if n_obj <= 2:
         return 0.0
-    errors = np.array([output.error for output in fit.outputs[:n_obj]])
+    errors = np.array([output.error for output in learned.outputs[:n_obj]])
     doubt = min(float(errors.mean()) / _ERROR_OF_FULL_CONTRACTION, 1.0)
     return round(doubt, 1) / 2  # few steps, as each has its table of directions
 
@@ -744,24 +639,6 @@ def _directions(n_obj: int, contraction: float) -> Array:
         return np.ones((1, 1))
     directions = reference_directions(n_obj, _POPULATION_SIZE)
     return np.maximum((1 - contraction) * directions + contraction / n_obj, 0.01)
-
-
-class _Candidates(NamedTuple):
-    """Designs to choose from, as predicted.
-
-    Attributes:
-        points: ``(n, d)`` the designs.
-        Z: ``(n, e)`` the designs as surrogates see them.
-        F: ``(n, m)`` their objectives, predicted optimistically.
-        violation: ``(n,)`` the sums of what exceeds limits.
-        worth: ``(n,)`` what their tests are worth for the best compromise; 0 if none is searched.
-    """
-
-    points: Array
-    Z: Array
-    F: Array
-    violation: Array
-    worth: Array
 
 
 @dataclass(frozen=True)
@@ -801,103 +678,67 @@ class _Front:
         return (F - self.low) / self.lengths
 
 
-class _Selection:
-    """The candidates that are chosen, each of which counts like a test from then on.
-
-    Args:
-        surrogates: The surrogates.
-        candidates: The candidates.
-        front: The Pareto set of the tests.
-        seen: ``(t, e)`` the tests, as surrogates see them.
-
-    Attributes:
-        rows: The indices of the chosen candidates.
-        distance: ``(n,)`` the distance of each candidate from the nearest test.
-    """
-
-    def __init__(
-        self, surrogates: _Surrogates, candidates: _Candidates, front: _Front, seen: Array
-    ) -> None:
-        contraction = surrogates.contraction
-        F = front.scaled(candidates.F)
-        self._candidates = candidates
-        self._F = F
-        self._achievements = _achievements(F, contraction)
-        self._weights = _directions(F.shape[1], contraction).max(axis=1)
-        self._best = self._achievements.max(axis=0, initial=-np.inf)  # in each direction
-        if len(front.F) > 0:
-            self._best = _achievements(front.F, contraction).min(axis=0)
-        self._gap = cdist(F, front.F).min(axis=1, initial=np.inf)  # from known objectives
-        self.distance = cdist(candidates.Z, seen).min(axis=1)
-        self.rows: list[int] = []
-
-    def add(self, row: int) -> None:
-        """Choose the candidate in a row."""
-        Z = self._candidates.Z
-        self.rows.append(row)
-        self._best = np.minimum(self._best, self._achievements[row])
-        self._gap = np.minimum(self._gap, cdist(self._F, self._F[[row]])[:, 0])
-        self.distance = np.minimum(self.distance, cdist(Z, Z[[row]])[:, 0])
-
-    def score(self, rule: str, rows: Rows) -> Array:
-        """Return the ``(n,)`` scores of candidates by a rule, for a choice among some rows.
-
-        The largest gain counts instead of the worth for the best compromise while no test is
-        eligible, and the distance where nothing is gained.
-        """
-        worth = self._candidates.worth
-        if rule == "compromise" and worth.any():
-            return np.where(self.distance > _MIN_DISTANCE_FROM_TEST, worth, -np.inf)
-        if rule != "distance":
-            gains = np.maximum(self._best - self._achievements, 0) * self._weights
-            gain: Array = gains.sum(axis=1)
-            if gain[rows].max() > 0:
-                return gain
-        score: Array = np.where(np.isinf(self._gap), self.distance, self._gap)
-        return score
-
-
 def _choice(
-    surrogates: _Surrogates,
     candidates: _Candidates,
     front: _Front,
     seen: Array,
     batch: int,
+    goal: Goal,
+    contraction: float,
 ) -> list[int]:
     """Return the indices of the candidates to be tested.
 
     One in four promises the largest gain; the others are farthest from all known objectives. Where
-    a decision directs the search, another one in four is worth most for the best compromise. If all
-    candidates exceed limits, those are taken that do so least, at some distance.
+    a decision directs the search, another one in four is worth most for the best compromise, or
+    promises the largest gain while no test is eligible. If all candidates exceed limits, those are
+    taken that do so least, at some distance. Every chosen one counts like a test from then on.
 
     Args:
-        surrogates: The surrogates.
         candidates: The candidates.
         front: The Pareto set of the tests.
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to choose; there are fewer if fewer are not tested yet.
+        goal: The objectives and limits of the search.
+        contraction: As :func:`_contraction` returns it.
     """
     rules = _RULES
-    if surrogates.goal.is_directed:
+    if goal.is_directed:
         rules = _RULES_OF_DECISION
-    selection = _Selection(surrogates, candidates, front, seen)
+    F = front.scaled(candidates.F)
+    achievements = _achievements(F, contraction)
+    weights = _directions(goal.n_obj, contraction).max(axis=1)
+    best = achievements.max(axis=0, initial=-np.inf)  # in each direction
+    if len(front.F) > 0:
+        best = _achievements(front.F, contraction).min(axis=0)
+    gap = cdist(F, front.F).min(axis=1, initial=np.inf)  # from known objectives
+    distance = cdist(candidates.Z, seen).min(axis=1)  # from the nearest test
+    chosen: list[int] = []
     for n_known in range(len(seen), len(seen) + batch):
-        untested = np.flatnonzero(selection.distance > _SAME_DESIGN_DISTANCE)
+        untested = np.flatnonzero(distance > _SAME_DESIGN_DISTANCE)
         if len(untested) == 0:
             break
         index = n_known % len(rules)
+        rule = rules[index]
         rows = untested[candidates.violation[untested] <= 0]
-        if len(rows) > 0:
-            score = selection.score(rules[index], rows)
-            row = rows[score[rows].argmax()]
-        else:
-            row = _least_violating(candidates, untested, selection.distance, index)
-        selection.add(row)
-    return selection.rows
+        score = np.where(np.isinf(gap), distance, gap)
+        if len(rows) == 0:
+            rows = _least_violating(candidates, untested, distance, index)
+        elif rule == "compromise" and candidates.worth.any():
+            score = np.where(distance > _MIN_DISTANCE_FROM_TEST, candidates.worth, -np.inf)
+        elif rule != "distance":
+            gains = (np.maximum(best - achievements, 0) * weights).sum(axis=1)
+            if gains[rows].max() > 0:
+                score = gains
+        row = rows[score[rows].argmax()]
+        chosen.append(row)
+        best = np.minimum(best, achievements[row])
+        gap = np.minimum(gap, cdist(F, F[[row]])[:, 0])
+        distance = np.minimum(distance, cdist(candidates.Z, candidates.Z[[row]])[:, 0])
+    return chosen
 
 
-def _least_violating(candidates: _Candidates, rows: Rows, distance: Array, index: int) -> int:
-    """Return the candidate that exceeds limits least, of those far enough from tests.
+def _least_violating(candidates: _Candidates, rows: Rows, distance: Array, index: int) -> Rows:
+    """Return ``(1,)`` the row that exceeds limits least, of those far enough from tests.
 
     Args:
         candidates: The candidates.
@@ -910,4 +751,4 @@ def _least_violating(candidates: _Candidates, rows: Rows, distance: Array, index
         spacing = _INFEASIBLE_SPACINGS[index % len(_INFEASIBLE_SPACINGS)] * diagonal
         # After a search near the best tests, no candidate may be that far away.
         rows = rows[distance[rows] >= min(spacing, distance[rows].max() / 2)]
-    return int(rows[candidates.violation[rows].argmin()])
+    return rows[[candidates.violation[rows].argmin()]]

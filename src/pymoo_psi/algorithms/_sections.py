@@ -14,12 +14,12 @@ from threadpoolctl import threadpool_limits
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import AnyArray, Array, Received, instance, integer, invalid, known_name
-from pymoo_psi.algorithms._proposals import encoded
 from pymoo_psi.algorithms._surrogate_models import (
     Covariance,
     GaussianProcess,
     OutputFit,
     bounded,
+    encoded,
 )
 from pymoo_psi.problems import DesignSpace, Variable
 from pymoo_psi.table import PROPOSAL_ROUND, TestTable

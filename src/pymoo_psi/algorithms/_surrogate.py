@@ -8,10 +8,10 @@ not been interrupted.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future, wait
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -21,21 +21,14 @@ from threadpoolctl import threadpool_limits
 from pymoo_psi._validation import Array, Mask, Received, boolean, integer, invalid
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions, SearchKeywords, run_options, takes
-from pymoo_psi.algorithms._outputs import TestedModel, learned_outputs
-from pymoo_psi.algorithms._proposals import (
-    Goal,
-    KnownTests,
-    best_and_spread,
-    drawn,
-    propose,
-    with_repeats,
-)
+from pymoo_psi.algorithms._outputs import Goal, KnownTests
+from pymoo_psi.algorithms._proposals import best_and_spread, drawn, propose, with_repeats
 from pymoo_psi.algorithms._psi import PointAlgorithm
 from pymoo_psi.algorithms._run import Run, by_number, run_of_sequence
 from pymoo_psi.algorithms._sections import space_of_table
 from pymoo_psi.algorithms._sources import Points, Source
-from pymoo_psi.algorithms._store import Store, renumbered
-from pymoo_psi.algorithms._surrogate_models import Fit, Learned, bounded
+from pymoo_psi.algorithms._store import renumbered
+from pymoo_psi.algorithms._surrogate_models import Learned, bounded
 from pymoo_psi.pareto import hypervolume
 from pymoo_psi.study import Proposal
 from pymoo_psi.table import PROPOSAL_ROUND, Formulation, TestTable, design_keys
@@ -209,82 +202,6 @@ class SurrogatePSI(PointAlgorithm):
         return int(run.store.remember_once("points left out of the sequence", n_left_out))
 
 
-class _Log:
-    """The proposals of a run by round, which are stored before they are tested.
-
-    Args:
-        store: The store of the run.
-    """
-
-    def __init__(self, store: Store) -> None:
-        self._store = store
-
-    @cached_property
-    def _stored(self) -> list[Proposal]:  # read when the first round is due
-        return self._store.proposals()
-
-    def of_round(self, round_number: int) -> Array:
-        """Return the ``(n, d)`` points of a round that is stored; none of another one."""
-        return _points_of(self._stored, round_number)
-
-    def add(
-        self, points: Array, round_number: int, first: int, pending: Points, request: int
-    ) -> Array:
-        """Store the points of a round, numbered from ``first``; return those that are stored now.
-
-        Another process may have stored the same round meanwhile, which then counts: all processes
-        on one file test the same designs.
-        """
-        content: dict[str, Any] = {}
-        if len(pending):  # all tests before the round were known but these
-            content["pending"] = pending.numbers.tolist()
-        if request:
-            content["request"] = request
-        proposals = []
-        for number, point in enumerate(points.tolist(), first):
-            entries = {"point": point} | content
-            proposals.append(Proposal(number, round_number, "surrogates", entries))
-        stored = self._store.propose(proposals)
-        self._stored.extend(stored)
-        return _points_of(stored, round_number)
-
-
-def _points_of(proposals: Sequence[Proposal], round_number: int) -> Array:
-    """Return the ``(n, d)`` points of the proposals of a round."""
-    points = []
-    for proposal in proposals:
-        if proposal.round == round_number:
-            points.append(proposal.content["point"])
-    return np.array(points)
-
-
-class _Round:
-    """A round of proposals that is being made.
-
-    Args:
-        pending: The points that are being tested at its start.
-        n_tests: How many tests are known at its start.
-
-    Attributes:
-        points: The ``(n, d)`` points that it proposes, or an error.
-    """
-
-    def __init__(self, pending: Points, n_tests: int) -> None:
-        self.pending = pending
-        self.n_tests_at_start = n_tests
-        self.points: Future[Array] = Future()
-
-    def make(self, proposed: Callable[[], Array]) -> None:
-        """Set the points to what a function returns."""
-        try:
-            # On matrices as small as these, several threads take ten times as long where other work
-            # is going on, and their sums differ in the last digits from those of one.
-            with threadpool_limits(limits=1, user_api="blas"):
-                self.points.set_result(proposed())
-        except BaseException as error:
-            self.points.set_exception(error)
-
-
 class _FittedSurrogates:
     """Surrogates of the tests of a run, whose lengths are fitted to the first of these.
 
@@ -318,17 +235,14 @@ class _FittedSurrogates:
         is_known = ~tests.unknown
         n_fitted = _n_fitted(is_known, n_uniform, ends)
         if self._n_fitted != n_fitted:
-            self._learned = _fitted(tests, n_fitted, n_uniform, goal)
+            self._learned = _fitted(tests, n_fitted, n_uniform, goal, self._most)
             self._n_fitted = n_fitted
-            n_learned = np.count_nonzero(is_known[:n_fitted])
-            if self._learned is not None and n_learned > self._most:
-                rows = np.flatnonzero(is_known[:n_fitted])
-                best = best_and_spread(tests.Y[rows], self._learned.fit, goal, self._most)
-                self._learned.leave_out(tests.numbers[np.delete(rows, best)])
         if self._learned is not None:
+            Z = goal.encode(tests.points)
             for end in (n_fitted, *ends, len(is_known)):
                 if end >= n_fitted:
-                    _extend(self._learned, tests, end, goal)
+                    rows = np.flatnonzero(is_known[:end])
+                    self._learned.extend(tests.numbers[rows], Z[rows])
         return self._learned
 
 
@@ -344,6 +258,34 @@ def _n_fitted(is_known: Mask, n_uniform: int, ends: Sequence[int]) -> int:
     return n_fitted
 
 
+def _fitted(
+    tests: KnownTests, n_fitted: int, n_uniform: int, goal: Goal, most: int = sys.maxsize
+) -> Learned | None:
+    """Return surrogates fitted to the first tests, to which tests can be appended.
+
+    Args:
+        tests: The tests.
+        n_fitted: To how many of them surrogates are fitted.
+        n_uniform: How many of them, the first, are of the sequence or of other runs.
+        goal: The goal of the search.
+        most: From how many of them, at most, surrogates learn.
+
+    Returns:
+        The surrogates, or ``None`` if too few of these tests are known.
+    """
+    is_known = ~tests.unknown
+    rows = np.flatnonzero(is_known[:n_fitted])
+    if len(rows) < _LEAST_LEARNED:
+        return None
+    Y = bounded(tests.Y[rows])
+    n_known_uniform = max(int(np.count_nonzero(is_known[:n_uniform])), _LEAST_LEARNED)
+    learned = Learned.of(goal.encode(tests.points[rows]), Y, n_known_uniform, goal.n_obj)
+    if len(rows) > most:
+        best = best_and_spread(Y, learned, goal, most)
+        learned.leave_out(tests.numbers[np.delete(rows, best)])
+    return learned
+
+
 class _Direction(NamedTuple):
     """What proposals follow.
 
@@ -356,6 +298,20 @@ class _Direction(NamedTuple):
     formulation: Formulation
     request: int
     surrogates: _FittedSurrogates
+
+
+class _Round(NamedTuple):
+    """A round of proposals that is being made.
+
+    Attributes:
+        pending: The points that are being tested at its start.
+        n_tests: How many tests are known at its start.
+        points: The ``(n, d)`` points that it proposes, or an error.
+    """
+
+    pending: Points
+    n_tests: int
+    points: Future[Array]
 
 
 class SurrogateSource(Source):
@@ -394,7 +350,7 @@ class SurrogateSource(Source):
         others = run.store.others()
         self._others = others.rows(run.model.space.has_options(others.X))
         self._tests = run.store.empty
-        self._log = _Log(run.store)
+        self._store = run.store
         self._most_learned = _MOST_LEARNED if is_asynchronous else sys.maxsize
         self.direct(run.model.formulation, 0)
         self._round: _Round | None = None  # while it is being made
@@ -457,7 +413,7 @@ class SurrogateSource(Source):
         n_cut_off = self._ends[-1] - len(self._points)
         if n_cut_off:  # the last round was longer than the run, which has got more points
             round_number = len(self._ends) - 1
-            points = self._log.of_round(round_number)[-n_cut_off:]
+            points = self._stored_points(round_number)[-n_cut_off:]
         else:
             round_number = len(self._ends)
             points = self._next_round(round_number, first, pending)
@@ -469,16 +425,45 @@ class SurrogateSource(Source):
         rounds = np.full(len(points), float(round_number))
         return Points(numbers, points.shape[1], points, rounds)
 
+    @cached_property
+    def _proposals(self) -> list[Proposal]:  # read when the first round is due
+        return self._store.proposals()
+
+    def _stored_points(self, round_number: int) -> Array:
+        """Return the ``(n, d)`` points of a round that is stored; none of another one."""
+        points = []
+        for proposal in self._proposals:
+            if proposal.round == round_number:
+                points.append(proposal.content["point"])
+        return np.array(points)
+
     def _next_round(self, round_number: int, first: int, pending: Points) -> Array:
-        """Return the ``(n, d)`` points of the next round; none while it is being made."""
-        points = self._log.of_round(round_number)
+        """Return the ``(n, d)`` points of the next round; none while it is being made.
+
+        They are stored first, numbered from ``first``. Another process may have stored the same
+        round meanwhile, which then counts: all processes on one file test the same designs.
+        """
+        points = self._stored_points(round_number)
         if len(points):
             return points
         if self._round is None:
             self._round = self._started_round(pending)
-        if not self._round.points.done():
+        finished = self._round
+        if not finished.points.done():
             return points
-        return self._finished_round(self._round, first)
+        self._round = None
+        self._n_meanwhile = len(self._tests) - finished.n_tests
+        content: dict[str, Any] = {}
+        if len(finished.pending):  # all tests before the round were known but these
+            content["pending"] = finished.pending.numbers.tolist()
+        if self._direction.request:
+            content["request"] = self._direction.request
+        proposals = []
+        for number, point in enumerate(finished.points.result().tolist(), first):
+            entries = {"point": point} | content
+            proposals.append(Proposal(number, round_number, "surrogates", entries))
+        self._proposals.extend(self._store.propose(proposals))
+        return self._stored_points(round_number)
 
     def _started_round(self, pending: Points) -> _Round:
         """Begin the next round; return it when it is made, or at once if it is asynchronous."""
@@ -486,22 +471,24 @@ class SurrogateSource(Source):
         table = self._table()
         size = self._size(int(table.eligible().sum()))
         is_first = np.isin(self._tests.numbers, self._sequence.numbers)
-        n_uniform = int(np.count_nonzero(is_first)) + len(self._others)
-        started = _Round(pending, len(self._tests))
-        proposed = partial(self._proposed, size, pending, table, n_uniform)
-        if self._is_asynchronous:  # tests are stored meanwhile
-            Thread(target=started.make, args=[proposed], daemon=True).start()
-        else:
-            started.make(proposed)
-        return started
+        n_uniform = len(self._others) + int(np.count_nonzero(is_first))
+        points: Future[Array] = Future()
 
-    def _finished_round(self, finished: _Round, first: int) -> Array:
-        """Return the ``(n, d)`` points of a round that was made, numbered from ``first``."""
-        self._round = None
-        self._n_meanwhile = len(self._tests) - finished.n_tests_at_start
-        request = self._direction.request
-        points = finished.points.result()
-        return self._log.add(points, len(self._ends), first, finished.pending, request)
+        def make() -> None:
+            try:
+                # On matrices as small as these, several threads take ten times as long where other
+                # work is going on, and their sums differ in the last digits from those of one.
+                with threadpool_limits(limits=1, user_api="blas"):
+                    points.set_result(self._proposed(size, pending, table, n_uniform))
+            except BaseException as error:
+                points.set_exception(error)
+
+        started = _Round(pending, len(self._tests), points)
+        if self._is_asynchronous:
+            Thread(target=make, daemon=True).start()
+        else:
+            make()
+        return started
 
     def _size(self, n_eligible: int) -> int:
         """Return the size of the next round; ``n_eligible`` tests are eligible."""
@@ -533,9 +520,8 @@ class SurrogateSource(Source):
 
     def _proposed(self, size: int, pending: Points, table: TestTable, n_uniform: int) -> Array:
         """Return ``(size, d)`` points that surrogates of the tests propose."""
-        outputs = learned_outputs(self._model, table)
-        tests = outputs.known_tests(n_uniform, pending.cube_points)
-        goal = outputs.goal
+        goal = Goal(table, self._model.space, self._model)
+        tests = goal.known_tests(n_uniform, pending.cube_points)
         ends = [len(self._others) + end for end in self._ends]
         learned = self._direction.surrogates.update(tests, n_uniform, ends, goal)
         round_number = len(self._ends) - 1
@@ -544,33 +530,6 @@ class SurrogateSource(Source):
         if self._model.noisy and learned is not None:
             points = with_repeats(points, tests, learned, goal)
         return points
-
-
-def _fitted(tests: KnownTests, n_fitted: int, n_uniform: int, goal: Goal) -> Learned | None:
-    """Return surrogates fitted to the first tests, to which tests can be appended.
-
-    Args:
-        tests: The tests.
-        n_fitted: To how many of them surrogates are fitted.
-        n_uniform: How many of them, the first, are of the sequence or of other runs.
-        goal: The goal of the search.
-
-    Returns:
-        The surrogates, or ``None`` if too few of these tests are known.
-    """
-    is_known = ~tests.unknown
-    rows = np.flatnonzero(is_known[:n_fitted])
-    if len(rows) < _LEAST_LEARNED:
-        return None
-    Z = goal.encode(tests.points[rows])
-    n_known_uniform = max(int(np.count_nonzero(is_known[:n_uniform])), _LEAST_LEARNED)
-    return Learned(Fit.of(Z, bounded(tests.Y[rows]), n_known_uniform, goal.n_obj))
-
-
-def _extend(learned: Learned, tests: KnownTests, end: int, goal: Goal) -> None:
-    """Append those of the first ``end`` tests that are known and not learned yet."""
-    rows = np.flatnonzero(~tests.unknown[:end])
-    learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
 
 
 def proposed_now(
@@ -587,8 +546,9 @@ def proposed_now(
         round_number: The number of the round, from 0.
     """
     random = np.random.default_rng([seed, round_number])
+    goal = Goal(table, model.space, model)
     with threadpool_limits(limits=1, user_api="blas"):
-        goal, tests, learned = _learned_now(model, table, pending)
+        tests, learned = _learned_now(goal, table, pending)
         return propose(tests, learned, goal, size, round_number, random)
 
 
@@ -631,11 +591,10 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     if n > _MOST_LEARNED:
         remedy = "take some of them, as by table.rows(...)"
         raise invalid("the table", f"of {_MOST_LEARNED} tests at most", Received(f"{n}"), remedy)
-    model = TestedModel(space_of_table(table.tested), len(table.tested.layout.inequalities))
+    goal = Goal(table, space_of_table(table.tested), None)
     random = np.random.default_rng(0)
     with threadpool_limits(limits=1, user_api="blas"):
-        no_points = np.zeros((0, len(model.space.searched)))
-        goal, tests, learned = _learned_now(model, table, no_points)
+        tests, learned = _learned_now(goal, table, np.zeros((0, len(goal.low))))
         if learned is None:
             rule = f"of {_LEAST_LEARNED} tests with outputs or more"
             raise invalid("the table", rule, Received(f"{n}"))
@@ -655,18 +614,15 @@ def prospects(table: TestTable, n_tests: int = 16) -> Prospects:
     return Prospects(n_tests, found, float(np.mean(volumes[1:]) / volumes[0] - 1))
 
 
-def _learned_now(
-    model: Model | TestedModel, table: TestTable, pending: Array
-) -> tuple[Goal, KnownTests, Learned | None]:
-    """Return the goal, what surrogates learn from, and what is learned, outside of a run."""
+def _learned_now(goal: Goal, table: TestTable, pending: Array) -> tuple[KnownTests, Learned | None]:
+    """Return what surrogates learn from, and what is learned, outside of a run."""
     n_uniform = len(table)
     if PROPOSAL_ROUND in table.layout.outputs:
         is_proposed = table.column(PROPOSAL_ROUND) > 0
         n_uniform = int(np.append(is_proposed, True).argmax())
-    outputs = learned_outputs(model, table)
-    goal = outputs.goal
-    tests = outputs.known_tests(n_uniform, pending)
+    tests = goal.known_tests(n_uniform, pending)
     learned = _fitted(tests, len(table), n_uniform, goal)
     if learned is not None:
-        _extend(learned, tests, len(table), goal)
-    return goal, tests, learned
+        rows = np.flatnonzero(~tests.unknown)
+        learned.extend(tests.numbers[rows], goal.encode(tests.points[rows]))
+    return tests, learned

@@ -7,13 +7,16 @@ without heavy tails.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, lapack, solve, solve_triangular
 from scipy.optimize import minimize
 
+from pymoo_psi._kinds import Kind
 from pymoo_psi._validation import Array, Numbers
+from pymoo_psi.problems import DesignSpace
 
 _ROOT5 = np.sqrt(5.0)
 # Bounds for the logarithm of the noise's share of the variance. The lower one keeps the covariance
@@ -161,10 +164,10 @@ def bounded(Y: Array) -> Array:
         q1, median, q3 = np.quantile(finite, [0.25, 0.5, 0.75])
         y[np.isnan(y)] = finite.max()
         far = _BEYOND * (q3 - q1)
-        if far > 0:
-            np.clip(y, median - far, median + far, out=y)
-        else:
-            np.clip(y, finite.min(), finite.max(), out=y)
+        ends = median - far, median + far
+        if far == 0:
+            ends = finite.min(), finite.max()
+        np.clip(y, *ends, out=y)
     return Y
 
 
@@ -216,11 +219,6 @@ class OutputFit:
     log_density: float
     met: float
 
-    @property
-    def log_noise(self) -> float:
-        """The logarithm of the noise, as a share of the variance."""
-        return float(self.lengths[-3])
-
     @classmethod
     def of(cls, Z: Array, y: Array, uniform: Array, *, constraint: bool) -> OutputFit:
         """Fit ``(n,)`` values at ``(n, d)`` designs, on the scale on which they are most likely.
@@ -262,36 +260,24 @@ class OutputFit:
         return cls(scale, lengths, np.sqrt(squares.mean()), log_density, met)
 
 
-@dataclass(frozen=True)
-class Fit:
-    """What is fitted to the tests from time to time, for each of the q outputs."""
+def encoded(space: DesignSpace, points: Array) -> Array:
+    """Return points of the unit cube as surrogates see them.
 
-    outputs: tuple[OutputFit, ...]
-
-    @classmethod
-    def of(cls, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> Fit:
-        """Fit to tests.
-
-        Args:
-            Z: ``(n, d)`` designs in the unit cube.
-            Y: ``(n, q)`` their outputs, :func:`bounded`, the objectives first.
-            n_uniform: Number of tests at uniform points, which come first.
-            n_obj: Number of outputs that are objectives.
-        """
-        outputs = []
-        for j, y in enumerate(Y.T):
-            outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= n_obj))
-        return cls(tuple(outputs))
-
-    def to(self, Y: Array) -> Array:
-        """Return ``(n, k)`` values of the first k outputs on their scales."""
-        columns = [fit.scale.to(y) for fit, y in zip(self.outputs, Y.T, strict=False)]
-        return np.column_stack(columns)
-
-    def back(self, T: Array) -> Array:
-        """Return ``(n, k)`` values of the first k outputs, given on their scales."""
-        columns = [fit.scale.back(t) for fit, t in zip(self.outputs, T.T, strict=False)]
-        return np.column_stack(columns)
+    Points of the same design are equal there. An integer is its place between its bounds. A choice
+    has a column for every option, as options have no order.
+    """
+    columns = []
+    for variable, u in zip(space.searched, space.places(points).T, strict=True):
+        if variable.kind.real:
+            columns.append(u)
+            continue
+        count = int(variable.upper - variable.lower) + 1
+        step = np.minimum(np.floor(u * count), count - 1)
+        if variable.kind is Kind.CHOICE:
+            columns += list(step == np.arange(count)[:, None])
+        else:
+            columns.append(step / max(count - 1, 1))
+    return np.column_stack(columns).astype(float)
 
 
 class Covariance:
@@ -306,6 +292,7 @@ class Covariance:
         lengths: ``(2 d + 3,)`` as fitted by :func:`fit_lengths`.
 
     Attributes:
+        noise: The noise, as a share of the variance.
         factor: ``(n, n)`` the lower Cholesky factor, in LAPACK's order.
         trends: ``(n, 2 d)`` the trends of the tests.
     """
@@ -314,80 +301,77 @@ class Covariance:
         d = Z.shape[1]
         self._scale = _ROOT5 * np.exp(-lengths[:d])
         self._rates = _rates(lengths[d:-3])
-        self._noise = np.exp(lengths[-3])
-        self._trend = np.exp(lengths[-2:] / 2)
-        self._scaled = np.zeros((0, len(self._scale)))
-        self._columns = np.zeros((len(self._scale) + 2, 0))
-        self.trends = self.trends_of(Z[:0])
+        self.noise = np.exp(lengths[-3])
+        self._trend_weights = np.repeat(np.exp(lengths[-2:] / 2), d)
+        self._columns = np.zeros((d + 2, 0))
+        self.trends = np.zeros((0, 2 * d))
         self.factor = np.zeros((0, 0))
-        self.append(Z)
+        if len(Z):
+            self.append(Z)
 
     def append(self, Z: Array) -> None:
         """Append ``(k, d)`` designs, which takes ``n² k`` operations instead of ``n³``."""
         n = len(self.factor)
         n_all = n + len(Z)
+        rows = self._rows(Z)
         trends = self.trends_of(Z)
-        corner = self.matern(Z, of=Z) + trends @ trends.T
-        corner[np.diag_indices(len(Z))] += self._noise
+        # what rows are multiplied by for squared distances from these designs
+        columns = np.vstack([-2 * rows[:, :-2].T, rows[:, -1], rows[:, -2]])
+        corner = _in_place_matern(rows @ columns) + trends @ trends.T
+        corner[np.diag_indices(len(Z))] += self.noise
         factor = np.zeros((n_all, n_all), order="F")
         if n > 0:
             factor[:n, :n] = self.factor
-            rows = solve_triangular(self.factor, self.kernel(Z).T, lower=True, check_finite=False).T
-            factor[n:, :n] = rows
-            corner -= rows @ rows.T
+            half = self._half(Z).T
+            factor[n:, :n] = half
+            corner -= half @ half.T
         factor[n:, n:] = cholesky(corner, lower=True, overwrite_a=True, check_finite=False)
         self.factor = factor
         self.trends = np.vstack([self.trends, trends])
-        self._scaled = np.vstack([self._scaled, self._of(Z)])
-        self._columns = _columns(self._scaled)
-
-    def _of(self, Z: Array) -> Array:
-        """Return designs, bent and scaled."""
-        return np.asarray(_bent(Z, self._rates) * self._scale)
+        self._columns = np.hstack([self._columns, columns])
 
     def solve(self, b: Array) -> Array:
         """Return the product of the inverse matrix and ``(n, k)`` columns."""
         return np.asarray(cho_solve((self.factor, True), b, check_finite=False))
 
-    def kernel(self, Z: Array) -> Array:
-        """Return ``(k, n)`` covariances of designs with the tests."""
-        return self.matern(Z) + self.trends_of(Z) @ self.trends.T
-
     def explained(self, Z: Array) -> tuple[Array, Array]:
         """Return ``(k,)`` variances of designs, and what of them the tests explain."""
-        half = solve_triangular(self.factor, self.kernel(Z).T, lower=True, check_finite=False)
+        half = self._half(Z)
         prior = 1 + (self.trends_of(Z) ** 2).sum(axis=1)
         return prior, np.einsum("ij,ij->j", half, half)
 
+    def _half(self, Z: Array) -> Array:
+        """Return ``(n, k)`` covariances of the tests with designs, times the inverse factor."""
+        kernel = self.matern(Z) + self.trends_of(Z) @ self.trends.T
+        half = solve_triangular(self.factor, kernel.T, lower=True, check_finite=False)
+        return np.asarray(half)
+
     def trends_of(self, Z: Array) -> Array:
         """Return the ``(k, 2 d)`` trends of designs, whose products are covariances."""
-        weights = np.repeat(self._trend, Z.shape[1])
-        return np.asarray(np.hstack(_trends(Z)) * weights)
+        return np.asarray(np.hstack(_trends(Z)) * self._trend_weights)
 
-    def matern(self, Z: Array, of: Array | None = None) -> Array:
-        """Return Matérn's kernel of ``(k, d)`` designs and the tests, or other designs.
+    def matern(self, Z: Array) -> Array:
+        """Return ``(k, n)`` values of Matérn's kernel of designs and the tests."""
+        return _in_place_matern(self._rows(Z) @ self._columns)
 
-        It takes most of the time of a search: everything is done in place.
-        """
-        columns = self._columns
-        if of is not None:
-            columns = _columns(self._of(of))
-        scaled = self._of(Z)
-        squares = (scaled**2).sum(axis=1)
-        kernel = np.column_stack([scaled, squares, np.ones(len(Z))]) @ columns  # r²
-        np.abs(kernel, out=kernel)  # rounding may leave less than 0
-        r = np.sqrt(kernel)
-        kernel /= 3
-        kernel += r
-        kernel += 1
-        kernel /= np.exp(r, out=r)
-        return np.asarray(kernel)
+    def _rows(self, Z: Array) -> Array:
+        """Return ``(k, d + 2)`` designs a, bent and scaled, as rows ``(a, a·a, 1)``."""
+        scaled = _bent(Z, self._rates) * self._scale
+        return np.column_stack([scaled, (scaled**2).sum(axis=1), np.ones(len(Z))])
 
 
-def _columns(scaled: Array) -> Array:
-    """Return what rows ``(a, a·a, 1)`` are multiplied by for squared distances from designs."""
-    squares = (scaled**2).sum(axis=1)
-    return np.vstack([-2 * scaled.T, np.ones(len(scaled)), squares])
+def _in_place_matern(squares: Array) -> Array:
+    """Return Matérn's kernel of squared distances, in their place.
+
+    It takes most of the time of a search.
+    """
+    np.abs(squares, out=squares)  # rounding may leave less than 0
+    r = np.sqrt(squares)
+    squares /= 3
+    squares += r
+    squares += 1
+    squares /= np.exp(r, out=r)
+    return squares
 
 
 class GaussianProcess:
@@ -409,6 +393,11 @@ class GaussianProcess:
         self._trend_weights = covariance.trends.T @ self._weights
         self.variance = max(((t - self.mean) @ self._weights) / len(t), _LEAST_VARIANCE)
 
+    @property
+    def noise(self) -> float:
+        """The standard deviation of tests of one design."""
+        return float(np.sqrt(self._covariance.noise * self.variance))
+
     def __call__(self, Z: Array) -> Array:
         """Return the ``(k,)`` means at designs."""
         covariance = self._covariance
@@ -422,9 +411,16 @@ class GaussianProcess:
 
     def left_out(self, t: Array) -> tuple[Array, Array]:
         """Return ``(n,)`` means and variances of each value, given all others (eq. 5.12)."""
-        inverse, _ = lapack.dpotri(self._covariance.factor, lower=1)
-        diagonal = np.diag(inverse)
+        diagonal = np.diag(_inverse(self._covariance.factor))
         return t - self._weights / diagonal, self.variance / diagonal
+
+
+def _inverse(factor: Array) -> Array:
+    """Return the inverse of a matrix, given its lower Cholesky factor."""
+    half, _ = lapack.dpotri(factor, lower=1)
+    inverse = half + half.T
+    np.fill_diagonal(inverse, np.diag(half))
+    return np.asarray(inverse)
 
 
 def _continued(covariance: Covariance, t: Array, zero: Array, met: Array) -> Array:
@@ -443,9 +439,7 @@ def _continued(covariance: Covariance, t: Array, zero: Array, met: Array) -> Arr
     """
     is_known = t > zero
     least = 2 * zero - t.max()
-    half, _ = lapack.dpotri(covariance.factor, lower=1)
-    inverse = half + half.T
-    inverse[np.diag_indices(len(t))] = np.diag(half)
+    inverse = _inverse(covariance.factor)
     ones = inverse.sum(axis=1)
     t = np.where(is_known, t, met)
     while not is_known.all():
@@ -463,22 +457,46 @@ def _continued(covariance: Covariance, t: Array, zero: Array, met: Array) -> Arr
 
 
 class Learned:
-    """What surrogates know of tests: their fit, and the covariances of the designs.
+    """What surrogates know of tests: what is fitted to some, and the covariances of the designs.
 
     Args:
-        fit: Scales and lengths.
+        outputs: What is fitted, for each of the q outputs.
 
     Attributes:
-        fit: Scales and lengths.
+        outputs: What is fitted.
         numbers: ``(n,)`` the numbers of the tests, in the order in which they were appended.
-        covariances: Those of each output.
     """
 
-    def __init__(self, fit: Fit) -> None:
-        self.fit = fit
+    def __init__(self, outputs: Sequence[OutputFit]) -> None:
+        self.outputs = outputs
         self.numbers = np.zeros(0, dtype=np.int64)
         self._left_out = self.numbers
-        self.covariances: list[Covariance] = []
+        self._covariances: list[Covariance] = []
+
+    @classmethod
+    def of(cls, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> Learned:
+        """Fit outputs to tests, which :meth:`extend` appends.
+
+        Args:
+            Z: ``(n, d)`` designs in the unit cube.
+            Y: ``(n, q)`` their outputs, :func:`bounded`, the objectives first.
+            n_uniform: Number of tests at uniform points, which come first.
+            n_obj: Number of outputs that are objectives.
+        """
+        outputs = []
+        for j, y in enumerate(Y.T):
+            outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= n_obj))
+        return cls(outputs)
+
+    def to(self, Y: Array) -> Array:
+        """Return ``(n, k)`` values of the first k outputs on their scales."""
+        columns = [output.scale.to(y) for output, y in zip(self.outputs, Y.T, strict=False)]
+        return np.column_stack(columns)
+
+    def back(self, T: Array) -> Array:
+        """Return ``(n, k)`` values of the first k outputs, given on their scales."""
+        columns = [output.scale.back(t) for output, t in zip(self.outputs, T.T, strict=False)]
+        return np.column_stack(columns)
 
     def leave_out(self, numbers: Numbers) -> None:
         """Learn nothing from tests."""
@@ -490,17 +508,15 @@ class Learned:
         if not is_new.any():
             return
         self.numbers = np.append(self.numbers, numbers[is_new])
-        if not self.covariances:
-            designs = Z[is_new]
-            self.covariances = [Covariance(designs, output.lengths) for output in self.fit.outputs]
-            return
-        for covariance in self.covariances:
+        if not self._covariances:
+            self._covariances = [Covariance(Z[:0], output.lengths) for output in self.outputs]
+        for covariance in self._covariances:
             covariance.append(Z[is_new])
 
     def processes(self, T: Array) -> list[GaussianProcess]:
         """Return the processes of ``(n, q)`` outputs on their scales, of the tests in order."""
         processes = []
-        for covariance, t, output in zip(self.covariances, T.T, self.fit.outputs, strict=True):
+        for covariance, t, output in zip(self._covariances, T.T, self.outputs, strict=True):
             if output.met > 0:
                 t = _continued(covariance, t, output.scale.to(0.0), output.scale.to(-output.met))
             processes.append(GaussianProcess(covariance, t))
@@ -519,28 +535,21 @@ def fit_lengths(Z: Array, t: Array) -> Array:
         the variance that noise, linear and quadratic trends have.
     """
     d = Z.shape[1]
-    # A log-normal prior with this median and deviation (Hvarfner, Hellsten and Nardi, ICML 2024):
-    # lengths grow with the diagonal of the cube, or nothing can be learned in many dimensions.
-    prior = np.sqrt(2) + 0.5 * np.log(d)
-    spread = np.sqrt(3)
     bend_spread = _BEND_SPREAD * min(1.0, (_FEW_BENDS / d) ** 2)
+    # Normal priors. That of a log length has this mean and deviation (Hvarfner, Hellsten and Nardi,
+    # ICML 2024): lengths grow with the diagonal of the cube, or nothing can be learned in many
+    # dimensions. That of the noise is a half-normal one, lest a model without noise is smoothed.
+    prior = np.zeros(2 * d + 3)
+    prior[:d] = np.sqrt(2) + 0.5 * np.log(d)
+    prior[-3:] = _LOG_NOISE[0], _LOG_TREND, _LOG_TREND
+    spread = np.repeat([np.sqrt(3), bend_spread, 5.0, 3.0], [d, d, 1, 2])
 
     def loss(x: Array) -> tuple[float, Array]:
         value, slope = _negative_log_likelihood(Z, t, x)
-        z = (x[:d] - prior) / spread
-        value += 0.5 * (z @ z)
-        slope[:d] += z / spread
-        # a half-normal prior for the noise, lest a model without noise is smoothed
-        w = (x[-3] - _LOG_NOISE[0]) / 5.0
-        value += 0.5 * w**2
-        slope[-3] += w / 5.0
-        v = (x[-2:] - _LOG_TREND) / 3.0
-        value += 0.5 * (v @ v)
-        slope[-2:] += v / 3.0
-        b = x[d:-3] / bend_spread
-        value += 0.5 * (b @ b)
-        slope[d:-3] += b / bend_spread
-        return value, slope
+        z = (x - prior) / spread
+        for part in (z[:d], z[-3:-2], z[-2:], z[d:-3]):
+            value += 0.5 * (part @ part)
+        return value, slope + z / spread
 
     lengths = np.full(d, np.log(0.5) + 0.5 * np.log(d))
     start = np.concatenate([lengths, np.zeros(d), [np.log(1e-4), _LOG_TREND, _LOG_TREND]])
@@ -584,9 +593,7 @@ def _negative_log_likelihood(Z: Array, t: Array, x: Array) -> tuple[float, Array
     # A copy, as NumPy 1.25 takes another logarithm for strided values, depending on whether the
     # result lies behind them in memory: a continued run would differ in the last digit.
     log_det = 2 * np.log(np.diag(L).copy()).sum()
-    half, _ = lapack.dpotri(L, lower=1, overwrite_c=1)
-    inverse = half + half.T
-    inverse[diagonal] = half[diagonal]
+    inverse = _inverse(L)
     ones = inverse.sum(axis=1)
     r = t - (ones @ t / ones.sum())
     a = inverse @ r
