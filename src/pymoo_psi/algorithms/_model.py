@@ -24,10 +24,10 @@ from pymoo_psi.problems import (
     design_space,
     evaluate_designs,
     known_limits,
-    layers,
     problem_layout,
     untolerant,
     with_requirements,
+    within_same_columns,
     without_requirements,
 )
 from pymoo_psi.table import (
@@ -168,8 +168,8 @@ class Model:
             columns: The columns of the tests by name.
         """
         completed = self.requirement_columns(columns)
-        *wrappers, model = layers(self.inner)
-        if hasattr(model, "completed") and all(wrapper.same_columns for wrapper in wrappers):
+        model = within_same_columns(self.inner)
+        if hasattr(type(model), "completed"):
             completed |= model.completed(columns)
         return completed
 

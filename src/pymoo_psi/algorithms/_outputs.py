@@ -325,7 +325,7 @@ def _operands(
     """Return the columns as tested from which others are computed, without learned outputs."""
     operands = set()
     for output_expression in expressions.values():
-        operands |= {*output_expression.operands} & {*tested.outputs}
+        operands |= {*output_expression.columns} & {*tested.outputs}
     for expression in computed.values():
         operands |= {*expression.columns} & {*tested.columns}
     operands -= {*tested.variables}

@@ -28,7 +28,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.problems._equalities import Polytope, polytope
 from pymoo_psi.problems._pymoo import problem_name
-from pymoo_psi.problems._wrapped import WrappedProblem, layers
+from pymoo_psi.problems._wrapped import WrappedProblem, layers, within_same_columns
 
 if TYPE_CHECKING:
     from pymoo_psi.table import Layout
@@ -385,11 +385,7 @@ def problem_identity(problem: Any) -> Values:
     with are included, or else what its method ``fingerprint()`` returns, such as the chute's; for a
     wrapper with such a method, that of the wrapped problem, too.
     """
-    model = problem
-    for layer in layers(problem)[:-1]:
-        if not layer.same_columns:
-            break
-        model = layer.wrapped
+    model = within_same_columns(problem)
     choices = {}
     for variable in design_space(model, log=()).variables:
         if variable.kind is Kind.CHOICE:

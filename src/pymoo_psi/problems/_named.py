@@ -137,6 +137,8 @@ class NamedProblem(ElementwiseProblem):
         self.log = [name for name, setting in settings.items() if setting.scale == "log"]
         self.units = units_of(settings) | dict(units)
         self.objectives = [*objectives]
+        if not objectives or len(set(objectives)) < len(objectives):
+            raise invalid("objectives", "outputs named once, one or more", self.objectives)
         self.maximize = [*maximize]
         self.limits = _limits(limits)
         self.requirements = {} if requirements is None else requirements

@@ -9,12 +9,11 @@ import os
 import re
 import shlex
 import shutil
-import signal
 import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from itertools import chain
@@ -34,7 +33,6 @@ from pymoo_psi._validation import (
     distinct,
     invalid,
     known_name,
-    mapping,
     positive_number,
 )
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError, EvaluationError
@@ -99,26 +97,19 @@ class Output:
 
     def __post_init__(self) -> None:
         """Check that there is one way to find the number."""
-        ways = []
-        for way in ("pattern", "key", "column", "expression"):
-            if getattr(self, way):
-                ways.append(way)
+        ways = [*filter(None, (self.pattern, self.key, self.column, self.expression))]
         is_measured = not ways and not self.file
         if not is_measured and (len(ways) != 1 or bool(self.file) == bool(self.expression)):
-            raise invalid("an output", _WAYS, Received(" and ".join(ways) or "none of these"))
+            raise invalid("an output", _WAYS, [self.file, *ways])
         _require_inside("file", self.file)
-        if self.pattern and _n_groups(self.pattern) != 1:
-            rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
-            raise invalid("the pattern of an output", rule, self.pattern)
-
-    @property
-    def operands(self) -> list[str]:
-        """The variables and outputs that its expression uses."""
-        return Expression.of(self.expression).columns if self.expression else []
-
-    def values(self, columns: Entries) -> Any:
-        """Return ``(n,)`` values of its expression, for ``(n,)`` columns by name."""
-        return Expression.of(self.expression).values(columns)
+        if self.pattern:
+            try:
+                n_groups = re.compile(self.pattern).groups
+            except re.error:
+                n_groups = 0
+            if n_groups != 1:
+                rule = r"a regular expression with one group, the number, such as 'mass = (\S+)'"
+                raise invalid("the pattern of an output", rule, self.pattern)
 
     def read(self, folder: Path) -> float:
         """Return the number that a program has left in a folder.
@@ -175,14 +166,6 @@ class Output:
         if any(map(_WITH_COMMA.fullmatch, chain.from_iterable(columns.values()))):
             raise ProgramError(f"{self.file} has decimal commas; let the program write points")
         return columns[self.column]
-
-
-def _n_groups(pattern: str) -> int:
-    """Return how many groups a regular expression has, -1 if it is none."""
-    try:
-        return re.compile(pattern).groups
-    except re.error:
-        return -1
 
 
 def _require_inside(argument: str, file: str) -> None:
@@ -246,10 +229,7 @@ class Program:
         if code is None:
             raise ProgramError(f"timed out after {self.timeout:g} s")
         if code != 0:
-            end = f"exit code {code}"
-            if code < 0:
-                end = f"ended by {signal.Signals(-code).name}"
-            raise ProgramError(f"{end}: {_last_line(folder) or 'no message'}")
+            raise ProgramError(f"exit code {code}: {_last_line(folder) or 'no message'}")
         if left_some:
             problem = "it ended while processes that it had started went on, so they were killed"
             raise ProgramError(f"{problem}; let the command wait for them")
@@ -365,26 +345,11 @@ class ProgramProblem(NamedProblem):
         self.key = str(key)
         self.noisy = boolean("noisy", noisy)
         self.outputs: dict[str, Output] = sections("outputs", Output, outputs)
-        self.program: Program
         self.by_people = program is None
-        if program is not None:
-            self.program = section("program", Program, program)
-        require_output_names(self.outputs)
-        for column, output in self.outputs.items():
-            if not output.expression and self.by_people == bool(output.file):
-                rule = f"{_WAYS}; without [program], as expression or without a way"
-                raise invalid(
-                    f"outputs: {column}: an output", rule, Received(output.file or "no file")
-                )
         goals = section("objectives", Goals, objectives)
-        every = [*goals.minimize, *goals.maximize]
-        for goal in every:
-            known_name("an objective", goal, self.outputs)
-        if not every or len(set(every)) < len(every):
-            raise invalid("objectives", "outputs named once, one or more", every)
         super().__init__(
             variables,
-            every,
+            [*goals.minimize, *goals.maximize],
             goals.maximize,
             limits,
             requirements,
@@ -392,16 +357,18 @@ class ProgramProblem(NamedProblem):
             name=str(name),
             **kwargs,
         )
+        for objective in self.objectives:
+            known_name("an objective", objective, self.outputs)
         for limit in self.limits:
             remedy = "variables have bounds and requirements"
             known_name("what is limited", limit.output, self.outputs, remedy)
-        both = self.variables.keys() & self.outputs.keys()
-        if both:
-            raise invalid("the name of an output", "unlike those of variables", min(both))
-        used = self._operands()
-        if not self.by_people:
-            self._check_folders()
-            self._check_variables(used)
+        self.known_expressions: dict[str, Expression] = {}
+        self._tested: dict[str, Output] = {}  # the outputs that are no expressions
+        self._check_outputs()
+        if program is not None:
+            self.program: Program = section("program", Program, program)
+            self._check_files()
+            self._check_placeholders()
 
     @classmethod
     def from_toml(cls, path: FilePath, **kwargs: Any) -> ProgramProblem:
@@ -418,17 +385,13 @@ class ProgramProblem(NamedProblem):
             OSError: The file cannot be opened.
         """
         path = Path(path)
-        words = ("variables", "outputs", "objectives")
-        further = ("program", "limits", "requirements", "name", "key", "noisy")
+        needed = dict.fromkeys(("variables", "program", "outputs", "objectives"))
+        further = ("limits", "requirements", "name", "key", "noisy")
         try:
             sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))
             for word in sections:
-                known_name("a section", word, (*words, *further))
-            for word in words:
-                remedy = "pymoo-psi solve --new example.toml writes a whole file"
-                mapping(f"[{word}]", sections.get(word), "names to settings", remedy)
-            sections.setdefault("program", None)
-            return cls(**sections, base=path.parent, **kwargs)
+                known_name("a section", word, (*needed, *further))
+            return cls(**needed | sections, base=path.parent, **kwargs)
         # tomllib's own is a ValueError; brackets may be nested too deeply for it.
         except (ValueError, ArgumentTypeError, RecursionError) as error:
             message = f"{path}: {error}"
@@ -436,51 +399,118 @@ class ProgramProblem(NamedProblem):
                 message += "; between '…' it stays as it is"
             raise ArgumentValueError(message) from error
 
-    def fingerprint(self) -> Values:
-        """Return what a study depends on: key, command, and hashes of the template and outputs.
+    # What is checked before any run
 
-        Version 0.3 had one hash of both, without hidden files and those in linked folders.
-        """
+    def _check_outputs(self) -> None:
+        """Divide the outputs into expressions and others; refuse those that cannot be found."""
+        require_output_names(self.outputs)
+        names = [*self.variables]  # which an expression may use
+        for name, output in self.outputs.items():
+            if name in self.variables:
+                raise invalid("the name of an output", "unlike those of variables", name)
+            if output.expression:
+                expression = Expression.of(output.expression)
+                for operand in expression.columns:
+                    known_name(f"a name in the expression of {name}", operand, names)
+                self.known_expressions[name] = expression
+            elif self.by_people == bool(output.file):
+                rule = f"{_WAYS}; without [program], as expression or without a way"
+                received = Received(output.file or "no file")
+                raise invalid(f"outputs: {name}: an output", rule, received)
+            else:
+                self._tested[name] = output
+            names.append(name)
+
+    def _check_files(self) -> None:
+        """Refuse a missing program, template or file, and runs within the template."""
+        program = self.program
+        template = self._template
+        if program.template:
+            if not template.is_dir():
+                raise invalid("template", f"a folder in {self.base}", program.template)
+            if (self.base / program.folder).resolve().is_relative_to(template.resolve()):
+                raise invalid("folder", "outside of the template, which is copied", program.folder)
+        word = shlex.split(program.command)[0]
+        in_template = bool(program.template) and (template / word).is_file()
+        if not shutil.which(word) and not in_template:
+            rule = "a program that is on PATH or in the template"
+            raise invalid("command", rule, word, "install it, or give its whole path")
+        read = {os.path.normpath(output.file) for output in self.outputs.values()}
+        for file in program.files:
+            if not (template / file).is_file():
+                raise invalid("files", f"files in the folder {program.template}", file)
+            if os.path.normpath(file) in read:
+                remedy = "let the command copy the input, so that no value of it is an output"
+                raise invalid("files", "inputs, and none of them an output", file, remedy)
+
+    def _check_placeholders(self) -> None:
+        """Refuse variables that are used nowhere; a placeholder for a seed makes a model noisy."""
+        texts = [self.program.command]
+        for file in self.program.files:
+            texts.append(text_of(self._template / file))
+        used = {name for name, _ in _PLACEHOLDER.findall("\n".join(texts))}
+        if "seed" in used and "seed" not in self.variables:
+            self.noisy = True
+        for expression in self.known_expressions.values():
+            used.update(expression.columns)
+        for name in self.variables:
+            if name not in used:
+                rule = "in the command, in one of files or in an expression"
+                remedy = f"write {{{name}}} where its value belongs"
+                raise invalid(f"the variable {name}", rule, Received("in none"), remedy)
+
+    # What a study depends on
+
+    def fingerprint(self) -> Values:
+        """Return what a study depends on: key, command, and hashes of the template and outputs."""
         if self.by_people:
             return {"key": self.key}
         outputs = {name: asdict(output) for name, output in self.outputs.items()}
-        template, in_version_0_3 = self._hashes(outputs)
-        read = {}
-        for name, output in outputs.items():
-            if not output["expression"]:  # which is computed anew where it changes
-                del output["unit"], output["expression"]
-                read[name] = output
+        inputs = [*self.program.files]
+        in_version_0_3 = self._hash([outputs, inputs], self._files_in_version_0_3())
+        template = self._hash(inputs, self._template_files())
+        for name in self.known_expressions:  # these are computed anew where they change
+            del outputs[name]
+        for output in outputs.values():
+            del output["unit"], output["expression"]
         return {
             "key": self.key,
             "command": self.program.command,
             "template": template,
             "template and outputs": in_version_0_3,
-            "outputs": read,
+            "outputs": outputs,
         }
 
-    def _hashes(self, outputs: Entries) -> tuple[str, str]:
-        """Return hashes of the files of the template, and of these and the outputs."""
-        names = [*self.program.files]
-        template = hashlib.sha256(json.dumps(names).encode())
-        in_version_0_3 = hashlib.sha256(json.dumps([outputs, names]).encode())
-        for path in self._template_files():
-            file = path.relative_to(self._template)
-            content = file.as_posix().encode() + path.read_bytes()
-            template.update(content)
-            folders = [self._template.joinpath(folder) for folder in file.parents]
-            is_hidden = any(part.startswith(".") for part in file.parts)
-            if not is_hidden and not any(map(Path.is_symlink, folders)):
-                in_version_0_3.update(content)
-        return template.hexdigest()[:16], in_version_0_3.hexdigest()[:16]
+    def _hash(self, settings: Any, files: Iterable[Path]) -> str:
+        """Return a hash of settings and of files of the template."""
+        content = hashlib.sha256(json.dumps(settings).encode())
+        for path in sorted(filter(Path.is_file, files)):
+            file = path.relative_to(self._template).as_posix()
+            content.update(file.encode() + path.read_bytes())
+        return content.hexdigest()[:16]
 
-    def _template_files(self) -> list[Path]:
-        """Return the files that each run copies, in order."""
-        paths = []
+    def _template_files(self) -> Iterator[Path]:
+        """Yield the files that each run copies."""
         if self.program.template:
             for folder, folders, files in os.walk(self._template, followlinks=True):
                 folders[:] = [name for name in folders if name not in _LEFT_OUT]
-                paths += [Path(folder, name) for name in files if name not in _LEFT_OUT]
-        return sorted(filter(Path.is_file, paths))
+                for name in files:
+                    if name not in _LEFT_OUT:
+                        yield Path(folder, name)
+
+    def _files_in_version_0_3(self) -> Iterator[Path]:
+        """Yield the files that counted in version 0.3: none hidden or in linked folders."""
+        if self.program.template:
+            for path in self._template.rglob("*"):
+                parts = path.relative_to(self._template).parts
+                if not any(part.startswith((".", "__")) for part in parts):
+                    yield path
+
+    @property
+    def _template(self) -> Path:
+        return Path(self.base, self.program.template)
+
+    # A run
 
     def run(self, values: Entries, *, keep: bool = False) -> ProgramRun:
         """Run the program for one design.
@@ -540,62 +570,6 @@ class ProgramProblem(NamedProblem):
         for word in shlex.split(self.program.command):
             run.words.append(fill_placeholders(word, values))
 
-    @property
-    def _template(self) -> Path:
-        return Path(self.base, self.program.template)
-
-    def _check_folders(self) -> None:
-        """Refuse a missing program, template or file, and runs within the template."""
-        program = self.program
-        template = self._template
-        if program.template:
-            if not template.is_dir():
-                raise invalid("template", f"a folder in {self.base}", program.template)
-            if (self.base / program.folder).resolve().is_relative_to(template.resolve()):
-                raise invalid("folder", "outside of the template, which is copied", program.folder)
-        word = shlex.split(program.command)[0]
-        in_template = bool(program.template) and (template / word).is_file()
-        if not shutil.which(word) and not in_template:
-            rule = "a program that is on PATH or in the template"
-            raise invalid("command", rule, word, "install it, or give its whole path")
-        read = {os.path.normpath(output.file) for output in self.outputs.values()}
-        for file in program.files:
-            if not (template / file).is_file():
-                raise invalid("files", f"files in the folder {program.template}", file)
-            if os.path.normpath(file) in read:
-                remedy = "let the command copy the input, so that no value of it is an output"
-                raise invalid("files", "inputs, and none of them an output", file, remedy)
-
-    def _check_variables(self, used: set[str]) -> None:
-        """Refuse variables that are used nowhere; a placeholder for a seed makes the model noisy.
-
-        Args:
-            used: What expressions use.
-        """
-        texts = [self.program.command]
-        for file in self.program.files:
-            texts.append(text_of(self._template / file))
-        for text in texts:
-            used.update(name for name, _ in _PLACEHOLDER.findall(text))
-        if "seed" in used and "seed" not in self.variables:
-            self.noisy = True
-        for name in self.variables:
-            if name not in used:
-                rule = "in the command, in one of files or in an expression"
-                remedy = f"write {{{name}}} where its value belongs"
-                raise invalid(f"the variable {name}", rule, Received("in none"), remedy)
-
-    def _operands(self) -> set[str]:
-        """Return the variables and outputs that expressions use; each must be above its use."""
-        used: set[str] = set()
-        names = [*self.variables]
-        for name, output in self.outputs.items():
-            for operand in output.operands:
-                known_name(f"a name in the expression of {name}", operand, names)
-                used.add(operand)
-            names.append(name)
-        return used
-
     def _read(self, run: ProgramRun, values: Entries) -> None:
         """Read or compute the outputs in their order, up to the first that cannot be read.
 
@@ -606,7 +580,7 @@ class ProgramProblem(NamedProblem):
         for name, output in self.outputs.items():
             try:
                 if output.expression:
-                    value = float(output.values(columns)[0])
+                    value = float(self.known_expressions[name].values(columns)[0])
                 else:
                     value = output.read(run.folder)
                 if not math.isfinite(value):
@@ -616,10 +590,18 @@ class ProgramProblem(NamedProblem):
             run.outputs[name] = value
             columns[name] = np.array([value])
 
-    @property
-    def known_expressions(self) -> dict[str, Output]:
-        """The outputs that are computed by expressions, by name."""
-        return {name: output for name, output in self.outputs.items() if output.expression}
+    def values(self, design: Entries) -> Mapping[str, float]:
+        """Return the outputs of a design; see :class:`NamedProblem`."""
+        require_model(self)
+        run = self.run(design)
+        if run.flaw:
+            reason = run.flaw
+            if run.folder.exists():
+                reason += f"; see {run.folder}"
+            raise EvaluationError(dict(design), reason)
+        return run.outputs
+
+    # Outputs of stored tests
 
     def computed(self, columns: Entries) -> Values:
         """Return the outputs that are expressions, by name.
@@ -628,11 +610,9 @@ class ProgramProblem(NamedProblem):
             columns: ``(n,)`` each, by name: variables, and outputs of the program.
         """
         outputs = dict.fromkeys(self.outputs, np.nan) | dict(columns)
-        computed = {}
-        for name, output in self.known_expressions.items():
-            computed[name] = output.values(outputs)
-            outputs[name] = computed[name]
-        return computed
+        for name, expression in self.known_expressions.items():
+            outputs[name] = expression.values(outputs)
+        return {name: outputs[name] for name in self.known_expressions}
 
     def completed(self, columns: Entries) -> Values:
         """Return outputs of tests that were made before the outputs were what they are.
@@ -646,10 +626,9 @@ class ProgramProblem(NamedProblem):
         """
         has_failed = columns["status"] == "failed"
         outputs = {}
-        for name, output in self.outputs.items():
-            if not output.expression:
-                unknown = np.full(len(has_failed), np.nan)
-                outputs[name] = np.array(columns.get(name, unknown))
+        unknown = np.full(len(has_failed), np.nan)
+        for name in self._tested:
+            outputs[name] = np.array(columns.get(name, unknown))
         is_missing = np.isnan(np.array([*outputs.values()])).any(axis=0) & ~has_failed
         if is_missing.any() and not self.by_people:
             self._read_again(np.flatnonzero(is_missing), outputs, columns)
@@ -664,45 +643,28 @@ class ProgramProblem(NamedProblem):
         Other studies, and repeats, may have left folders of the same design. That of a test is
         known by the outputs that the test has.
         """
-        folders = self._kept_folders()
+        tests = defaultdict(list)  # by the texts of their designs: rows, and outputs that they have
         for row in rows.tolist():
+            design = [str(columns[name].tolist()[row]) for name in self.variables]
             known = {name: v[row] for name, v in outputs.items() if not np.isnan(v[row])}
-            design = tuple(str(columns[variable].tolist()[row]) for variable in self.variables)
-            for folder in folders[design]:
-                kept = self._outputs_in(folder)
-                if known and known.items() <= kept.items():
-                    for name, value in kept.items():
-                        outputs[name][row] = value
+            tests[tuple(design)].append((row, known))
+        for path in sorted((self.base / self.program.folder).glob("*/design.json")):
+            with suppress(OSError, ValueError, KeyError):
+                values = json.loads(path.read_text(encoding="utf-8"))
+                design = [str(values[name]) for name in self.variables]
+                for row, known in tests.get(tuple(design), ()):
+                    kept = self._outputs_in(path.parent)
+                    if known and known.items() <= kept.items():
+                        for name, value in kept.items():
+                            outputs[name][row] = value
 
     def _outputs_in(self, folder: Path) -> dict[str, float]:
         """Return the outputs that can be read from the folder of a run."""
         values = {}
-        for name, output in self.outputs.items():
-            if not output.expression:
-                with suppress(ProgramError, OSError):
-                    values[name] = output.read(folder)
+        for name, output in self._tested.items():
+            with suppress(ProgramError, OSError):
+                values[name] = output.read(folder)
         return values
-
-    def _kept_folders(self) -> defaultdict[tuple[str, ...], list[Path]]:
-        """Return the folders of runs that are kept, by the texts of their designs."""
-        folders = defaultdict(list)
-        for path in sorted((self.base / self.program.folder).glob("*/design.json")):
-            with suppress(OSError, ValueError, KeyError):
-                design = json.loads(path.read_text(encoding="utf-8"))
-                key = tuple(str(design[variable]) for variable in self.variables)
-                folders[key].append(path.parent)
-        return folders
-
-    def values(self, design: Entries) -> Mapping[str, float]:
-        """Return the outputs of a design; see :class:`NamedProblem`."""
-        require_model(self)
-        run = self.run(design)
-        if run.flaw:
-            reason = run.flaw
-            if run.folder.exists():
-                reason += f"; see {run.folder}"
-            raise EvaluationError(dict(design), reason)
-        return run.outputs
 
 
 def fill_placeholders(text: str, values: Entries) -> str:

@@ -105,11 +105,6 @@ class WrappedProblem(Problem):
         return evaluate(self.designs_within(X))
 
     @property
-    def known_expressions(self) -> Entries:
-        """The outputs that are expressions of other columns; see :func:`known_expressions`."""
-        return known_expressions(self.wrapped) if self.same_columns else {}
-
-    @property
     def elementwise_runner(self) -> Any:
         """The runner of the wrapped problem; assigning another one changes both."""
         return self.wrapped.elementwise_runner
@@ -198,9 +193,18 @@ def tolerates_failures(problem: Any) -> bool:
     return isinstance(problem, WrappedProblem) and problem.tolerates_failures
 
 
+def within_same_columns(problem: Any) -> Any:
+    """Return the innermost problem that has the columns of a problem, without wrappers of these."""
+    while isinstance(problem, WrappedProblem) and problem.same_columns:
+        problem = problem.wrapped
+    return problem
+
+
 def known_expressions(problem: Any) -> Entries:
     """Return the outputs of a problem that are expressions of other columns, by name.
 
-    A problem that has some also has a method ``computed`` as that of :class:`ProgramProblem`.
+    A problem that has some has a method ``computed`` like that of :class:`ProgramProblem`.
     """
-    return getattr(problem, "known_expressions", {})
+    model = within_same_columns(problem)
+    # of the class, as a wrapper of other columns has the attributes of the problem within it
+    return model.known_expressions if hasattr(type(model), "computed") else {}
