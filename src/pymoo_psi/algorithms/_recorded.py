@@ -25,7 +25,7 @@ from pymoo_psi.problems import (
     problem_name,
     require_known_keywords,
     require_problem,
-    tolerates_failures,
+    untolerant,
     with_requirements,
 )
 from pymoo_psi.table import TestTable, design_keys, design_matrix
@@ -104,9 +104,9 @@ class Recorded(WithTable, WrappedProblem):
         require_known_keywords("Recorded", object, options, more=StudyKeywords.__annotations__)
         require_problem(problem)
         self._tolerant = None
-        if tolerates_failures(problem):
+        evaluated = untolerant(problem)
+        if evaluated is not problem:
             self._tolerant = problem
-            evaluated = problem.wrapped
         else:
             problem = with_requirements(problem)
             evaluated = problem

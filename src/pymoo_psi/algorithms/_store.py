@@ -435,8 +435,9 @@ def _identity_of_run(head: Head, sampling: str, model: Model) -> Head:
     only = {}  # the values of choices and binary variables of which some are left out
     for variable in model.space.variables:
         values = [str(option) for option in variable.options]
-        is_whole = not values or values == choices.get(variable.title)
-        if variable.kind in (Kind.BINARY, Kind.CHOICE) and not is_whole:
+        if variable.kind is Kind.BINARY and variable.fixed:
+            values = [str(variable.lower == 1)]
+        if values and values != choices.get(variable.title):
             only[variable.title] = values
     if only:
         identity["only"] = only

@@ -44,5 +44,4 @@ from ._requirements import without_requirements as without_requirements
 from ._wrapped import known_expressions as known_expressions
 from ._wrapped import layers as layers
 from ._wrapped import require_model as require_model
-from ._wrapped import tolerates_failures as tolerates_failures
 from ._wrapped import within_same_columns as within_same_columns

@@ -47,7 +47,7 @@ class Variable:
         kind: Real, logarithmic, integer, binary or a choice.
         lower: Lower bound; for a choice the index of the first option.
         upper: Upper bound; for a choice the index of the last option.
-        options: The options of a choice; the value of a fixed variable.
+        options: The options of a choice.
         fixed: Whether it has one value; a design as the problem takes it does not include it.
         title: The problem's own name for it.
     """
@@ -226,19 +226,18 @@ class DesignSpace:
 
     def to_matrix(self, designs: Sequence[Any] | AnyArray) -> AnyArray:
         """Return designs as the problem takes them as a matrix: the inverse of :meth:`designs`."""
-        columns = iter(np.asarray(designs).T)
-        matrix: list[AnyArray] = []
+        vectors = iter(np.asarray(designs).T)
+        columns = []
         for variable in self.variables:
             if variable.fixed:
-                values = [variable.options[0]] * len(designs)
+                column = variable.values(np.zeros(len(designs)))
             elif self.named:
-                values = [design[variable.name] for design in designs]
+                # fromiter: options may be sequences themselves
+                column = np.fromiter((design[variable.name] for design in designs), object)
             else:
-                matrix.append(next(columns))
-                continue
-            # fromiter: options may be sequences themselves
-            matrix.append(np.fromiter(values, object) if self.named else np.array(values))
-        return np.column_stack(matrix)
+                column = next(vectors)
+            columns.append(column)
+        return np.column_stack(columns)
 
     def _are_searched(self) -> Mask:
         """Return which variables are searched: all free ones if none has two values."""

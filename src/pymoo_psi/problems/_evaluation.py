@@ -20,12 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pymoo.core.problem import LoopedElementwiseEvaluation, Problem
 
-from pymoo_psi._validation import (
-    AnyArray,
-    Array,
-    Mask,
-    known_name,
-)
+from pymoo_psi._validation import AnyArray, Array, Mask, known_name
 from pymoo_psi.errors import EvaluationError
 from pymoo_psi.parallel import (
     Result,
@@ -43,7 +38,6 @@ from pymoo_psi.problems._wrapped import (
     WrappedProblem,
     changes_designs_only,
     require_model,
-    tolerates_failures,
     uses_wrapped_values,
 )
 
@@ -445,4 +439,4 @@ def untolerant(problem: Any) -> Any:
 
     PSI records failures itself, in its table: there no constraint is to be added for them.
     """
-    return problem.wrapped if tolerates_failures(problem) else problem
+    return problem.wrapped if isinstance(problem, FailureTolerant) else problem

@@ -27,12 +27,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.problems._design_space import column_titles, design_space
 from pymoo_psi.problems._pymoo import require_problem
-from pymoo_psi.problems._wrapped import (
-    Evaluate,
-    WrappedProblem,
-    checks_requirements,
-    layers,
-)
+from pymoo_psi.problems._wrapped import Evaluate, WrappedProblem, layers
 from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
 Rule: TypeAlias = str | Callable[[Entries], Any]
@@ -253,7 +248,6 @@ class Required(WrappedProblem):
     """
 
     same_columns = True
-    checks_requirements = True
 
     def __init__(self, problem: Any, requirements: Any = None) -> None:
         require_problem(problem)
@@ -337,9 +331,10 @@ def requirement_texts(problem: Any) -> list[str]:
     not say what it uses.
     """
     texts = []
-    for layer in filter(checks_requirements, layers(problem)):
-        answers = layer.answers()
-        for requirement, answers_of_rule in zip(layer.required, answers.T, strict=True):
+    for layer in layers(problem):
+        if not isinstance(layer, Required):
+            continue
+        for requirement, answers_of_rule in zip(layer.required, layer.answers().T, strict=True):
             text = requirement.text
             if callable(requirement.rule):
                 text += f" {hashlib.sha256(answers_of_rule.tobytes()).hexdigest()[:16]}"
@@ -349,7 +344,7 @@ def requirement_texts(problem: Any) -> list[str]:
 
 def with_requirements(problem: Any, requirements: Any = None) -> Any:
     """Return a problem as :class:`Required` if it has requirements or the argument has some."""
-    if checks_requirements(problem):
+    if isinstance(problem, Required):
         if requirements is None or requirements == problem.rules:
             return problem
         problem = problem.wrapped
@@ -360,4 +355,4 @@ def with_requirements(problem: Any, requirements: Any = None) -> Any:
 
 def without_requirements(problem: Any) -> Any:
     """Return the problem within a wrapper that checks requirements, or else the problem itself."""
-    return problem.wrapped if checks_requirements(problem) else problem
+    return problem.wrapped if isinstance(problem, Required) else problem

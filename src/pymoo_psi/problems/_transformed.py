@@ -188,8 +188,8 @@ class Restricted(Transformed):
         for variable in space.variables:
             title = variable.title
             if title in parts:
-                variable = _fixed_if_single(_part(variable, f"{title} of box", parts[title]))
-            variables.append(_fixed_if_single(variable))
+                variable = _part(variable, f"{title} of box", parts[title])
+            variables.append(replace(variable, fixed=variable.lower == variable.upper))
         if isinstance(problem, Restricted):  # one layer, whose space has what both of them fix
             self.box = problem.box | self.box
             problem = problem.wrapped
@@ -262,14 +262,6 @@ def _choice_of(variable: Variable, where: str, part: Any) -> Variable:
         )
     options = tuple(option for option in variable.options if option in chosen)
     return replace(variable, upper=len(options) - 1.0, options=options)
-
-
-def _fixed_if_single(variable: Variable) -> Variable:
-    """Return a variable as fixed if it has one value only."""
-    if variable.lower < variable.upper or variable.fixed:
-        return variable
-    options = variable.options or tuple(variable.values(np.zeros(1)).tolist())
-    return replace(variable, options=options, fixed=True)
 
 
 def _pymoo_variable(variable: Variable) -> Any:

@@ -40,10 +40,7 @@ class WrappedProblem(Problem):
             they are unknown.
         same_columns: Whether variables, objectives and outputs in a table are the wrapped
             problem's, so that expressions between them hold, too.
-        checks_requirements: Whether its last constraints are requirements, with the methods and
-            attributes of :class:`Required`.
-        tolerates_failures: Whether failed designs get values, by a method ``tolerated`` like that
-            of :class:`FailureTolerant`.
+        tolerates_failures: Whether failed designs get values, as by :class:`FailureTolerant`.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -58,7 +55,6 @@ class WrappedProblem(Problem):
 
     same_front = False
     same_columns = False
-    checks_requirements = False
     tolerates_failures = False
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
@@ -68,7 +64,7 @@ class WrappedProblem(Problem):
             cls.do = Problem.do  # type: ignore[method-assign]
 
     def __init__(self, problem: Any, **changed: Any) -> None:
-        if uses_wrapped_values(self) and tolerates_failures(problem):
+        if uses_wrapped_values(self) and getattr(problem, "tolerates_failures", False):
             rule = f"FailureTolerant around {type(self).__name__}, not within it"
             raise invalid("problem", rule, Received(type(problem).__name__))
         self.wrapped = problem
@@ -181,16 +177,6 @@ def changes_designs_only(problem: Any) -> bool:
     if not uses_wrapped_values(problem):
         return False
     return type(problem).values_from is WrappedProblem.values_from
-
-
-def checks_requirements(problem: Any) -> bool:
-    """Whether a problem is a wrapper that checks requirements."""
-    return isinstance(problem, WrappedProblem) and problem.checks_requirements
-
-
-def tolerates_failures(problem: Any) -> bool:
-    """Whether a problem is a wrapper that gives values to designs that failed."""
-    return isinstance(problem, WrappedProblem) and problem.tolerates_failures
 
 
 def within_same_columns(problem: Any) -> Any:

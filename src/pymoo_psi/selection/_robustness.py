@@ -17,7 +17,7 @@ from pymoo_psi._kinds import Kind
 from pymoo_psi._output import Shown
 from pymoo_psi._validation import Array, Designs, Entries, Mask, Received, Rows, boolean, invalid
 from pymoo_psi.pareto import rank_of_efficiency
-from pymoo_psi.problems import Robust, design_space, layers, tolerates_failures
+from pymoo_psi.problems import Robust, design_space, untolerant
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -169,8 +169,7 @@ def robustness(
     optimum, efficient, pareto = np.zeros((3, *feasible.shape), dtype=bool)  # (S, n) each
     regret = np.full(feasible.shape, np.nan)
     for k, problem in enumerate(robust.problems):
-        tolerant = any(map(tolerates_failures, layers(problem)))
-        if all(reasons[k]) and not tolerant:  # likely a mistake
+        if all(reasons[k]) and untolerant(problem) is problem:  # likely a mistake
             remedy = "if designs may fail, make FailureTolerant(problem)"
             raise invalid("make_problem", "of problems that evaluate X", reasons[k, 0], remedy)
         feasible[k] &= _within_bounds(matrix, problem)
