@@ -10,6 +10,7 @@ import pandas as pd
 from scipy.integrate import trapezoid
 
 from pymoo_psi._validation import (
+    Array,
     Entries,
     FilePath,
     Received,
@@ -25,7 +26,12 @@ from pymoo_psi._validation import (
 from pymoo_psi.problems._named import NamedProblem
 from pymoo_psi.table import UnfitError, source_columns
 
-_MEASURES = ("rms", "max", "area")
+# The distance of a series, from its weighted differences and their places.
+_MEASURES: dict[str, Callable[[Array, Array], Any]] = {
+    "rms": lambda differences, places: np.sqrt(np.mean(differences**2)),
+    "max": lambda differences, places: differences.max(),
+    "area": trapezoid,
+}
 
 
 class Identification(NamedProblem):
@@ -118,13 +124,12 @@ class Identification(NamedProblem):
         for data in self.experiments.values():
             measured.update(data.columns[1:])
         weights = mapping("weights", weights or {}, "columns to numbers")
-        if (weights or len(measured) > 1) and weights.keys() != measured:
+        if not weights and len(measured) == 1:
+            weights = dict.fromkeys(measured, 1.0)
+        if weights.keys() != measured:
             rule = f"given for {', '.join(sorted(measured))}, whose units may differ"
             raise invalid("weights", rule, weights)
-        checked = dict.fromkeys(measured, 1.0)
-        for column, weight in weights.items():
-            checked[column] = positive_number("weights", weight)
-        return checked
+        return {column: positive_number("weights", weight) for column, weight in weights.items()}
 
     def fingerprint(self) -> Values:
         """Return what a study depends on: the measured series and how they are compared."""
@@ -141,17 +146,15 @@ class Identification(NamedProblem):
         abscissa, *columns = data.columns
         where = f"what simulate returns for {experiment!r}"
         simulated: Any = self.simulate(dict(design), data.copy())
-        if isinstance(simulated, pd.DataFrame):
-            simulated = simulated.reset_index()  # which may be the abscissa
         if isinstance(simulated, (Mapping, pd.DataFrame)):
-            places = real_array(f"column {abscissa!r}", simulated.get(abscissa, data[abscissa]))
-            require_shape(where, places, (len(data),))
-            if not np.allclose(places, data[abscissa]):
-                rule = f"at the values of {abscissa!r}, or without this column"
-                raise invalid(where, rule, Received("others"))
+            simulated = pd.DataFrame(simulated).reset_index()  # which may be the abscissa
             for column in columns:
                 known_name("a measured series", column, [*simulated])
-            simulated = np.column_stack([np.asarray(simulated[column]) for column in columns])
+            places = simulated.get(abscissa, data[abscissa])
+            if len(simulated) != len(data) or not np.allclose(places, data[abscissa]):
+                rule = f"at the values of {abscissa!r}, or without this column"
+                raise invalid(where, rule, Received("others"))
+            simulated = simulated[columns]
         values = real_array(where, simulated)
         if values.ndim == 1:
             values = values[:, None]
@@ -167,18 +170,13 @@ class Identification(NamedProblem):
     def _adequacy(self, design: Entries, experiment: str) -> float:
         data = self.experiments[experiment]
         simulated = self.series(design, experiment)
-        abscissa = data.iloc[:, 0].to_numpy()
+        places = data.iloc[:, 0].to_numpy()
         distances = []
         for column in data.columns[1:]:
             measured = data[column].notna().to_numpy()
             differences = (simulated[column] - data[column]).to_numpy()[measured]
             weighted = abs(differences * self.weights[column])
-            if self.measure == "rms":
-                distances.append(np.sqrt(np.mean(weighted**2)))
-            elif self.measure == "max":
-                distances.append(weighted.max())
-            else:
-                distances.append(trapezoid(weighted, abscissa[measured]))
+            distances.append(_MEASURES[self.measure](weighted, places[measured]))
         if self.measure == "max":
             return float(np.max(distances))
         return float(np.mean(distances))

@@ -385,7 +385,7 @@ class ProgramProblem(NamedProblem):
             OSError: The file cannot be opened.
         """
         path = Path(path)
-        needed = dict.fromkeys(("variables", "program", "outputs", "objectives"))
+        needed: Values = dict.fromkeys(("variables", "program", "outputs", "objectives"))
         further = ("limits", "requirements", "name", "key", "noisy")
         try:
             sections = tomllib.loads(path.read_text(encoding="utf-8-sig"))

@@ -6,7 +6,6 @@ import hashlib
 import re
 from collections.abc import Collection
 from numbers import Real
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -134,7 +133,7 @@ class Robust(WrappedProblem):
         if not tolerances and not uncertainty:
             raise invalid("uncertainty or tolerances", "given", uncertainty)
         n_scenarios = integer("n_scenarios", n_scenarios, minimum=1)
-        scenarios = _quantiles(n_scenarios, _distributions(tolerances, uncertainty))
+        scenarios = _scenarios(n_scenarios, tolerances, uncertainty)
         self.offsets, self.parameters = np.split(scenarios, [len(tolerances)], axis=1)
         self.problems = _problems(problem, uncertainty, self.parameters.tolist())
         nominal = self.problems[0]
@@ -151,18 +150,13 @@ class Robust(WrappedProblem):
         if not 0 <= self.failure_probability < 1:
             raise invalid("failure_probability", "from 0 to below 1", self.failure_probability)
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
-        self._name_columns(nominal)
-
-    def _name_columns(self, nominal: Any) -> None:
-        """Take over names and units of a problem, without those of its constraints."""
+        # Names and units are those of the problem, but for its constraints.
         titles = column_titles(nominal, self.space)
-        self.names = {}
-        for name in (*self.space.variable_names, *(f"f{j + 1}" for j in range(self.n_obj))):
-            self.names[name] = titles.get(name, name)
-        self.units = {}
-        for title, unit in (getattr(nominal, "units", None) or {}).items():
-            if title in self.names.values():
-                self.units[title] = unit
+        objectives = [f"f{j}" for j in range(1, self.n_obj + 1)]
+        columns = [*self.space.variable_names, *objectives]
+        self.names = {name: titles.get(name, name) for name in columns}
+        units = getattr(nominal, "units", None) or {}
+        self.units = {title: units[title] for title in filter(units.get, self.names.values())}
 
     def _column(self, title: str) -> int:
         """Return the column of a variable with a tolerance."""
@@ -289,38 +283,38 @@ def _share(criterion: str) -> float:
     return 1 - float(criterion.removeprefix("cvar:"))
 
 
-def _distributions(tolerances: Entries, uncertainty: Entries) -> Values:
-    """Return the distributions of all uncertain quantities by their names for messages."""
-    distributions = {}
-    for title, tolerance in tolerances.items():
-        argument = f"tolerances[{title!r}]"
-        if isinstance(tolerance, Real):
-            half = finite_number(argument, tolerance)
-            tolerance = SimpleNamespace(ppf=lambda q, half=half: half * (2 * q - 1))
-        distributions[argument] = tolerance
-    for parameter, distribution in uncertainty.items():
-        distributions[f"uncertainty[{parameter!r}]"] = distribution
-    return distributions
-
-
-def _quantiles(n_scenarios: int, distributions: Entries) -> Array:
+def _scenarios(n_scenarios: int, tolerances: Entries, uncertainty: Entries) -> Array:
     """Return ``(n_scenarios, k)`` quasi-random values of k independent uncertain quantities.
 
     They are LPτ points mapped by the quantile functions. The first point is the centre, with all
     quantities at their medians: an unbounded distribution has no quantile at the origin.
     """
-    values = lp_tau(n_scenarios, len(distributions), first=2)
-    for j, (argument, distribution) in enumerate(distributions.items()):
-        # SciPy has both names: ppf for its old distributions, icdf for its new ones
-        quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
-        if quantile is None:
-            raise wrong_type(
-                argument, "a distribution such as scipy.stats.uniform(0.3, 0.2)", distribution
-            )
-        values[:, j] = quantile(values[:, j])
-        if not np.isfinite(values[:, j]).all():
-            raise invalid(argument, "a distribution with finite quantiles", values[:, j])
-    return values
+    scenarios = lp_tau(n_scenarios, len(tolerances) + len(uncertainty), first=2)
+    columns = iter(scenarios.T)
+    for title, tolerance in tolerances.items():
+        argument = f"tolerances[{title!r}]"
+        column = next(columns)
+        if isinstance(tolerance, Real):
+            column[:] = finite_number(argument, tolerance) * (2 * column - 1)
+        else:
+            column[:] = _quantiles(argument, tolerance, column)
+    for parameter, distribution in uncertainty.items():
+        column = next(columns)
+        column[:] = _quantiles(f"uncertainty[{parameter!r}]", distribution, column)
+    return scenarios
+
+
+def _quantiles(argument: str, distribution: Any, probabilities: Array) -> Array:
+    """Return the quantiles of a distribution of SciPy, finite ones."""
+    # SciPy has both names: ppf for its old distributions, icdf for its new ones
+    quantile = getattr(distribution, "ppf", getattr(distribution, "icdf", None))
+    if quantile is None:
+        rule = "a distribution such as scipy.stats.uniform(0.3, 0.2)"
+        raise wrong_type(argument, rule, distribution)
+    quantiles: Array = quantile(probabilities)
+    if not np.isfinite(quantiles).all():
+        raise invalid(argument, "a distribution with finite quantiles", quantiles)
+    return quantiles
 
 
 def _problems(problem: Any, parameters: Collection[str], rows: list[list[float]]) -> list[Any]:
