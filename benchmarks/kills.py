@@ -202,7 +202,7 @@ def asynchronous(folder: Path, kills: int) -> None:
     assert continued.table.equals(stored), "the continued run has another table"
     assert stored.numbers.tolist() == list(range(1, n + 1)), "a proposal was not tested"
     assert n_evaluated == len(lines(log)), "the finished run was evaluated again"
-    proposals = [content for *_, content in Study(path).proposals()]
+    proposals = [content for point, _, _, content in Study(path).proposals() if point <= n]
     points = np.array([content["point"] for content in proposals])
     tested = stored.X[-len(points) :].astype(float)
     assert np.array_equal(tested, points), "another design was tested"

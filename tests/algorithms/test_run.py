@@ -60,8 +60,8 @@ class HalvingPSI(PointAlgorithm):
     def __init__(self, n_points, options):
         super().__init__(n_points, options, None)
 
-    def begin(self, options, may_end_early):
-        run = run_of_sequence(self.problem, 8, options, may_end_early=may_end_early)
+    def begin(self, options):
+        run = run_of_sequence(self.problem, 8, options)
         run.source = Halving(run.source.ask(8), self.n_points)
         return run
 

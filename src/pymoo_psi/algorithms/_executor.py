@@ -74,6 +74,22 @@ class Block(NamedTuple):
         return Block(self.numbers[rows], self.tests.rows(rows), n_called)
 
 
+class Pieces(NamedTuple):
+    """How pieces of a vectorised model are evaluated.
+
+    Attributes:
+        runner: What evaluates them; ``None`` is this process.
+        keep: Which tests of a piece are needed: ``"all"``, the ``"feasible"`` ones, or their
+            ``"pareto"`` set.
+    """
+
+    runner: Runner | None = None
+    keep: str = "all"
+
+
+HERE: Pieces = Pieces()
+
+
 class BlockFilter:
     """Returns the tests of a block that are needed; of a Pareto set, perhaps more than these.
 
@@ -108,17 +124,16 @@ class Executor:
     It makes tasks of points: single designs, or pieces of many points. Workers take waiting tasks.
     A subclass writes ``room``, ``submit``, ``wait`` and ``take``.
 
-    Args:
-        may_end_early: Whether a termination may end the run before all points are tested.
-
     Attributes:
         elastic: Whether workers may join and leave.
+        may_end_early: Whether a termination may end the run before all points are tested; if not,
+            points are evaluated ahead of the blocks that are asked for.
     """
 
     elastic = False
+    may_end_early = True
 
-    def __init__(self, may_end_early: bool) -> None:
-        self._may_end_early = may_end_early
+    def __init__(self) -> None:
         self._reset()
 
     def _reset(self) -> None:
@@ -147,7 +162,7 @@ class Executor:
     @property
     def n_ahead(self) -> int:
         """How many points to submit beyond those that are awaited, so that no worker waits."""
-        if self._may_end_early:
+        if self.may_end_early:
             return 0
         return LAST
 
@@ -217,11 +232,10 @@ class OneByOne(Executor):
 
     Args:
         model: A model whose designs can be evaluated one by one.
-        may_end_early: Whether a termination may end the run before all points are tested.
     """
 
-    def __init__(self, model: Model, may_end_early: bool) -> None:
-        super().__init__(may_end_early)
+    def __init__(self, model: Model) -> None:
+        super().__init__()
         self._model = model
         self._runner = model.problem.elementwise_runner
         self._has_workers = isinstance(self._runner, Runner)
@@ -237,7 +251,7 @@ class OneByOne(Executor):
     @property
     def n_ahead(self) -> int:
         """How many points to submit beyond those that are awaited, so that no worker waits."""
-        if self._may_end_early or not self._has_workers:
+        if self.may_end_early or not self._has_workers:
             return _AHEAD_OF_WORKER * self.n_workers  # 0 in this process
         return LAST  # one slow design holds up none of the others
 
@@ -319,7 +333,6 @@ class InPieces(Executor):
         largest: The same for the largest one.
         seconds: What a piece takes; it shrinks or grows until it does.
         runner: What evaluates pieces; ``None`` is this process.
-        may_end_early: Whether a termination may end the run before all points are tested.
     """
 
     def __init__(
@@ -329,9 +342,8 @@ class InPieces(Executor):
         largest: int,
         seconds: float,
         runner: Runner | None,
-        may_end_early: bool,
     ) -> None:
-        super().__init__(may_end_early)
+        super().__init__()
         self._task = task
         self._smallest = smallest
         self._largest = largest
@@ -404,13 +416,7 @@ class InPieces(Executor):
 
 
 def executor_of(
-    model: Model,
-    options: RunOptions,
-    *,
-    n_points: int | None = None,
-    runner: Runner | None = None,
-    may_end_early: bool = True,
-    keep: str = "all",
+    model: Model, options: RunOptions, n_points: int | None = None, pieces: Pieces = HERE
 ) -> Executor:
     """Return the executor for a model.
 
@@ -418,20 +424,18 @@ def executor_of(
         model: The model.
         options: The options of the run.
         n_points: How many points there are; ``None`` evaluates together what is submitted together.
-        runner: What evaluates pieces of a vectorised model; ``None`` is this process.
-        may_end_early: Whether a termination may end the run before all points are tested; if not,
-            points are evaluated ahead of the blocks that are asked for.
-        keep: Which tests of a piece are returned: ``"all"``, or as for :class:`BlockFilter`.
+        pieces: How pieces of a vectorised model are evaluated.
 
     Raises:
         ArgumentValueError: The model is noisy, and is called for several designs together.
     """
     if streams(model.inner):
-        return OneByOne(model, may_end_early)
+        return OneByOne(model)
     if model.noisy:
         rule = "called for one design at a time, as each test has its own seed, if it is noisy"
         remedy = "make an ElementwiseProblem with a runner of this package"
         raise invalid("problem", rule, model.inner, remedy)
+    runner = pieces.runner
     smallest = _SMALLEST
     largest = _LARGEST
     seconds = _SECONDS
@@ -448,5 +452,5 @@ def executor_of(
         points_of_a_worker = -(-n_points // (_PIECES * max(1, runner.n_workers)))
         largest = min(_LARGEST, max(_SMALLEST, points_of_a_worker))
     largest = options.block_size or largest
-    task = PieceTask(model, BlockFilter(keep, model))
-    return InPieces(task, min(smallest, largest), largest, seconds, runner, may_end_early)
+    task = PieceTask(model, BlockFilter(pieces.keep, model))
+    return InPieces(task, min(smallest, largest), largest, seconds, runner)

@@ -7,7 +7,6 @@ points do not depend on results, so that a run is the same however it is cut int
 
 from __future__ import annotations
 
-from collections import deque
 from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -23,7 +22,6 @@ from pymoo.util.misc import termination_from_tuple
 
 from pymoo_psi._output import WithTable
 from pymoo_psi._validation import (
-    Mask,
     Received,
     integer,
     invalid,
@@ -31,8 +29,7 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.algorithms._executor import BlockFilter
-from pymoo_psi.algorithms._model import Model
+from pymoo_psi.algorithms._executor import BlockFilter, Pieces
 from pymoo_psi.algorithms._options import (
     InvestigateKeywords,
     PSIKeywords,
@@ -42,8 +39,7 @@ from pymoo_psi.algorithms._options import (
 )
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
-from pymoo_psi.parallel import JoblibRunner, Runner, Waiting, progress_bar
-from pymoo_psi.pareto import nondominated
+from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
 from pymoo_psi.problems import (
     NO_OUTPUTS,
     evaluate_designs,
@@ -61,8 +57,6 @@ if TYPE_CHECKING:
 # dropped again when there are twice as many as were left, so that all filtering together takes at
 # most twice as long as the last one.
 _WORTH_FILTERING = 2**20
-# Designs from which on a worker finds the Pareto set: with fewer, sending them takes longer.
-_WORTH_SENDING = 100_000
 
 
 class PointAlgorithm(WithTable, Algorithm):
@@ -106,13 +100,8 @@ class PointAlgorithm(WithTable, Algorithm):
         keywords.setdefault("output", MultiObjectiveOutput())
         super().__init__(seed=options.seed, **keywords)
 
-    def begin(self, options: RunOptions, may_end_early: bool) -> Run:
-        """Return the run of ``self.problem``.
-
-        Args:
-            options: The options, with the seed of pymoo's ``minimize``.
-            may_end_early: Whether a termination may end the run before all points are tested.
-        """
+    def begin(self, options: RunOptions) -> Run:
+        """Return the run of ``self.problem``; the options have the seed of pymoo's ``minimize``."""
         raise NotImplementedError
 
     @property
@@ -188,7 +177,8 @@ class PointAlgorithm(WithTable, Algorithm):
     def _setup(self, problem: Any, **kwargs: Any) -> None:
         # It says how many points an iteration tests, not how many are evaluated together.
         options = replace(self.options, seed=self.seed, block_size=None)
-        self._run = self.begin(options, self._may_end_early)
+        self._run = self.begin(options)
+        self._run.executor.may_end_early = self._may_end_early
         self._tables = [self._run.store.empty]
 
     def has_next(self) -> bool:
@@ -441,9 +431,9 @@ class PSI(PointAlgorithm):
             block_size = max(64, -(-n_points // (32 * run.part.of)))
         super().__init__(n_points, run, block_size, **keywords)
 
-    def begin(self, options: RunOptions, may_end_early: bool) -> Run:
+    def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
-        return run_of_sequence(self.problem, self.n_points, options, may_end_early=may_end_early)
+        return run_of_sequence(self.problem, self.n_points, options)
 
 
 @takes(InvestigateKeywords)
@@ -499,22 +489,21 @@ def investigate(
     require_problem(problem)
     runner = _runner_of_pieces(problem, n_jobs, runner)
     known_name("keep", keep, ("all", "feasible", "pareto"))
-    on_workers = runner if runner is not None and runner.elastic else None
     is_noisy = getattr(problem, "noisy", False)
-    keep_of_run = keep
+    pieces = Pieces(runner, keep)
     if is_noisy:
-        keep_of_run = "all"  # until tests are averaged
+        pieces = Pieces(runner)  # until tests are averaged
 
     def tested(run: Run) -> TestTable:
-        return _tests_of(run, keep_of_run, on_workers, progress)
+        return _tests_of(run, pieces.keep, progress)
 
-    run, table = repeated_tests(tested, problem, n_points, settings, keep_of_run, runner)
+    run, table = repeated_tests(tested, problem, n_points, settings, pieces)
     model = run.model
     if is_noisy:
         table = BlockFilter(keep, model)(averaged_repeats(table))
     table = run.store.numbered(table)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = _pareto_tests(table, model, on_workers)
+        table = table.rows(model.under_so_far(table).pareto())
     # of tests that are left out it is unknown whether they failed
     table = model.under(table)
     if keep != "all":
@@ -524,7 +513,7 @@ def investigate(
     return table
 
 
-def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) -> TestTable:
+def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
     # Workers may have filtered their tests already; then it takes hardly any time.
     block_filter = BlockFilter(keep, run.model)
@@ -541,26 +530,9 @@ def _tests_of(run: Run, keep: str, on_workers: Runner | None, progress: bool) ->
             show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))
             if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                tables = [_pareto_tests(by_number(tables), run.model, on_workers)]
+                table = by_number(tables)
+                tables = [table.rows(run.model.under_so_far(table).pareto())]
     return by_number(tables)
-
-
-def _pareto_tests(tests: TestTable, model: Model, runner: Runner | None) -> TestTable:
-    """Return the Pareto set of tests; if they are many, a worker of a runner finds it."""
-    table = model.under_so_far(tests)
-    rows = np.flatnonzero(table.eligible())
-    if runner is None or len(rows) < _WORTH_SENDING:
-        return tests.rows(table.pareto())
-    F = table.F[rows]
-
-    def filtered(_: Any) -> Mask:
-        return nondominated(F)  # Dask passes on the data of a function better than those of a task
-
-    one_task: Waiting = deque([(0, None)])
-    with closing(runner.tasks(filtered, one_task)) as results:
-        ((_, is_pareto),) = results
-    rows = rows[is_pareto]
-    return tests.rows(rows[~table.rows(rows).repeats])
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:

@@ -1,9 +1,11 @@
 """A run: it joins a source of points, an executor that evaluates them, and a store of tests.
 
-It asks the source for points, recalls the tests that are stored, lets no model run for a design
-that violates a requirement, answers repetitions of a design from its known result, submits the
-other points to the executor, stores the tests that arrive and returns them in blocks. For the same
-points the table is the same for any number of workers and any size of a block.
+:meth:`Run.tests` and :meth:`Run.block` repeat one step: to store the tests that are evaluated, if
+that is due; else to start further points; else to wait for a test. To start points, the run recalls
+the tests that are stored, lets no model run for a design that violates a requirement, answers
+repetitions of a design from its known result, and submits the other points to the executor. Before
+each step it does what people ask of it. For the same points the table is the same for any number of
+workers and any size of a block.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Generator, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -27,7 +30,7 @@ from pymoo_psi._validation import (
     integer,
     invalid,
 )
-from pymoo_psi.algorithms._executor import Block, Executor, executor_of
+from pymoo_psi.algorithms._executor import HERE, Block, Executor, Pieces, executor_of
 from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import (
@@ -36,9 +39,8 @@ from pymoo_psi.algorithms._sources import (
     Source,
     unit_points,
 )
-from pymoo_psi.algorithms._store import Recall, Store, StudyStore, renumbered, stored_at_termination
+from pymoo_psi.algorithms._store import Store, StudyStore, renumbered, stored_at_termination
 from pymoo_psi.errors import PsiError
-from pymoo_psi.parallel import Runner
 from pymoo_psi.problems import problem_identity
 from pymoo_psi.table import Formulation, TestTable, design_keys, limit_text
 
@@ -80,22 +82,27 @@ class Run:
         self.executor = executor
         self.store = store
         self._repeats = repeats
-        self._queue = _Queue()
-        # the evaluation of the points in the queue, which is suspended between two blocks
-        self._work: Generator[None] | None = None
-        self._is_paused = False
-        self._is_stopped = False
+        self._points = Points.none()  # those whose tests no block has returned, by number
+        self._n_awaited = 0  # how many of them, the first, the next block has
+        self._last_started = 0  # up to this number they are submitted, or their tests are stored
+        self._ready: list[Block] = []  # the tests of started points, as far as they are there
+        self._session: _Session | None = None  # while points are tested
+        self._steered = "continue"  # the last request of people: to continue, pause or stop
 
     def __getstate__(self) -> Values:
         """Copies begin at the next block; what is being evaluated stays here."""
-        return self.__dict__ | {"_work": None}
+        return self.__dict__ | {"_session": None, "_ready": [], "_last_started": 0}
+
+    def __del__(self) -> None:
+        """Keep what is evaluated if nobody has closed the run."""
+        self.close()
 
     @property
     def n_left(self) -> int:
         """How many points are left whose tests no block has returned."""
-        if self._is_stopped:
-            return len(self._queue)
-        return len(self._queue) + self.source.n_left
+        if self._steered == "stop":
+            return len(self._points)
+        return len(self._points) + self.source.n_left
 
     # Blocks of tests
 
@@ -107,10 +114,13 @@ class Run:
         Raises:
             WorkerError: A worker process was lost, or the problem cannot be sent to one.
         """
-        self._queue.n_awaited = sys.maxsize
+        self._n_awaited = sys.maxsize
         try:
             while self._advance():
-                yield from self._queue.take_all()
+                while self._ready:
+                    block = self._ready.pop(0)
+                    self._drop(block.numbers)  # of which a filter may have left some tests out
+                    yield block
         finally:
             self.close()
 
@@ -121,16 +131,16 @@ class Run:
             count: How many, at most; ``None`` for all that the source has returned, or returns now.
         """
         least = count or 1
-        while len(self._queue) < least:
+        self._n_awaited = 0
+        while len(self._points) < least:
             self._follow_requests()
-            if self._is_stopped:
+            if self._steered == "stop":
                 break
-            if self._is_paused:
-                self._advance()
-                continue
-            if self._ask(least - len(self._queue)) == 0 and not self.source.wait():
+            if self._steered == "pause":
+                self._step()
+            elif self._ask(least - len(self._points)) == 0 and not self.source.wait():
                 break
-        return self._queue.points.at(slice(0, count))
+        return self._points.at(slice(0, count))
 
     def block(self, count: int | None) -> Block:
         """Test the next points; tests are stored within a second or two.
@@ -139,48 +149,65 @@ class Run:
             count: How many, as for :meth:`next_points`; there must be one.
 
         Returns:
-            All their tests, by number.
+            All their tests, by number, unless the run was stopped.
         """
         points = self.next_points(count)
-        self._queue.n_awaited = len(points)
+        self._n_awaited = len(points)
         with stored_at_termination(self.store):
             try:
-                while not self._queue.are_ready(self._queue.awaited).all():
-                    self._advance()
+                is_left = True
+                while is_left and not self._are_ready(points).all():
+                    is_left = self._advance()
                 if self.executor.n_pending_tasks == 0:
-                    self._end_work()  # which releases the lock; workers are kept
+                    self._end_session()  # which releases the lock; workers are kept
             except BaseException:
                 self.close()
                 raise
-        # all points, unless the run was stopped
-        blocks = self._queue.take(points.numbers.max(initial=0))
-        tests = by_number([block.tests for block in blocks] or [self.store.empty])
-        return Block(tests.numbers, tests, sum(block.n_called for block in blocks))
+        last = points.numbers.max(initial=0)
+        tables = [self.store.empty]
+        n_called = 0
+        later = []
+        for block in self._ready:
+            is_due = block.numbers <= last
+            due = block.rows(is_due)
+            tables.append(due.tests)
+            n_called += due.n_called
+            if not is_due.all():
+                later.append(block.rows(~is_due))
+        self._ready = later
+        tests = by_number(tables)
+        self._drop(tests.numbers)
+        return Block(tests.numbers, tests, n_called)
 
     def tell(self, tests: TestTable) -> None:
         """Take and store tests of the next points, which were evaluated elsewhere."""
         self.store.keep(tests)
-        self._queue.drop(tests.numbers)
+        self._drop(tests.numbers)
         self.source.tell(tests)
 
     def close(self) -> None:
         """Stop what is being evaluated; tests that are ready are in the study, if there is one."""
-        self._end_work()
-        self._queue.ready = []
+        self._end_session()
+        self._ready = []
+        self._last_started = 0
 
-    def _advance(self) -> bool:
-        """Test points until some are ready; return whether there were any left."""
-        if self._work is None:
-            self._work = self._test_points()
-        for _ in self._work:
-            return True
-        self._work = None
-        return False
+    def _end_session(self) -> None:
+        if self._session is None:
+            return
+        try:
+            self._keep_evaluated(self._session)
+        finally:
+            self.executor.close()
+            self._session.close()
+            self._session = None
 
-    def _end_work(self) -> None:
-        if self._work is not None:
-            self._work.close()
-        self._work = None
+    def _drop(self, numbers: Numbers) -> None:
+        self._points = self._points.at(~np.isin(self._points.numbers, numbers))
+
+    def _are_ready(self, points: Points) -> Mask:
+        """``(n,)`` for which of n points the tests are ready."""
+        numbers = [block.numbers for block in self._ready]
+        return np.isin(points.numbers, np.concatenate([[], *numbers]))
 
     # What people ask for
 
@@ -220,98 +247,93 @@ class Run:
                 self.source.extend(total - self.n_points)
                 self.n_points = total
             return {"answer": f"{total} tests in all", "points": total}
-        self._is_paused = action == "pause"
-        self._is_stopped = action == "stop"
+        self._steered = action
         if action == "continue":
             self.executor.resume()
         else:
             self.executor.pause()
         return {"answer": "done"}
 
-    # The work: from points to tests
+    # From points to tests
 
     def _ask(self, count: int) -> int:
-        """Ask the source for ``count`` points, for the queue; return how many it has returned."""
+        """Ask the source for ``count`` points; return how many it has returned."""
         points = self.source.ask(count)
-        self._queue.append(points)
+        self._points = self._points.joined(points)
         return len(points)
 
-    def _test_points(self) -> Generator[None]:
-        """Test the awaited points, and some ahead; yield whenever tests are ready."""
-        executor = self.executor
-        self._queue.restart()
-        if self._repeats is not None:
-            self._repeats.restart()
-        with self.store.session() as recall:
-            try:
-                self._follow_requests()
-                yield from self._start(recall, self._queue.n_awaited)
-                if executor.n_pending_tasks:  # nothing ahead of points whose tests are all stored
-                    yield from self._start(recall, self._queue.n_awaited + executor.n_ahead)
-                began = time.monotonic()
-                computed = 0.0
-                while executor.n_pending_tasks or self._is_paused:
-                    if executor.n_pending_tasks:
-                        computed += executor.wait()
-                    else:
-                        time.sleep(_PAUSE_SECONDS)
-                    self._follow_requests()
-                    if executor.n_evaluated and self._is_commit_due(began, computed):
-                        self._keep(executor.take())
-                        yield
-                        began = time.monotonic()
-                        computed = 0.0
-                    yield from self._start(recall, self._queue.n_awaited + executor.n_ahead)
-                if self._is_stopped:  # points without a test are left
-                    is_ready = self._queue.are_ready(self._queue.points)
-                    self._queue.drop(self._queue.points.numbers[~is_ready])
-            finally:
-                if executor.n_evaluated:
-                    self._keep(executor.take())
-                executor.close()
+    def _advance(self) -> bool:
+        """Do steps until further tests are ready; return whether there are any."""
+        n_blocks = len(self._ready)
+        while len(self._ready) == n_blocks:
+            if not self._step():
+                return False
+        return True
 
-    def _is_commit_due(self, began: float, computed: float) -> bool:
-        """Whether to store the evaluated tests now.
-
-        Args:
-            began: The time of the last commit.
-            computed: Seconds of computing since then, of all workers together.
-        """
+    def _step(self) -> bool:
+        """Store tests, start points or wait for a test; return whether anything was left to do."""
+        if self._session is None:
+            self._session = _Session(self.store)
+            if self._repeats is not None:
+                self._repeats.restart()
+        session = self._session
         executor = self.executor
+        self._follow_requests()
+        if self._is_commit_due(session):
+            self._keep_evaluated(session)
+        elif self._start(session):
+            pass
+        elif executor.n_pending_tasks:
+            session.computed += executor.wait()
+        elif self._steered == "pause":
+            time.sleep(_PAUSE_SECONDS)
+        else:
+            if self._steered == "stop":  # points without a test are left
+                self._drop(self._points.numbers[~self._are_ready(self._points)])
+            return False
+        return True
+
+    def _is_commit_due(self, session: _Session) -> bool:
+        """Whether to store the evaluated tests now."""
+        executor = self.executor
+        if executor.n_evaluated == 0:
+            return False
         # A thousand workers compute 20 s in a moment: their results of a second are kept together.
         much = max(COMPUTED, SECONDS * executor.n_workers)
-        is_late = computed >= much or time.monotonic() - began >= SECONDS
-        last_awaited = self._queue.awaited.numbers.max(initial=0)
+        is_late = session.computed >= much or time.monotonic() - session.last_commit >= SECONDS
+        last_awaited = self._points.numbers[: self._n_awaited].max(initial=0)
         is_complete = executor.n_pending_tasks == 0 or executor.first_pending > last_awaited
         are_many = executor.n_evaluated >= _MANY
         return is_late or are_many or is_complete or self.source.eager
 
-    def _start(self, recall: Recall, count: int) -> Generator[None]:
-        """Start the first ``count`` points: recall stored tests, and submit the other points."""
-        while not (self._is_paused or self._is_stopped):
-            points = self._next_to_start(count)
-            if len(points) == 0:
-                return
-            is_ready = self._queue.are_ready(points)  # when the run was at work before
-            points = points.at(~is_ready)
-            stored = recall(points)
-            if len(stored):
-                points = points.at(~np.isin(points.numbers, stored.numbers))
-                self._report(Block(stored.numbers, stored))
-            self._submit(points)
-            yield
+    def _start(self, session: _Session) -> bool:
+        """Start further points, unless enough are started; return whether there were any."""
+        points = self._next_to_start()
+        if len(points) == 0:
+            return False
+        stored = session.recall(points)
+        if len(stored):
+            points = points.at(~np.isin(points.numbers, stored.numbers))
+            self._report(Block(stored.numbers, stored))
+        self._submit(points)
+        return True
 
-    def _next_to_start(self, count: int) -> Points:
-        """Return points to start, ``count`` being started; ask the source for more if needed."""
-        n_started = self._queue.n_started
-        n_new = min(count - n_started, self.executor.room)
+    def _next_to_start(self) -> Points:
+        """Return the points to start next, for which the source may be asked."""
+        if self._steered != "continue":
+            return Points.none()
+        n_started = int(np.searchsorted(self._points.numbers, self._last_started, "right"))
+        n_new = self._n_awaited - n_started
+        if self.executor.n_pending_tasks:  # nothing ahead of points whose tests are all stored
+            n_new += self.executor.n_ahead
+        n_new = min(n_new, self.executor.room)
         if n_new <= 0:
             return Points.none()
-        # A source that is eager is asked only when it knows all tests that are evaluated.
-        is_informed = not (self.source.eager and self.executor.n_evaluated)
-        if n_started == len(self._queue) and self.source.n_left > 0 and is_informed:
+        if n_started == len(self._points) and self.source.n_left > 0:
             self._ask(n_new)
-        return self._queue.start(n_new)
+        points = self._points.at(slice(n_started, n_started + n_new))
+        self._last_started = points.numbers.max(initial=self._last_started)
+        return points
 
     def _submit(self, points: Points) -> None:
         """Submit points; those that need no evaluation are answered."""
@@ -328,6 +350,13 @@ class Run:
         if len(points):
             self.executor.submit(points)
 
+    def _keep_evaluated(self, session: _Session) -> None:
+        """Store and report the tests that are evaluated."""
+        if self.executor.n_evaluated:
+            self._keep(self.executor.take())
+            session.last_commit = time.monotonic()
+            session.computed = 0.0
+
     def _keep(self, block: Block) -> None:
         """Store and report tests."""
         self.store.keep(block.tests, block.seconds)
@@ -336,7 +365,7 @@ class Run:
     def _report(self, block: Block) -> None:
         """Report stored tests to the source; they are ready, and those of their repetitions."""
         self.source.tell(block.tests)
-        self._queue.ready.append(block)
+        self._ready.append(block)
         if self._repeats is not None:
             self._repeats.learn(block.tests)
             self._answer_repeats(self._repeats)
@@ -344,8 +373,8 @@ class Run:
     def _answer_repeats(self, repeats: Repeats) -> None:
         """Answer the points whose designs have a result."""
         answers = repeats.take_answers()
-        rows = np.searchsorted(self._queue.points.numbers, [*answers])
-        self._answer(self._queue.points.at(rows), [*answers.values()])
+        rows = np.searchsorted(self._points.numbers, [*answers])
+        self._answer(self._points.at(rows), [*answers.values()])
 
     def _answer(self, points: Points, values: Sequence[Values]) -> None:
         """Store and report tests whose values are known without the model."""
@@ -353,85 +382,42 @@ class Run:
             self._keep(Block(points.numbers, self.model.tests(points, values)))
 
 
-class _Queue:
-    """The points of a run whose tests are not returned yet, by number.
+class _Session:
+    """The time in which points are tested, and the lock of the run, which begins as late as it can.
 
-    The first of them are started: they are submitted, or their tests are stored.
+    Args:
+        store: The store of the run.
 
     Attributes:
-        points: The points.
-        n_awaited: How many of them, the first, are awaited.
-        ready: The tests of started points, as far as they are there.
+        last_commit: The time of the last commit, or of the beginning.
+        computed: Seconds of computing since then, of all workers together.
     """
 
-    def __init__(self) -> None:
-        self.points = Points.none()
-        self.n_awaited = 0
-        self.ready: list[Block] = []
-        self._last_started = 0
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._lock = ExitStack()
+        self._is_locked = False
+        self._stored = np.zeros(0, dtype=np.int64)  # test points with tests, as of the last look
+        self.last_commit = time.monotonic()
+        self.computed = 0.0
 
-    def __getstate__(self) -> Values:
-        """Copies have all points and no tests."""
-        return self.__dict__ | {"ready": []}
+    def recall(self, points: Points) -> TestTable:
+        """Return the stored tests of points; lock the run if one is missing."""
+        numbers = points.numbers
+        if not self._is_locked and not np.isin(numbers, self._stored).all():
+            self._stored = self._store.test_points(int(numbers[0]))
+            if not np.isin(numbers, self._stored).all():
+                self._lock.enter_context(self._store.writing())
+                self._is_locked = True
+                # another process may have stored some meanwhile
+                self._stored = self._store.test_points(int(numbers[0]))
+        if self._store.has_other_runs or np.isin(numbers, self._stored).any():
+            return self._store.recall(points)
+        return self._store.empty
 
-    def __len__(self) -> int:
-        """Return how many points there are."""
-        return len(self.points)
-
-    @property
-    def awaited(self) -> Points:
-        """The points that are awaited."""
-        return self.points.at(slice(0, self.n_awaited))
-
-    @property
-    def n_started(self) -> int:
-        """How many points are started."""
-        return int(np.count_nonzero(self.points.numbers <= self._last_started))
-
-    def append(self, points: Points) -> None:
-        """Append points of higher numbers."""
-        self.points = self.points.joined(points)
-
-    def drop(self, numbers: Numbers) -> None:
-        """Drop points."""
-        self.points = self.points.at(~np.isin(self.points.numbers, numbers))
-
-    def start(self, count: int) -> Points:
-        """Start the first points that are not started; return them."""
-        first = self.n_started
-        points = self.points.at(slice(first, first + count))
-        self._last_started = points.numbers.max(initial=self._last_started)
-        return points
-
-    def restart(self) -> None:
-        """Let no point be started."""
-        self._last_started = 0
-
-    def are_ready(self, points: Points) -> Mask:
-        """``(n,)`` for which of n points the tests are ready."""
-        numbers = [block.numbers for block in self.ready]
-        return np.isin(points.numbers, np.concatenate([[], *numbers]))
-
-    def take(self, last: int) -> list[Block]:
-        """Take the tests of the points up to a number, each of which has one; drop these points."""
-        blocks = []
-        later = []
-        for block in self.ready:
-            is_due = block.numbers <= last
-            blocks.append(block.rows(is_due))
-            if not is_due.all():
-                later.append(block.rows(~is_due))
-        self.ready = later
-        # A stop may have dropped some of the points.
-        self.drop(np.concatenate([[], *[block.numbers for block in blocks]]))
-        return blocks
-
-    def take_all(self) -> Generator[Block]:
-        """Take all tests that are ready, of which a filter may have left some out."""
-        while self.ready:
-            block = self.ready.pop(0)
-            self.drop(block.numbers)
-            yield block
+    def close(self) -> None:
+        """Release the lock."""
+        self._lock.close()
 
 
 class Repeats:
@@ -489,9 +475,7 @@ def run_of_sequence(
     n_points: int,
     options: RunOptions,
     *,
-    keep: str = "all",
-    runner: Runner | None = None,
-    may_end_early: bool = True,
+    pieces: Pieces = HERE,
     method: str = "",
     n_first: int | None = None,
     repeat: int = 1,
@@ -502,10 +486,8 @@ def run_of_sequence(
         problem: A pymoo problem.
         n_points: How many points the run has, those of other shares too.
         options: The options of the run.
-        keep: Which tests are needed: ``"all"``, the ``"feasible"`` ones, or the ``"pareto"`` set.
-            Others are left out where they are evaluated, unless they are to be stored or repeated.
-        runner: What evaluates a vectorised problem; ``None`` is this process.
-        may_end_early: Whether a termination may end the run before all points are tested.
+        pieces: How pieces of a vectorised problem are evaluated, and which tests are needed; all
+            are kept where they are to be stored or repeated.
         method: By what designs are proposed after these points, for the study; the caller changes
             the source of the run.
         n_first: How many of the points, at most, are of the sequence.
@@ -527,18 +509,12 @@ def run_of_sequence(
     points = unit_points(options, min(n_points, n_first or n_points), n_dim)
     store.plan(options.first + n_points - 1)
     repeats = None
-    if model.space.finite and not model.noisy and (model.problem.elementwise or runner is None):
+    is_told_apart = model.problem.elementwise or pieces.runner is None
+    if model.space.finite and not model.noisy and is_told_apart:
         repeats = Repeats(model, store.known())
     if options.study is not None or repeats is not None:
-        keep = "all"
-    executor = executor_of(
-        model,
-        options,
-        n_points=len(points),
-        runner=runner,
-        may_end_early=may_end_early,
-        keep=keep,
-    )
+        pieces = pieces._replace(keep="all")
+    executor = executor_of(model, options, len(points), pieces)
     continued = None
     if sampling.extendable and options.share is None:
         continued = partial(unit_points, options, n_dim=n_dim)
@@ -550,8 +526,7 @@ def repeated_tests(
     problem: Any,
     n_points: int,
     options: RunOptions,
-    keep: str = "all",
-    runner: Runner | None = None,
+    pieces: Pieces,
 ) -> tuple[Run, TestTable]:
     """Return the run of the first tests of all designs, and these tests followed by repeats.
 
@@ -560,8 +535,7 @@ def repeated_tests(
         problem: A pymoo problem.
         n_points: How many points the run has.
         options: The options of the run.
-        keep: As for :func:`run_of_sequence`.
-        runner: As for :func:`run_of_sequence`.
+        pieces: As for :func:`run_of_sequence`.
 
     Raises:
         ArgumentValueError: There are repeats, and the problem is not noisy, or of shares.
@@ -571,11 +545,11 @@ def repeated_tests(
         raise invalid("repeat", "1 for a model that is not noisy", options.repeat, remedy)
     if options.repeat > 1 and options.share:
         raise invalid("repeat", "1 with a share, which has one run", options.repeat)
-    first = run_of_sequence(problem, n_points, options, keep=keep, runner=runner)
+    first = run_of_sequence(problem, n_points, options, pieces=pieces)
     table = tested(first)
     options = replace(options, more=False)
     for repeat in range(2, options.repeat + 1):
-        run = run_of_sequence(problem, first.n_points, options, runner=runner, repeat=repeat)
+        run = run_of_sequence(problem, first.n_points, options, pieces=pieces, repeat=repeat)
         tests = tested(run)
         table = table.extended(renumbered(tests, tests.numbers + table.numbers.max()))
     return first, table

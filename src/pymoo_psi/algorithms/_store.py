@@ -6,8 +6,8 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from typing import Any
 
@@ -35,7 +35,6 @@ from pymoo_psi.table import (
     limits_of,
 )
 
-Recall = Callable[[Points], TestTable]
 _OVER = "; over when the run began"
 # Seconds between two looks at what people ask; each look takes about a millisecond.
 _SECONDS = 0.5
@@ -53,21 +52,23 @@ class Store:
         empty: This table.
         origin: Where the designs come from, for the readers of the study.
         advice: What is kept when a run is interrupted, and how it goes on.
+        has_other_runs: Whether the study has other runs, which may have tested the same designs.
     """
 
+    has_other_runs = False
     advice = "no test is kept; with study='FILE.db' the same call would go on from the last"
 
     def __init__(self, table: TestTable) -> None:
         self.empty = table
         self.origin = ""
 
-    @contextmanager
-    def session(self) -> Iterator[Recall]:
-        """Yield a function that recalls tests; it locks the study when a test is missing.
+    def writing(self) -> AbstractContextManager[None]:
+        """Keep other processes from adding to the run during the body of a ``with`` statement."""
+        return nullcontext()
 
-        The lock is released at the end of the body.
-        """
-        yield self.recall
+    def test_points(self, first: int) -> Numbers:
+        """Return the test points of the run that have a test, increasing, from ``first`` on."""
+        return np.zeros(0, dtype=np.int64)
 
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
@@ -130,7 +131,6 @@ class StudyStore(Store):
     Attributes:
         study: The study.
         run: The number of the run in it.
-        has_other_runs: Whether it has others, which may have tested the same designs.
 
     Raises:
         ArgumentValueError: The study is a folder without a share, or a file with one.
@@ -173,15 +173,14 @@ class StudyStore(Store):
             with self.study.changes() as database:
                 database.complete(model.completed)
 
-    @contextmanager
-    def session(self) -> Iterator[Recall]:
-        """Yield a function that recalls tests; it locks the study when a test is missing."""
-        with ExitStack() as lock:
-            yield _Session(self, lock).recall
-
     def writing(self) -> AbstractContextManager[None]:
         """Keep other processes from adding to the run during the body of a ``with`` statement."""
         return self.study.writing(self.run)
+
+    def test_points(self, first: int) -> Numbers:
+        """Return the test points of the run that have a test, increasing, from ``first`` on."""
+        with self.study.reading() as database:
+            return database.test_points(self.run, first)
 
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
@@ -317,9 +316,7 @@ class StudyStore(Store):
         first = self._first_planned
         last = self._last_planned
         n_planned = max(last - first + 1, 0)
-        with self.study.reading() as database:
-            stored = database.test_points(self.run, first)
-        if np.isin(self._part.numbers(first, last), stored).all():
+        if np.isin(self._part.numbers(first, last), self.test_points(first)).all():
             return n_planned + n_more
         return n_planned
 
@@ -362,42 +359,6 @@ class StudyStore(Store):
         """Store proposals; return those that are stored under their numbers now."""
         with self.writing(), self.study.changes() as database:
             return database.propose(self.run, proposals)
-
-
-class _Session:
-    """Recalls tests while a run is at work; it locks the study when a test is missing.
-
-    Args:
-        store: The store of the run.
-        lock: What releases the lock when it is closed.
-    """
-
-    def __init__(self, store: StudyStore, lock: ExitStack) -> None:
-        self._store = store
-        self._lock = lock
-        self._is_locked = False
-        self._stored = np.zeros(0, dtype=np.int64)  # test points, as of the last look
-
-    def recall(self, points: Points) -> TestTable:
-        """Return the stored tests of points, as :meth:`Store.recall`."""
-        if not self._is_locked and not self._are_stored(points).all():
-            self._look(points)
-            if not self._are_stored(points).all():
-                self._lock.enter_context(self._store.writing())
-                self._is_locked = True
-                self._look(points)  # another process may have stored some meanwhile
-        if self._store.has_other_runs or self._are_stored(points).any():
-            return self._store.recall(points)
-        return self._store.empty
-
-    def _are_stored(self, points: Points) -> Mask:
-        """``(n,)`` which of n points had tests at the last look."""
-        return np.isin(points.numbers, self._stored)
-
-    def _look(self, points: Points) -> None:
-        """Learn which test points have tests, from the first of the points on."""
-        with self._store.study.reading() as database:
-            self._stored = database.test_points(self._store.run, int(points.numbers[0]))
 
 
 def _study_of(options: RunOptions) -> Study:

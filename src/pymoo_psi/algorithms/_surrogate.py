@@ -154,7 +154,7 @@ class SurrogatePSI(PointAlgorithm):
         self._n_sequence = integer("n_points", n_points, minimum=1)
         super().__init__(n_evaluations, run, None, **keywords)
 
-    def begin(self, options: RunOptions, may_end_early: bool) -> Run:
+    def begin(self, options: RunOptions) -> Run:
         """Return the run of ``self.problem``; see :class:`PointAlgorithm`."""
         self.seed = self.seed or 0
         batches = self._batch or _DEFAULT_BATCHES
@@ -166,7 +166,6 @@ class SurrogatePSI(PointAlgorithm):
             self.problem,
             self.n_points,
             options,
-            may_end_early=may_end_early,
             method=method,
             n_first=self._n_sequence,
         )

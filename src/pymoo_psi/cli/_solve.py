@@ -20,6 +20,7 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import Received, counted, invalid
 from pymoo_psi.algorithms import (
     Model,
+    Pieces,
     Recorded,
     Run,
     RunOptions,
@@ -289,7 +290,8 @@ def _by_psi(task: Task, show: Show) -> Result:
                 tables.append(block.tests)
         return by_number(tables)
 
-    _, tests = repeated_tests(tested, task.problem, task.n_points, options, runner=task.runner)
+    pieces = Pieces(task.runner)
+    _, tests = repeated_tests(tested, task.problem, task.n_points, options, pieces)
     return _result(task, tests, tally.n_evaluated)
 
 
