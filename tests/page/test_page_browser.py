@@ -16,7 +16,7 @@ import pytest
 
 from pymoo_psi import rank_of_efficiency
 from pymoo_psi.page import FurtherTests, decision_page
-from pymoo_psi.table import Formulation, group_sentences, read_table, separation_sentences
+from pymoo_psi.table import Formulation, positions_frame, read_table, separation_sentences
 from tests.beams import OBJECTIVES, beams, page_of_beams
 from tests.formulas import CELLS, INERT
 from tests.processes import LONG
@@ -524,11 +524,10 @@ def test_a_group_decides(visit, page_file, member, tmp_path):
     assert decision.decided["dissent"] == ["Ann"]
     assert [one["name"] for one in decision.positions] == ["Ann", "Ben", "Ben", "Cy"]
     table = read_table(beams(), decision)
-    spoken = group_sentences(table)
-    assert (
-        f"Ben, {decision.positions[2]['date'][:10]}: {choices['Ben']}, before {former} ("
-        in " ".join(spoken)
-    )
+    ben = positions_frame(table).set_index("name").loc["Ben"]
+    assert ben["since"] == decision.positions[2]["date"][:10]
+    assert ben["choice"] == choices["Ben"]
+    assert ben["before"].startswith(f"{former} (")
     assert [fresh.page.locator("#separation li").nth(k).inner_text() for k in range(3)] == [
         *separation_sentences(table)[:3]
     ]

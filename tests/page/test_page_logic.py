@@ -408,7 +408,8 @@ def test_switching_values_are_those_of_python(thorough):
             limits={**state["limits"], **state["categories"]},
         )
         table = read_table(case.frame, asked, variables=["x"])
-        limits = switching_values(table, kinds=["limit"])
+        changes = switching_values(table)
+        limits = changes[changes["kind"] == "limit"]
         told = {(one["name"], one["end"], one["looser"]): one for one in found["switches"]["rows"]}
         assert len(told) == len(limits)
         for row in limits.itertuples():

@@ -31,6 +31,11 @@ def offers(seed, share=0.7, n=40):
     return frame, asked
 
 
+def switching(table, kind, **preference):
+    changes = switching_values(table, **preference)
+    return changes[changes["kind"] == kind].reset_index(drop=True)
+
+
 def first(frame, asked, **limits):
     """Return the names of the optima under other limits; none where nothing is left."""
     ends = {**asked.limits, **limits}
@@ -48,7 +53,7 @@ def test_limits_between_which_the_recommendation_stays(seed, share):
     """Every value that a design has is tried: the first that changes it is the one reported."""
     frame, asked = offers(seed, share)
     best = first(frame, asked)[0]
-    found = switching_values(read_table(frame, asked), kinds=["limit"])
+    found = switching(read_table(frame, asked), "limit")
     assert (found[found["direction"] == "looser"]["value"].notna()).any() == (share < 0.5)
     assert found["exact"].all()
     assert {*found["column"]} == {"price", "days", "gain"}
@@ -104,9 +109,9 @@ def test_values_and_weights_at_which_it_changes():
 
 def test_another_test_of_the_recommended_design_is_no_other_design():
     X, F = [[1], [2], [3]], [[0.0, 4.0], [1.0, 1.0], [4.0, 0.0]]
-    once = switching_values(TestTable.of([1, 2, 3], X, F), kinds=["value"])
+    once = switching(TestTable.of([1, 2, 3], X, F), "value")
     repeated = TestTable.of([1, 2, 3, 4], [*X, X[1]], [*F, F[1]])
-    pd.testing.assert_frame_equal(switching_values(repeated, kinds=["value"]), once)
+    pd.testing.assert_frame_equal(switching(repeated, "value"), once)
 
 
 def test_an_explanation_of_the_optimum_says_until_when_it_stays():
@@ -114,7 +119,7 @@ def test_an_explanation_of_the_optimum_says_until_when_it_stays():
     ranking = table.feasible_ranking()
     why = explain(table)
     assert list(why.switching) == table.switching()
-    changes = switching_values(table, kinds=["limit"])
+    changes = switching(table, "limit")
     known = changes.dropna(subset=["value", "design"])
     assert len(known)
     for name in known["design"]:
@@ -126,11 +131,10 @@ def test_an_explanation_of_the_optimum_says_until_when_it_stays():
 
 def test_a_weight_of_0_only_grows():
     table = read_table(*offers(1))
-    found = switching_values(table, kinds=["weight"], weights={"price": 0.0})
+    found = switching(table, "weight", weights={"price": 0.0})
     assert found[found["column"] == "price"]["direction"].tolist() == ["more"]
 
 
 def test_wrong_arguments():
     table = read_table(*offers(1))
-    for arguments in ({"kinds": ["label"]}, {"weights": {"mass": 2}}):
-        refused("must be", switching_values, table, **arguments)
+    refused("must be", switching_values, table, weights={"mass": 2})

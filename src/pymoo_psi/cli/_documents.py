@@ -53,10 +53,12 @@ from pymoo_psi.table import (
     TestTable,
     confidence_sentence,
     constraint_costs,
+    decision_sentences,
     format_of,
-    group_sentences,
     number_column,
+    positions_frame,
     read_table,
+    separation_sentences,
     suffixes_for,
 )
 
@@ -114,7 +116,9 @@ def run_rank(options: Options) -> int:
         write_frame(frame, options.out, designs)
 
     say_source(path, table, formulation)
-    say(*group_sentences(table))
+    if formulation.positions:
+        print_frame(positions_frame(table), "Positions:")
+    say(*separation_sentences(table), *decision_sentences(formulation.decided))
     _say_set(path, designs, ranking)
     say_best(frame, "The best compromises, by place:", table, options.out)
     say(*table.switching())

@@ -1088,7 +1088,7 @@ function separation(data, ranking, positions) {
   const held = latest(positions).filter(({chosen}) => data.rowOf.has(chosen))
   const row = ({chosen}) => data.rowOf.get(chosen)
   const sentences = held.flatMap((one, k) => held.slice(0, k).flatMap((other) => one.chosen === other.chosen ? [] : [
-    against(data, "apart", row(one), row(other), {name: one.name, other: other.name, base: other.chosen}),
+    against(data, "apart", row(one), row(other), {name: one.name, holder: other.name}),
     reconciled(data, one, other), reconciled(data, other, one)]))
   if (!sentences.length || !ranking.count) return sentences
   const regret = (i, {weights, chosen}) => {

@@ -35,8 +35,6 @@ from pymoo_psi.table import (
     confidence_sentence,
     constraint_costs,
     convergence,
-    latest_positions,
-    limit_text,
 )
 
 _REASONS = 12  # of failures in the table, the most frequent ones
@@ -170,30 +168,6 @@ def _gain(gain: float) -> str:
     return f"{number(abs(gain))} {word}"
 
 
-def positions(table: TestTable) -> pd.DataFrame:
-    """Return who holds which design since when, under which limits and weights, and why."""
-    rows = []
-    for position in latest_positions(table.formulation.positions):
-        name = position["name"]
-        history = [one for one in table.formulation.positions if one["name"] == name]
-        before = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
-        under = written_limits(table.under(limits=position["limits"]))
-        for word, key in (("weight", "weights"), ("aspiration", "aspiration")):
-            for objective, value in position[key].items():
-                under.append(f"{word} of {objective} {number(value)}")
-        row = {
-            "name": name,
-            "since": position["date"][:10],
-            "choice": position["chosen"] or "none",
-            "before": ", ".join(before),
-            "under": "; ".join(under),
-            "why": position["reason"],
-        }
-        rows.append(row)
-    frame = pd.DataFrame(rows)
-    return frame.loc[:, (frame != "").any()]
-
-
 # The tests: how many there are, what limits cost, and why tests failed or designs are incomplete
 
 
@@ -230,6 +204,8 @@ def failures(table: TestTable) -> pd.DataFrame:
     """Return the reasons why rows have no values, the most frequent first."""
     tests = [*table.reasons]
     reasons = alike(table.reasons.values())
+    if table.layout.words.row == "design":
+        reasons = [reason.replace(" is nan", " is missing") for reason in reasons]
     rows = []
     for reason, count in Counter(reasons).most_common(_REASONS):
         first = tests[reasons.index(reason)]
@@ -252,15 +228,6 @@ def verdict(table: TestTable) -> str:
 
 
 # Limits
-
-
-def written_limits(table: TestTable) -> list[str]:
-    """Return the limits as they can be typed, with their units."""
-    texts = []
-    for name, limit in table.limits.items():
-        unit = table.layout.units.get(name, "")
-        texts.append(f"{limit_text(name, limit)} {unit}".strip())
-    return texts
 
 
 def limit_costs(table: TestTable) -> tuple[pd.DataFrame, list[str]]:

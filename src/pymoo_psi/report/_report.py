@@ -37,8 +37,10 @@ from pymoo_psi.table import (
     decision_sentences,
     difference,
     latest_positions,
+    positions_frame,
     read_table,
     separation_sentences,
+    written_limits,
 )
 
 
@@ -103,6 +105,8 @@ class DecisionReport(Framed):
             text = environment.get_template("report.html").render(
                 fingerprint=_fingerprint(record),
                 separation=separation_sentences(self._table),
+                positions=positions_frame(self._table),
+                limits=written_limits(self._table),
                 decided=decision_sentences(formulation.decided),
                 names=[position["name"] for position in latest_positions(formulation.positions)],
                 title=self.title,

@@ -67,6 +67,7 @@ from ._repeats import confidence_sentence as confidence_sentence
 from ._repeats import has_errors as has_errors
 from ._source import source_columns as source_columns
 from ._switching import decision_sentences as decision_sentences
-from ._switching import group_sentences as group_sentences
 from ._switching import latest_positions as latest_positions
+from ._switching import positions_frame as positions_frame
 from ._switching import separation_sentences as separation_sentences
+from ._switching import written_limits as written_limits

@@ -1,13 +1,15 @@
 """The values of limits, objectives and weights at which another design is recommended.
 
 The recommended design is the Salukvadze optimum of the designs within the limits or, for weights,
-the first by the achievement function. Every answer comes from ranking again, also what would make
-several people agree, at the end of this file.
+the first by the achievement function. A path has the values of a limit, an objective or a weight in
+one direction, and ranks again at each of them; the first value at which the design is recommended
+no more is the answer. What would make several people agree is found by ranking again, too, in the
+second half of this file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -21,14 +23,13 @@ from pymoo_psi.pareto import (
     least_weighted,
     listed,
     nearest_to_ideal,
-    nondominated,
     number,
     percent,
     sentence,
     terms_from,
     without_rounding,
 )
-from pymoo_psi.table._formulation import OPEN, ends
+from pymoo_psi.table._formulation import OPEN, ends, limit_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,9 +39,6 @@ if TYPE_CHECKING:
 
 Position: TypeAlias = Mapping[str, Any]
 """A name with its date, choice, limits, weights and aspirations, as a formulation has it."""
-
-At: TypeAlias = Callable[[float], Rows]
-"""Returns the rows that are recommended at a value."""
 
 # Up to this number of values each is tried; of more, every 64th part, which is then halved.
 _MOST_STEPS = 200
@@ -53,37 +51,9 @@ _GREATEST_FACTOR = 1024.0  # by which a weight is multiplied at most
 _DOUBLINGS = 10  # how often a weight is doubled, at most, so that two people agree
 
 
-class _Change(NamedTuple):
-    """A row of :func:`switching_values`."""
-
-    kind: str
-    column: str
-    end: str
-    direction: str
-    present: float
-    value: float
-    design: str | None
-    exact: bool
-
-
-class _First(NamedTuple):
-    """The first step at which a design is recommended no more.
-
-    Attributes:
-        value: The value there, NaN if there is none.
-        design: The name of the design that is recommended there, None if there is none.
-        exact: Whether every step before was tried.
-    """
-
-    value: float
-    design: str | None
-    exact: bool
-
-
 def switching_values(
     table: TestTable,
     *,
-    kinds: Collection[str] = ("limit", "value", "weight"),
     weights: Mapping[str, float] | None = None,
     aspiration: Mapping[str, float] | None = None,
 ) -> pd.DataFrame:
@@ -97,7 +67,6 @@ def switching_values(
 
     Args:
         table: The tests, under the formulation with the limits.
-        kinds: What changes: "limit", "value", "weight".
         weights: Weights of objectives by name, 1 by default. With weights or an aspiration, the
             recommendation is the first design of the achievement function, see
             :class:`~pymoo_psi.ReferencePoint`.
@@ -113,7 +82,7 @@ def switching_values(
         tried in 64 steps, between which the change is found by bisection.
 
     Raises:
-        ArgumentValueError: No design is feasible, a weight names no objective, or a kind is none.
+        ArgumentValueError: No design is feasible, or a weight names no objective.
 
     Example:
         >>> from pymoo_psi import TestTable
@@ -126,199 +95,191 @@ def switching_values(
     """
     import pandas as pd
 
-    for kind in kinds:
-        known_name("kinds", kind, ("limit", "value", "weight"))
     preference = {"weights": weights or {}, "aspiration": aspiration or {}}
     for name, values in preference.items():
         for column in mapping(name, values, "objectives to numbers"):
             known_name(name, column, table.layout.objectives)
-    search = _Search(table)
-    changes: list[_Change] = []
-    if "limit" in kinds:
-        changes += search.of_limits()
-    if "value" in kinds:
-        changes += search.of_values()
-    if "weight" in kinds and (weights or aspiration):
-        changes += search.of_weights(preference)
-    frame = pd.DataFrame(changes, columns=_Change._fields)
-    designs = [change.design for change in changes]
+    paths = [*_of_limits(table), *_of_values(table)]
+    if weights or aspiration:
+        paths += _of_weights(table, preference)
+    columns = ["kind", "column", "end", "direction", "present", "value", "design", "exact"]
+    changes = [_change(table, path) for path in paths]
+    frame = pd.DataFrame(changes, columns=columns)
+    designs = [change[columns.index("design")] for change in changes]
     frame["design"] = pd.Series(designs, index=frame.index, dtype=object)  # None stays None
     return frame
 
 
-class _Search:
-    """Changes of the recommended design of a table.
+class _Path(NamedTuple):
+    """Values of a limit, an objective or a weight, in the order in which they are tried.
 
     Attributes:
-        is_eligible: ``(n,)`` which tests are recommendable under all limits.
-        optimal: ``(n,)`` which of them are Pareto optimal.
-        frame: The points U and N and the scale of its ranking.
-        designs: Rows of its designs, each the first of the tests that repeat it.
-        best: Row of the test that is recommended.
+        kind: "limit", "value" or "weight".
+        column: Its column.
+        end: "lower" or "upper", of a limit.
+        direction: As in :func:`switching_values`.
+        present: The present value.
+        values: ``(k,)`` the values to be tried.
+        at: Returns the rows that are recommended at the i-th of them.
+        best: Row of the design that is recommended at present.
+        back: What is subtracted from a value for the last one at which the design stays.
     """
 
-    def __init__(self, table: TestTable) -> None:
-        self.table = table
-        self.layout = table.layout
-        self.F = table.F
-        self.is_eligible = table.eligible()
-        self.optimal = self._optimal(self.is_eligible)
-        ranking = table.feasible_ranking()
-        self.frame = ranking.frame
-        self.designs = ranking.rows
-        self.best = ranking.rows[ranking.salukvadze[0]]
+    kind: str
+    column: str
+    end: str
+    direction: str
+    present: float
+    values: Array
+    at: Callable[[float], Rows]
+    best: int
+    back: float = 0.0
 
-    def _optimal(self, is_eligible: Mask) -> Mask:
-        """Return ``(n,)`` which tests of a mask are Pareto optimal among them."""
-        optimal = is_eligible.copy()
-        optimal[is_eligible] = nondominated(self.F[is_eligible])
-        return optimal
 
-    def first_change(self, steps: Array, at: At, best: int) -> _First:
-        """Return the first of some steps at which a design is recommended no more.
-
-        Args:
-            steps: ``(k,)`` values in the order in which they are tried.
-            at: Returns what is recommended at a value.
-            best: Row of the design.
-        """
-        count = len(steps)
-        is_exact = count <= _MOST_STEPS
-        stride = 1
-        if not is_exact:
-            stride = -(-count // _PARTS)
-        before = -1
-        while before < count - 1:
-            step = min(before + stride, count - 1)
-            rows = at(steps[step])
-            if best in rows:
-                before = step
-                continue
-            while step - before > 1:
-                middle = (step + before) // 2
-                rows_there = at(steps[middle])
-                if best in rows_there:
-                    before = middle
-                else:
-                    step, rows = middle, rows_there
-            design = None
+def _change(table: TestTable, path: _Path) -> tuple[Any, ...]:
+    """Return a row of :func:`switching_values`: the first value of a path with another design."""
+    count = len(path.values)
+    is_exact = count <= _MOST_STEPS
+    stride = 1
+    if not is_exact:
+        stride = -(-count // _PARTS)
+    value = np.nan
+    design = None
+    before = -1
+    while before < count - 1:
+        step = min(before + stride, count - 1)
+        rows = path.at(path.values[step])
+        while path.best not in rows and step - before > 1:
+            middle = (step + before) // 2
+            rows_there = path.at(path.values[middle])
+            if path.best in rows_there:
+                before = middle
+            else:
+                step, rows = middle, rows_there
+        if path.best not in rows:
+            value = path.values[step] - path.back
             if len(rows):
-                design = str(self.table.names[rows[0]])
-            return _First(float(steps[step]), design, is_exact)
-        return _First(np.nan, None, is_exact)
+                design = str(table.names[rows[0]])
+            break
+        before = step
+    return (*path[:5], value, design, is_exact)
 
-    def of_limits(self) -> Iterator[_Change]:
-        """Yield the changes as limits are tightened, set or loosened."""
-        for name in dict.fromkeys([*self.layout.objectives, *self.layout.columns]):
-            pair = self._limit(name)
-            worse = ""
-            if name in self.layout.objectives:
-                worse = "lower" if name in self.layout.maximize else "upper"
-            for end, limit in zip(("lower", "upper"), pair, strict=True):
-                is_set = np.isfinite(limit)
-                # On the worse side of an objective a limit rejects no design without those that it
-                # dominates: only Pareto-optimal designs count.
-                if end == worse:
-                    yield self.of_limit(name, end, limit, self.optimal, "tighter")
-                elif is_set:
-                    yield self.of_limit(name, end, limit, self.is_eligible, "tighter")
-                if is_set:
-                    free = (OPEN[0], pair[1])
-                    if end == "upper":
-                        free = (pair[0], OPEN[1])
-                    limits = {**self.table.limits, name: free}
-                    candidates = self.table.under(limits=limits).eligible()
-                    if end == worse:
-                        candidates = self._optimal(candidates)
-                    yield self.of_limit(name, end, limit, candidates, "looser")
 
-    def of_limit(
-        self, name: str, end: str, limit: float, candidates: Mask, direction: str
-    ) -> _Change:
-        """Return the change as a limit moves over the values that candidates have.
+def _of_limits(table: TestTable) -> Iterator[_Path]:
+    """Yield the paths of limits that are tightened, set or loosened.
 
-        Args:
-            name: The column.
-            end: The end.
-            limit: The limit, infinite if there is none.
-            candidates: ``(n,)`` which tests are within the other limits and, unless it is loosened,
-                within this.
-            direction: "tighter" or "looser".
-        """
-        sign = 1.0
-        if end == "lower":
-            sign = -1.0
-        values = sign * self.table.column(name).astype(np.float64)
-        steps = np.flip(np.unique(values[candidates]))
-        if direction == "looser":
-            steps = np.flip(steps[steps > sign * limit])
+    On the worse side of an objective a limit rejects no design without those that it dominates:
+    only Pareto-optimal designs count.
+    """
+    layout = table.layout
+    for name in dict.fromkeys([*layout.objectives, *layout.columns]):
+        pair = _limit(table, name)
+        for k, end in enumerate(("lower", "upper")):
+            is_worse = name in layout.objectives and (end == "lower") == (name in layout.maximize)
+            if is_worse or np.isfinite(pair[k]):
+                yield _of_limit(table, table, name, k, "tighter", is_worse)
+            if np.isfinite(pair[k]):
+                free = [*pair]
+                free[k] = OPEN[k]
+                other = table.under(limits={**table.limits, name: free})
+                yield _of_limit(table, other, name, k, "looser", is_worse)
 
-        def at(value: float) -> Rows:
-            within = values <= value
-            if direction == "tighter":  # each step leaves out the designs with its value
-                within &= values < value
-            return _recommended(self.frame, candidates & within, self.F)
 
-        value, design, exact = self.first_change(steps, at, self.best)
-        present = np.nan
-        if np.isfinite(limit):
-            present = limit
-        return _Change("limit", name, end, direction, present, sign * value, design, exact)
+def _of_limit(
+    table: TestTable, other: TestTable, name: str, k: int, direction: str, is_worse: bool
+) -> _Path:
+    """Return the path of an end of a limit over the values that designs have.
 
-    def _limit(self, name: str) -> tuple[float, float]:
-        """Return the ends of the limit on a column, open ones for texts and without a limit."""
-        limit = self.table.limits.get(name, OPEN)
-        if isinstance(limit, list):
-            return OPEN
-        return limit
+    Args:
+        table: The tests.
+        other: The same, without this end of the limit if it is loosened.
+        name: The column.
+        k: 0 for the lower end, 1 for the upper one.
+        direction: "tighter" or "looser".
+        is_worse: Whether the end is on the worse side of an objective.
+    """
+    candidates = other.eligible()
+    if is_worse:
+        candidates = other.pareto()
+    sign = 2 * k - 1  # values that a tighter limit rejects first are the greatest
+    values = sign * table.column(name).astype(np.float64)
+    limit = _limit(table, name)[k]
+    steps = np.unique(values[candidates])
+    is_within: np.ufunc = np.less  # each step leaves out the designs with its value
+    if direction == "looser":
+        steps = steps[steps > sign * limit]
+        is_within = np.less_equal
+    else:
+        steps = np.flip(steps)
+    ranking = table.feasible_ranking()
 
-    def of_values(self) -> Iterator[_Change]:
-        """Yield the changes as an objective of the recommended design is another one."""
-        # Designs that neither are Pareto optimal nor dominated by this one never count.
-        candidates = self.optimal | (self.is_eligible & (self.F[self.best] <= self.F).all(axis=1))
-        # Another test of the recommended design is no other design.
-        candidates &= np.isin(np.arange(len(candidates)), self.designs)
-        for j, name in enumerate(self.layout.objectives):
-            length = np.ptp(self.F[self.optimal, j])
-            if length > 0:
-                yield self.moved(j, name, "better", -length, candidates)
-                yield self.moved(j, name, "worse", length, candidates)
+    def at(value: float) -> Rows:
+        within = candidates & is_within(values, sign * value)
+        return _recommended(ranking.frame, within, table.F)
 
-    def moved(self, j: int, name: str, direction: str, length: float, candidates: Mask) -> _Change:
-        """Return the change as objective j of the recommended design moves by up to a length."""
-        sign = self.layout.sign[j]
-        start = self.F[self.best, j]
-        low, high = self._limit(name)
-        steps = start + length * _FINE
-        if self.frame.is_fixed:  # nothing is better than a fixed range
-            steps = steps[steps >= self.frame.ideal[j]]
+    present = limit if np.isfinite(limit) else np.nan
+    best = ranking.rows[ranking.salukvadze[0]]
+    end = ("lower", "upper")[k]
+    return _Path("limit", name, end, direction, present, sign * steps, at, best)
 
-        def at(value: float) -> Rows:
-            F = self.F.copy()
-            F[self.best, j] = value
-            mask = candidates.copy()
-            mask[self.best] = low <= sign * value <= high
-            return _recommended(self.frame, mask, F)
 
-        value, design, exact = self.first_change(steps, at, self.best)
-        value -= length * _FINE[0]  # the value up to which the design stays
-        return _Change("value", name, "", direction, sign * start, sign * value, design, exact)
+def _limit(table: TestTable, name: str) -> tuple[float, float]:
+    """Return the ends of the limit on a column, open ones for texts and without a limit."""
+    limit = table.limits.get(name, OPEN)
+    if isinstance(limit, list):
+        return OPEN
+    return limit
 
-    def of_weights(self, preference: Position) -> Iterator[_Change]:
-        """Yield the changes of the first design by weights and aspirations."""
-        first = _first_by_weights(self.table, preference)
-        for name in self.layout.objectives:
-            at = partial(first, name)
-            present = float(preference["weights"].get(name, 1.0))
-            best = at(present)[0]
-            for direction, factor in (("less", 1 / _GREATEST_FACTOR), ("more", _GREATEST_FACTOR)):
-                steps = present * factor**_FINE
-                if present == 0:
-                    if direction == "less":
-                        continue
-                    steps = _FINE
-                change = self.first_change(steps, at, best)
-                yield _Change("weight", name, "", direction, present, *change)
+
+def _of_values(table: TestTable) -> Iterator[_Path]:
+    """Yield the paths of each objective of the recommended design."""
+    ranking = table.feasible_ranking()
+    best = ranking.rows[ranking.salukvadze[0]]
+    optimal = table.pareto()
+    # Designs that neither are Pareto optimal nor dominated by this one never count, nor does
+    # another test of the recommended design.
+    candidates = np.zeros(len(table), dtype=bool)
+    candidates[ranking.rows] = True
+    candidates &= optimal | (table.F[best] <= table.F).all(axis=1)
+
+    def moved(j: int, value: float) -> Rows:
+        """Return what is recommended where objective j of the design has another value."""
+        low, high = _limit(table, table.layout.objectives[j])
+        F = table.F.copy()
+        F[best, j] = value * table.layout.sign[j]
+        mask = candidates.copy()
+        mask[best] = low <= value <= high
+        return _recommended(ranking.frame, mask, F)
+
+    for j, name in enumerate(table.layout.objectives):
+        sign = table.layout.sign[j]
+        start = table.F[best, j]
+        length = np.ptp(table.F[optimal, j])
+        if length == 0:
+            continue
+        for direction, way in (("better", -length), ("worse", length)):
+            steps = start + way * _FINE
+            if ranking.frame.is_fixed:  # nothing is better than a fixed range
+                steps = steps[steps >= ranking.frame.ideal[j]]
+            back = sign * way * _FINE[0]
+            at = partial(moved, j)
+            yield _Path("value", name, "", direction, sign * start, sign * steps, at, best, back)
+
+
+def _of_weights(table: TestTable, preference: Position) -> Iterator[_Path]:
+    """Yield the paths of the weights, of the first design by weights and aspirations."""
+    first = _first_by_weights(table, preference)
+    for name in table.layout.objectives:
+        at = partial(first, name)
+        present = float(preference["weights"].get(name, 1.0))
+        best = at(present)[0]
+        if present > 0:
+            less = present * (1 / _GREATEST_FACTOR) ** _FINE
+            yield _Path("weight", name, "", "less", present, less, at, best)
+        more = _FINE
+        if present > 0:
+            more = present * _GREATEST_FACTOR**_FINE
+        yield _Path("weight", name, "", "more", present, more, at, best)
 
 
 def _recommended(frame: UtopianFrame, mask: Mask, F: Array) -> Rows:
@@ -360,16 +321,14 @@ def switching_sentences(table: TestTable) -> list[str]:
     ranking = table.feasible_ranking()
     if ranking.pareto.sum() > _MOST_DESIGNS:
         return []
-    frame = switching_values(table, kinds=("limit", "value"))
+    changes: dict[str, list[str]] = {"limit": [], "value": []}
+    for row in switching_values(table).dropna(subset="value").to_dict("records"):
+        name = row["column"]
+        value = _limit_words(table, name, row["end"], row["value"])
+        other = row["design"] or "none"
+        changes[row["kind"]].append(sentence("until", column=name, value=value, other=other))
     design = ranking.name_of(int(ranking.salukvadze[0]))
     names = {"stays": capital(design), "stays by value": design}
-    changes: dict[str, list[str]] = {"limit": [], "value": []}
-    for row in frame[frame["value"].notna()].to_dict("records"):
-        unit = table.layout.units.get(row["column"], "")
-        value = f"{_limit_words(row['end'], row['value'])} {unit}".strip()
-        other = row["design"] or "none"
-        text = sentence("until", column=row["column"], value=value, other=other)
-        changes[row["kind"]].append(text)
     sentences = []
     for texts, (template, name) in zip(changes.values(), names.items(), strict=True):
         if texts:
@@ -377,13 +336,18 @@ def switching_sentences(table: TestTable) -> list[str]:
     return sentences
 
 
-def _limit_words(end: str, value: float) -> str:
-    """Return a limit, or without an end a value, rounded so that the limit lets the value pass."""
-    if end == "upper":
-        return f"at most {number(_rounded(value, ROUND_CEILING), 6)}"
-    if end == "lower":
-        return f"at least {number(_rounded(value, ROUND_FLOOR), 6)}"
-    return number(value)
+def _limit_words(table: TestTable, name: str, end: str, value: float) -> str:
+    """Return an end of a limit on a column, or without an end a value, with its unit."""
+    words = {"": number(value)}
+    words["lower"] = f"at least {number(_outward('lower', value), 6)}"
+    words["upper"] = f"at most {number(_outward('upper', value), 6)}"
+    return f"{words[end]} {table.layout.units.get(name, '')}".strip()
+
+
+def _outward(end: str, value: float) -> float:
+    """Return an end of a limit with six digits, rounded so that it lets the value pass."""
+    rounding = ROUND_FLOOR if end == "lower" else ROUND_CEILING
+    return float(Context(prec=6, rounding=rounding).create_decimal(repr(value)))
 
 
 # Positions of several people
@@ -398,28 +362,43 @@ def latest_positions(positions: Sequence[Position]) -> list[Position]:
     return [*{one["name"]: one for one in positions}.values()]
 
 
-def group_sentences(table: TestTable) -> list[str]:
-    """Return the positions of a table's formulation, what separates them, and what was decided."""
-    formulation = table.formulation
-    sentences = position_sentences(formulation.positions)
-    sentences += separation_sentences(table)
-    return sentences + decision_sentences(formulation.decided)
+def positions_frame(table: TestTable) -> pd.DataFrame:
+    """Return who holds which design since when, under which limits and weights, and why.
+
+    Returns:
+        Texts, one row for each name; empty columns are omitted.
+    """
+    import pandas as pd
+
+    rows = []
+    for position in latest_positions(table.formulation.positions):
+        name = position["name"]
+        history = [one for one in table.formulation.positions if one["name"] == name]
+        before = [f"{one['chosen'] or 'none'} ({one['date'][:10]})" for one in history[:-1]]
+        under = written_limits(table.under(limits=position["limits"]))
+        for word, key in (("weight", "weights"), ("aspiration", "aspiration")):
+            for objective, value in position[key].items():
+                under.append(f"{word} of {objective} {number(value)}")
+        row = {
+            "name": name,
+            "since": position["date"][:10],
+            "choice": position["chosen"] or "none",
+            "before": ", ".join(before),
+            "under": "; ".join(under),
+            "why": position["reason"],
+        }
+        rows.append(row)
+    frame = pd.DataFrame(rows)
+    return frame.loc[:, (frame != "").any()]
 
 
-def position_sentences(positions: Sequence[Position]) -> list[str]:
-    """Return what each name holds since when, and what it held before."""
-    sentences = []
-    for latest in latest_positions(positions):
-        before = []
-        for position in positions:
-            if position["name"] == latest["name"] and position is not latest:
-                before.append(f"{position['chosen'] or 'none'} ({position['date'][:10]})")
-        design = latest["chosen"] or "none"
-        if before:
-            design += f", before {', '.join(before)}"
-        text = sentence("position", name=latest["name"], date=latest["date"][:10], design=design)
-        sentences.append(text)
-    return sentences
+def written_limits(table: TestTable) -> list[str]:
+    """Return the limits of a table as they can be typed, with their units."""
+    texts = []
+    for name, limit in table.limits.items():
+        unit = table.layout.units.get(name, "")
+        texts.append(f"{limit_text(name, limit)} {unit}".strip())
+    return texts
 
 
 def decision_sentences(decided: Position | None) -> list[str]:
@@ -436,11 +415,11 @@ def decision_sentences(decided: Position | None) -> list[str]:
 
 def separation_sentences(table: TestTable) -> list[str]:
     """Return what separates the positions of a table's formulation, and what all regret least."""
-    if not table.formulation.positions:
+    latest = latest_positions(table.formulation.positions)
+    if not latest:
         return []
     free = table.under(limits={}).feasible_ranking()
     rows = {free.name_of(row): row for row in range(len(free.rows))}
-    latest = latest_positions(table.formulation.positions)
     positions = [position for position in latest if position["chosen"] in rows]
     sentences = []
     for k, one in enumerate(positions):
@@ -448,17 +427,12 @@ def separation_sentences(table: TestTable) -> list[str]:
             if one["chosen"] == other["chosen"]:
                 continue
             pair = compare_designs(free, rows=[rows[other["chosen"]], rows[one["chosen"]]])
-            text = sentence(
-                "apart",
-                name=one["name"],
-                other=other["name"],
-                design=one["chosen"],
-                base=other["chosen"],
-                difference=pair.difference(1),
-            )
-            sentences.append(text)
-            sentences.append(_reconciled(table, free.frame, one, other, pair.gains[1] < 0))
-            sentences.append(_reconciled(table, free.frame, other, one, pair.gains[1] > 0))
+            gains = pair.gains[1]
+            sentences += [
+                pair.sentence("apart", 1, name=one["name"], holder=other["name"]),
+                _reconciled(table, free.frame, one, other, gains < 0),
+                _reconciled(table, free.frame, other, one, gains > 0),
+            ]
     if sentences and table.eligible().any():
         choices = free.objectives.minimized[[rows[one["chosen"]] for one in positions]]
         sentences.append(_least_regret(table, positions, choices, free.lengths))
@@ -480,20 +454,22 @@ def _least_regret(
         lengths: ``(m,)`` the ranges.
     """
     ranking = table.feasible_ranking()
-    front = ranking.objectives.minimized[ranking.pareto]
-    values = without_rounding(np.vstack([choices, front]))
-    columns = []
-    for position, choice in zip(positions, values, strict=False):
-        weights = np.array([position["weights"].get(name, 1.0) for name in table.layout.objectives])
-        losses = (values[len(positions) :] - choice) / lengths * (weights / (weights.max() or 1.0))
-        columns.append(losses.max(axis=1, initial=0.0) + 0.0)  # no -0
-    regrets = np.column_stack(columns)
+    front = np.flatnonzero(ranking.pareto)
+    values = without_rounding(np.vstack([choices, ranking.objectives.minimized[front]]))
+    weights = np.ones(choices.shape)
+    for i, position in enumerate(positions):
+        for name, weight in position["weights"].items():
+            weights[i, table.layout.objectives.index(name)] = weight
+    most = weights.max(axis=1, keepdims=True)
+    weights /= np.where(most > 0, most, 1.0)
+    losses = (values[len(positions) :, None] - values[: len(positions)]) / lengths * weights
+    regrets = losses.max(axis=2, initial=0.0) + 0.0  # no -0
     keys = (regrets.sum(axis=1), regrets.max(axis=1))
     best = np.lexsort(tuple(np.round(key / _TIE) for key in keys))[0]
     texts = []
     for position, regret in zip(positions, regrets[best], strict=True):
         texts.append(f"{position['name']} {percent(regret)}")
-    design = capital(ranking.name_of(int(np.flatnonzero(ranking.pareto)[best])))
+    design = capital(ranking.name_of(int(front[best])))
     return sentence("least regret", design=design, regrets=", ".join(texts))
 
 
@@ -518,33 +494,23 @@ def _reconciled(
     better = np.array(layout.objectives)[is_better].tolist()
     for name in better:
         value = float(table.column(name)[row])
-        low, high = ends(name, one["limits"].get(name, (None, None)))
-        words = "at most"
-        if name in layout.maximize:
-            words = "at least"
-            low = value = _rounded(value, ROUND_FLOOR)
-        else:
-            high = value = _rounded(value, ROUND_CEILING)
-        if low > high:  # the other end rejects that choice
+        k = 0 if name in layout.maximize else 1
+        end = ("lower", "upper")[k]
+        pair = [*ends(name, one["limits"].get(name, OPEN))]
+        pair[k] = _outward(end, value)
+        if pair[0] > pair[1]:  # the other end rejects that choice
             continue
-        is_eligible = table.under(limits={**one["limits"], name: [low, high]}).eligible()
+        is_eligible = table.under(limits={**one["limits"], name: pair}).eligible()
         if row in _recommended(frame, is_eligible, table.F):
-            unit = layout.units.get(name, "")
-            limit = f"{name} {words} {number(value, 6)} {unit}".strip()
+            limit = f"{name} {_limit_words(table, name, end, value)}"
             return sentence("by limit", **names, limit=limit)
     tests = table.under(limits=one["limits"])
-    if not tests.eligible().any():
-        return sentence("not by one", **names)
-    first = _first_by_weights(tests, one)
-    for name in better:
-        weight = one["weights"].get(name) or 1.0
-        for _ in range(_DOUBLINGS):
-            weight *= 2
-            if row in first(name, weight):
-                return sentence("by weight", **names, objective=name, weight=number(weight))
+    if tests.eligible().any():
+        first = _first_by_weights(tests, one)
+        for name in better:
+            weight = one["weights"].get(name) or 1.0
+            for _ in range(_DOUBLINGS):
+                weight *= 2
+                if row in first(name, weight):
+                    return sentence("by weight", **names, objective=name, weight=number(weight))
     return sentence("not by one", **names)
-
-
-def _rounded(value: float, direction: str) -> float:
-    """Return a value with six digits, rounded in the direction in which a limit lets it pass."""
-    return float(Context(prec=6, rounding=direction).create_decimal(repr(value)))
