@@ -30,7 +30,7 @@ from pymoo_psi._validation import (
 )
 from pymoo_psi.errors import ArgumentValueError
 from pymoo_psi.pareto import UtopianFrame, hypervolume, listed, percent
-from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, Key, value_ranks
+from pymoo_psi.table._layout import PROPOSAL_ROUND, RUN, value_ranks
 from pymoo_psi.table._table import TestTable
 
 if TYPE_CHECKING:
@@ -84,13 +84,13 @@ class Histogram:
     outside: tuple[int, int] = (0, 0)
 
 
-def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
+def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
     """Count the tested, feasible and Pareto-optimal designs over the range of a variable.
 
     Args:
         table: The tests.
-        variable: Name or index of the variable; or name of an objective, constraint or output. Bins
-            of the latter span the feasible designs, or all if there are none, except for outliers
+        variable: Name of a variable, objective, constraint or output. Bins of all but variables
+            span the feasible designs, or all if there are none, except for outliers
             beyond three times the interquartile range, which are in no bin.
         bins: The number of equal bins between the bounds of a real variable, or of an integer with
             more than twice as many tested values; other columns have one bin for each value.
@@ -109,17 +109,15 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
     feasible = table.feasible()
     dependent = layout.columns[len(layout.variables) :]
     values: tuple[Any, ...] = ()
-    if isinstance(variable, str) and variable in dependent:
-        name = variable
-        places = table.column(name)
+    if variable in dependent:
+        places = table.column(variable)
         counted_places = places
         if feasible.any():
             counted_places = places[feasible]
         edges = _edges(_near(counted_places), bins)
     else:
         j = layout.variable(variable)
-        name = layout.variables[j]
-        places = table.column(name)
+        places = table.column(variable)
         kind = table.kinds[j]
         bounds = [layout.lower[j], layout.upper[j]]
         many_integers = kind is Kind.INTEGER and len({*places.tolist()}) > 2 * bins
@@ -135,7 +133,7 @@ def histogram(table: TestTable, variable: Key, *, bins: int = 10) -> Histogram:
     places = places.astype(np.float64)  # the array is of objects if variables have several kinds
     inside = places[feasible & np.isfinite(places)]
     return Histogram(
-        variable=name,
+        variable=variable,
         edges=edges,
         values=values,
         tested=np.histogram(places, edges)[0],

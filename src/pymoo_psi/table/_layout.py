@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, TypeAlias
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,8 +41,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.errors import ArgumentTypeError, ArgumentValueError
 from pymoo_psi.pareto import EQ_TOLERANCE
 
-Key: TypeAlias = str | int
-"""A variable or objective: its name, or its index from 0."""
 # Columns that a frame has besides those of the layout.
 RESERVED = ("test_point", "status", "violated", "reason", "pareto")
 ORIGIN = ("experiment", "number")  # extra columns of joined experiments
@@ -295,23 +294,23 @@ class Layout:
         """
         return (name, Kind.LOG) in zip(self.variables, self.kinds, strict=False)
 
-    def variable(self, key: Key) -> int:
-        """Return the index of a variable given by name or index.
+    def variable(self, name: str) -> int:
+        """Return the index of a variable.
 
         Example:
             >>> Layout.of(["width", "height"], 1).variable("height")
             1
         """
-        return index_of("variable", key, self.variables)
+        return self.variables.index(known_name("variable", name, self.variables))
 
-    def objective(self, key: Key) -> int:
-        """Return the index of an objective given by name or index.
+    def objective(self, name: str) -> int:
+        """Return the index of an objective.
 
         Example:
             >>> Layout.of(1, ["mass", "cost"]).objective("cost")
             1
         """
-        return index_of("objective", key, self.objectives)
+        return self.objectives.index(known_name("objective", name, self.objectives))
 
 
 def headings_of(names: Collection[str], units: Mapping[str, str]) -> dict[str, str]:
@@ -335,16 +334,15 @@ def names_of(headings: Sequence[str], units: Mapping[str, str]) -> list[str]:
 
 def joined_layout(layout: Layout, other: Layout) -> Layout:
     """Return a layout with the outputs of another that agrees, their directions and units."""
-    outputs = tuple(dict.fromkeys((*layout.outputs, *other.outputs)))
-    units = {**layout.units, **other.units}
-    # The unit of a column is that of the layout that has the column.
-    for name in set(layout.columns).intersection(layout.units):
-        units[name] = layout.units[name]
-    kinds = layout.kinds or other.kinds
-    if (outputs, units, kinds) == (layout.outputs, layout.units, layout.kinds):
+    if layout is other:
         return layout
-    maximize = tuple(dict.fromkeys((*layout.maximize, *other.maximize)))
-    return replace(layout, outputs=outputs, maximize=maximize, units=units, kinds=kinds)
+    return replace(
+        layout,
+        outputs=tuple(dict.fromkeys((*layout.outputs, *other.outputs))),
+        maximize=tuple(dict.fromkeys((*layout.maximize, *other.maximize))),
+        units={**other.units, **layout.units},
+        kinds=layout.kinds or other.kinds,
+    )
 
 
 def number_column(extra: Collection[str]) -> str:
@@ -384,16 +382,6 @@ def unit_texts(units: Any) -> dict[str, str]:
     return texts
 
 
-def index_of(kind: str, key: Key, names: Sequence[str]) -> int:
-    """Return the index of a column that is given by its name or index."""
-    # Stricter than Python, where -1 is the last one and True is 1.
-    if isinstance(key, (int, np.integer)) and not isinstance(key, bool):
-        if not 0 <= key < len(names):
-            raise invalid(kind, f"a name or an index from 0 to {len(names) - 1}", int(key))
-        return int(key)
-    return names.index(known_name(kind, key, names))
-
-
 def is_writable(text: str) -> bool:
     """Say whether every file can hold a text: it has no NUL and no half of a surrogate pair."""
     # UTF-8 has no code for half a pair, and SQLite's functions and C programs end a text at NUL.
@@ -426,14 +414,20 @@ def design_matrix(
         ArgumentValueError: Rows differ in length, a variable is missing, a number is not finite.
         ArgumentTypeError: A value is neither number nor boolean nor text, or not of its kind.
     """
-    listed = not isinstance(value, np.ndarray)
     array = value
-    if listed:
+    if not isinstance(value, np.ndarray):
         array = _array(name, value, variables)
     if array.ndim != 2:
         received = Received(f"shape {array.shape}")
         raise invalid(name, "two-dimensional (n designs, n_var variables)", received)
-    matrix = _normal(name, array, listed=listed and not kinds)
+    if array.dtype.kind == "f":
+        matrix: AnyArray = np.array(finite_array(name, array), order="C")
+    elif array.dtype.kind in "biu":
+        dtype = np.bool_ if array.dtype.kind == "b" else np.int64
+        matrix = np.array(array, dtype=dtype, order="C")
+    else:
+        are_rows = array is not value
+        matrix = _matrix_of_cells(name, array, real=are_rows and not kinds)
     # Another number of columns is refused where the table is put together.
     stored = tuple(Kind.REAL if kind.real else kind for kind in kinds)
     if len(kinds) != matrix.shape[1] or column_kinds(matrix) == stored:
@@ -452,13 +446,13 @@ def _array(name: str, value: Any, variables: Names | None) -> AnyArray:
     """Return rows, mappings or a frame as an array of objects."""
     if hasattr(value, "itertuples"):  # a frame of pandas
         value = value.to_dict("records")
-    if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable):
+    if not isinstance(value, Iterable):
         raise wrong_type(name, "an array or rows, or a frame of pandas", value)
     rows = list(value)
     if rows and isinstance(rows[0], Mapping):
         variables = variables or list(rows[0])
         for i, row in enumerate(rows):
-            if not isinstance(row, Mapping) or {*row} != {*variables}:
+            if not isinstance(row, Mapping) or row.keys() != {*variables}:
                 rule = f"mappings of the variables {', '.join(map(str, variables))}"
                 raise invalid(name, rule, row)
             rows[i] = [row[variable] for variable in variables]
@@ -468,29 +462,19 @@ def _array(name: str, value: Any, variables: Names | None) -> AnyArray:
         raise ArgumentValueError(f"{name} must be a rectangular array: {error}") from error
 
 
-def _normal(name: str, array: AnyArray, *, listed: bool) -> AnyArray:
-    """Return a new array of the values as they are, of float64, int64, bool or objects.
+def _matrix_of_cells(name: str, array: AnyArray, *, real: bool) -> AnyArray:
+    """Return the cells of a two-dimensional array of objects in normal form.
 
     Args:
         name: Name of the argument, for messages.
-        array: Two-dimensional.
-        listed: Whether whole numbers beside fractions are real numbers if there are no others.
+        array: The cells.
+        real: Whether whole numbers beside fractions are real numbers if there are no others.
     """
-    if array.dtype.kind == "f":
-        return np.array(finite_array(name, array), order="C")
-    if array.dtype.kind in "biu":
-        dtype = np.bool_ if array.dtype.kind == "b" else np.int64
-        return np.array(array, dtype=dtype, order="C")
-    types: set[type] = set()
-    cells = []
-    for row in array.tolist():
-        values = [_plain(name, cell) for cell in row]
-        types.update(map(type, values))
-        cells.append(values)
-    if listed and types == {int, float}:
-        cells = [list(map(float, values)) for values in cells]
+    cells = [[_plain(name, cell) for cell in row] for row in array.tolist()]
+    types = set(map(type, chain.from_iterable(cells))) or {float}
+    if real and types == {int, float}:
         types = {float}
-    matrix = np.empty(array.shape, dtype=DTYPES[_common_kind(types or {float})])
+    matrix = np.empty(array.shape, dtype=DTYPES[_common_kind(types)])
     if matrix.size:  # NumPy cannot spread an empty list over shape (0, n_var)
         matrix[:] = cells
     return matrix
@@ -611,10 +595,8 @@ def first_rows(X: AnyArray, F: Array | None = None) -> Rows:
         values = F
     if values.dtype != object:  # a row with a value that occurs once occurs once
         ordered = np.sort(values[:, 0])
-        if (ordered[1:] != ordered[:-1]).all():  # as a rule; the next lines take much longer
-            return first
-        _, value, count = np.unique(values[:, 0], return_inverse=True, return_counts=True)
-        rows = np.flatnonzero(count[value] > 1)
+        recurring = ordered[1:][ordered[1:] == ordered[:-1]]
+        rows = np.flatnonzero(np.isin(values[:, 0], recurring) | np.isnan(values[:, 0]))
     keys: list[Any] = design_keys(X[rows])
     if F is not None:
         keys = list(zip(keys, map(bytes, F[rows]), strict=True))

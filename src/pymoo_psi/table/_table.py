@@ -66,7 +66,7 @@ from pymoo_psi.table._joining import (
     stacked,
     unequal,
 )
-from pymoo_psi.table._layout import Key, design_matrix, number_column
+from pymoo_psi.table._layout import design_matrix, number_column
 from pymoo_psi.table._repeats import averaged, confidence
 from pymoo_psi.table._switching import switching_sentences
 from pymoo_psi.table._tests import (
@@ -408,7 +408,7 @@ class TestTable(Tests, Shown):
         with decimal_mark(self.decimal):
             return switching_sentences(self)
 
-    def sorted_by(self, objective: Key) -> TestTable:
+    def sorted_by(self, objective: str) -> TestTable:
         """Return the feasible designs ordered by an objective, the best first.
 
         The largest value is the best one if the objective is maximised. Equal designs stay in the
