@@ -37,7 +37,6 @@ from pymoo_psi.table import (
     Layout,
     TestTable,
     choice_values,
-    limits_of,
 )
 
 
@@ -81,8 +80,7 @@ class Model:
 
     def with_default_limits(self, formulation: Formulation) -> Formulation:
         """Return a formulation with the limits of the problem where it says no others."""
-        limits = self.default_limits | limits_of(formulation.limits)
-        return replace(formulation, limits=limits)
+        return formulation.beside(Formulation(limits=self.default_limits))
 
     # Tests under the formulation
 

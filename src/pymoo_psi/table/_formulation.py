@@ -30,6 +30,7 @@ from pymoo_psi._output import Shown, whole_file
 from pymoo_psi._validation import (
     Columns,
     FilePath,
+    Names,
     Received,
     Values,
     boolean,
@@ -281,6 +282,44 @@ class Formulation(Shown):
             ()
         """
         return replace(self, objectives=(), maximize=(), relaxed=(), computed={}, units={})
+
+    def beside(self, other: Formulation) -> Formulation:
+        """Return it with the limits of another on other columns, normalised if both are.
+
+        So a formulation adds to that of a file, or of a problem, without dropping its limits.
+
+        Example:
+            >>> of_file = Formulation(limits="mass<=50, x1>=2")
+            >>> Formulation(limits={"mass": 30}).beside(of_file).limits
+            {'mass': 30, 'x1': (2, None)}
+        """
+        limits = limits_of(other.limits) | limits_of(self.limits)
+        return replace(self, limits=limits, normalize=self.normalize and other.normalize)
+
+    def completed(self, other: Formulation, objectives: Names) -> Formulation:
+        """Return it with what it leaves open, as the tests to which it applies have it.
+
+        Without a chosen design it takes their choice and its reason. Fixed ranges that are None are
+        those of the tests if the objectives are the same, else those of the Pareto set.
+
+        Args:
+            other: The formulation of the tests.
+            objectives: Their objectives.
+
+        Example:
+            >>> fixed = Formulation(ranges={"f1": (0, 2), "f2": (0, 3)}, chosen="A")
+            >>> Formulation().completed(fixed, ["f1", "f2"]) == fixed
+            True
+            >>> Formulation(["f1"]).completed(fixed, ["f1", "f2"]).ranges
+            {}
+        """
+        changes: Values = {}
+        if self.chosen is None:
+            changes |= {"chosen": other.chosen, "reason": other.reason}
+        if self.ranges is None:
+            is_same = {*(self.objectives or objectives)} == {*objectives}
+            changes["ranges"] = other.ranges if is_same else {}
+        return replace(self, **changes)
 
     def to_json(self, path: FilePath) -> None:
         """Write the formulation as JSON, to be read by :meth:`read_json` or edited by hand.

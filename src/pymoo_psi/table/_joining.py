@@ -17,7 +17,13 @@ from pymoo_psi._validation import (
     flat,
     invalid,
 )
-from pymoo_psi.table._layout import design_matrix, first_rows, joined_designs, joined_layout
+from pymoo_psi.table._layout import (
+    blank,
+    design_matrix,
+    first_rows,
+    joined_designs,
+    joined_layout,
+)
 from pymoo_psi.table._tests import extra_columns
 
 if TYPE_CHECKING:
@@ -198,13 +204,6 @@ def _full_name(table: TestTable, row: Any) -> str:
     if not table.experiments:
         return table.rows([row]).names[0]
     return f"test point {table.extra['number'][row]} of {table.extra['experiment'][row]}"
-
-
-def blank(column: AnyArray) -> Mask:
-    """``(n,)`` which cells hold nothing."""
-    if column.dtype.kind == "f":
-        return np.isnan(column)
-    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
 
 
 def unequal(one: AnyArray, two: AnyArray, rounding: float = 0.0) -> Mask:

@@ -25,6 +25,7 @@ from pymoo_psi._output import with_unit
 from pymoo_psi._validation import (
     AnyArray,
     Array,
+    Mask,
     Names,
     Received,
     Rows,
@@ -553,6 +554,13 @@ def real_column(name: str, column: AnyArray) -> Array:
                     f"table.rows(table.column({name!r}) == value)"
                 )
     return column.astype(np.float64)
+
+
+def blank(column: AnyArray) -> Mask:
+    """``(n,)`` which cells hold nothing."""
+    if column.dtype.kind == "f":
+        return np.isnan(column)
+    return np.array([cell is None or cell != cell for cell in column.tolist()], dtype=bool)
 
 
 def value_ranks(column: AnyArray) -> tuple[list[Any], Rows]:

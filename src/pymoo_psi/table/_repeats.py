@@ -29,12 +29,13 @@ from pymoo_psi.pareto import (
     sentence,
     unit_lengths,
 )
-from pymoo_psi.table._joining import blank, unequal
+from pymoo_psi.table._joining import unequal
 from pymoo_psi.table._layout import (
     POINT,
     PROPOSAL_ROUND,
     RUN,
     Layout,
+    blank,
     design_keys,
     first_of,
     first_rows,

@@ -42,7 +42,7 @@ from pymoo_psi.table._cells import (
     require_designs,
 )
 from pymoo_psi.table._formats import SourceFile, recognized, tests_of_folder
-from pymoo_psi.table._formulation import Formulation, limits_of
+from pymoo_psi.table._formulation import Formulation
 from pymoo_psi.table._head import (
     StoredTests,
     checked_designs_head,
@@ -166,11 +166,9 @@ def read_table(
         table = with_repeats(table, repeats, is_study=is_study)
     if formulation is None:
         return table
-    # One more limit, as a command adds it, must not silently drop those that are part of a file.
-    limits = limits_of(table.formulation.limits) | limits_of(formulation.limits)
-    normalize = table.formulation.normalize and formulation.normalize
     try:
-        return table.under(replace(formulation, limits=limits, normalize=normalize))
+        # One more limit, as a command adds it, must not drop those that are part of a file.
+        return table.under(formulation.beside(table.formulation))
     except ArgumentValueError as error:
         if path is None:
             raise

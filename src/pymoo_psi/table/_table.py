@@ -143,19 +143,16 @@ class TestTable(Tests, Shown):
         instance("formulation", formulation, Formulation)
         for name in fields:
             known_name("an argument of under", name, ATTRIBUTES)
-        former = self.tested.formulation
-        if formulation.chosen is None and "chosen" not in fields:  # the choice of the file
-            formulation = replace(formulation, chosen=former.chosen, reason=former.reason)
-        return self.tested._under(replace(formulation, **fields))
+        tested = self.tested
+        stated = replace(formulation, **fields)
+        complete = stated.completed(tested.formulation, tested.layout.objectives)
+        if "chosen" in fields:  # None clears the choice of a file
+            complete = replace(complete, chosen=stated.chosen, reason=stated.reason)
+        return tested._under(complete)
 
     def _under(self, formulation: Formulation) -> TestTable:
-        """Return these tests, which are as they were tested, under a formulation."""
+        """Return these tests, which are as they were tested, under a complete formulation."""
         reasons = self._failed_in_evaluation()
-        if formulation.ranges is None:  # those of the tests, if they are of the same objectives
-            ranges: Any = {}
-            if {*(formulation.objectives or self.layout.objectives)} == {*self.layout.objectives}:
-                ranges = self.formulation.ranges
-            formulation = replace(formulation, ranges=ranges)
         changes: Values = {}
         if formulation.without_columns() != formulation:
             changes = self._rearranged(formulation, [*reasons])

@@ -37,6 +37,7 @@ from pymoo_psi.table._layout import (
     POINT,
     RESERVED,
     Layout,
+    blank,
     column_kinds,
     design_matrix,
     first_rows,
@@ -234,13 +235,10 @@ class Tests:
         if name not in self.extra and kinds.get(name) is not Kind.CHOICE:
             remedy = "a limit on numbers is such as '<= 250'"
             raise invalid(f"the limit on {name!r}", "numbers, as its values are", [*texts], remedy)
-        cells = []
-        for cell in self.column(name).tolist():
-            is_missing = cell is None or cell != cell  # NaN differs from itself
-            cells.append("" if is_missing else str(cell))
+        cells = np.where(blank(self.column(name)), "", self.column(name)).astype(str)
         mask = np.isin(cells, [*texts])
-        if texts and cells and not mask.any():
-            known_name(f"the limit on {name!r}", texts[0], {*cells[:_N_SHOWN]})
+        if texts and len(cells) and not mask.any():
+            known_name(f"the limit on {name!r}", texts[0], {*cells[:_N_SHOWN].tolist()})
         return mask
 
     @property
@@ -440,11 +438,11 @@ class Tests:
 
         Args:
             design: The number of a test, or a text: a name as in :attr:`names`; a label that only
-                one design has; or the number of a test, unless labels are numbers.
+                one design has; or the number of a test, unless labels are numbers. A number that
+                is a label of another test, too, is refused.
 
         Raises:
-            ArgumentValueError: There is no such design, or a number may be that of a test or a
-                label.
+            ArgumentValueError: It names no design, or several.
             ArgumentTypeError: It is neither a whole number nor a text.
 
         Example:
@@ -452,34 +450,25 @@ class Tests:
             >>> table.row_of(5), table.row_of("test point 4")
             (1, 0)
         """
-        if isinstance(design, str):
-            return self._row_of_name(design)
-        integer("design", design, minimum=1)
-        labels = self._labels()
-        if design in labels and labels != self.numbers.tolist():
-            raise invalid(
-                "design",
-                "a label or a number of a test, but not both",
-                Received(f"{design}, which is a label in {self.layout.label!r}"),
-                f"give its name, such as {self.names[labels.index(design)]!r}, or row=",
-            )
-        rows = np.flatnonzero(self.numbers == design)
-        if len(rows) == 0:
-            last = self.numbers.max(initial=0)
-            remedy = f"there are {counted(len(self), 'test')}, numbered up to {last}"
-            raise invalid("design", "the number of a test of the table", design, remedy)
-        return int(rows[0])
-
-    def _row_of_name(self, name: str) -> int:
         labels = list(map(str, self._labels()))
-        for names in (self.names, labels):
-            if names.count(name) == 1:
-                return names.index(name)
-        # Where labels are numbers, a number that is none of them is more likely a mistake.
-        if re.fullmatch(r"[1-9][0-9]{0,17}", name) and not any(map(str.isdecimal, labels)):
-            return self.row_of(int(name))
+        numbers = list(map(str, self.numbers.tolist()))
+        if isinstance(design, str):
+            groups = [self.names, labels, numbers]
+            # Where labels are numbers, one that is none of them is more likely a mistake.
+            is_unclear = any(map(str.isdecimal, labels))
+        else:
+            integer("design", design, minimum=1)
+            groups = [numbers]
+            is_unclear = design in self._labels()
+        if is_unclear and labels != numbers:
+            groups.remove(numbers)
+        for texts in groups:
+            if texts.count(str(design)) == 1:
+                return texts.index(str(design))
         examples = "".join(f", such as {example!r}" for example in self.names[:1])
-        raise invalid("design", f"the name of one design{examples}", name)
+        raise invalid(
+            "design", f"the name of one design{examples}, or the number of a test", design
+        )
 
     @property
     def repeats(self) -> Mask:
