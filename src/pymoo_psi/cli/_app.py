@@ -45,6 +45,20 @@ def path_in(text: str | Path) -> Path:
     return Path(os.path.expanduser(text))
 
 
+def _listed(kind: Any, mark: str = ",") -> Callable[[str], tuple[Any, ...]]:
+    """Return the type of an option that lists values with a mark between them."""
+    return lambda text: tuple(kind.convert(part, None, None) for part in text.split(mark))
+
+
+def _points(text: str) -> tuple[int, bool]:
+    """Return a number of points, and whether it counts further ones: ``+64``."""
+    return _COUNT.convert(text, None, None), text.startswith("+")
+
+
+_COUNT: Any = click.IntRange(1, 10**12)
+_COUNTS = _listed(_COUNT)
+
+
 def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> click.Option:
     return click.Option([f"--{name}"], metavar=metavar, help=text, **attributes)
 
@@ -52,6 +66,7 @@ def _option(name: str, metavar: str | None, text: str, **attributes: Any) -> cli
 _names = partial(_option, multiple=True)
 _file = partial(_option, type=path_in)
 _count = partial(_option, type=click.IntRange(1))
+_bound = partial(_option, type=_listed(click.FLOAT))
 _flag = partial(_option, metavar=None, is_flag=True)
 
 
@@ -79,7 +94,7 @@ _READING = [
     _option("decimal", '"."|","', "Decimal mark [detected]."),
     _option("thousands", "MARK", "Thousands separator [detected]."),
     _option("encoding", "NAME", "Text encoding, such as cp1252 [UTF-8]."),
-    _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units."),
+    _option("skip-rows", "1,3,…", "Lines to skip, such as titles and units.", type=_COUNTS),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
     _option("repeats", "LABEL", "Column that identifies designs with repeated tests."),
     _flag("drop-incomplete", text="Skip designs that lack an objective."),
@@ -96,7 +111,9 @@ _OF_PROBLEM = [
     _file("from", "FILE", "First add the tests in FILE (.csv, .json, .xlsx, .db) to the study."),
     _names("from-names", "X=A,…", "Column A of the --from FILE holds X of the problem."),
 ]
-_JOBS = _option("jobs", "N", "Number of processes; -1 uses all cores.", type=int, default=1)
+_JOBS = _option(
+    "jobs", "N", "Number of processes; -1 uses all cores.", type=click.IntRange(-1), default=1
+)
 _TITLE = _option("title", "TEXT", "Title [the file's name].")
 
 
@@ -179,7 +196,12 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
     "_solve",
     _PROBLEM,
     _choice("algorithm", "psi|surrogate|nsga3", "Search method.", "psi"),
-    _option("points", "N|+N", "Points in all, or N more [4096; surrogate 256; FILE.toml 128]."),
+    _option(
+        "points",
+        "N|+N",
+        "Points in all, or N more [4096; surrogate 256; FILE.toml 128].",
+        type=_points,
+    ),
     _choice(
         "sampling", "lptau|sobol|halton|lhs", "Sequence of test points (psi, surrogate) [lptau]."
     ),
@@ -191,7 +213,12 @@ def _command(module: str, *params: click.Parameter) -> Callable[[Text], None]:
     _count("repeat", "K", "Test each design of a noisy model K times (psi).", default=1),
     _option("timeout", "S", "Seconds allowed per design; a slower design fails.", type=float),
     _flag("live", text="Watch and steer the run in the browser; see 'pymoo-psi live'."),
-    _option("share", "K/N", "Test part K of N only; --study is a folder."),
+    _option(
+        "share",
+        "K/N",
+        "Test part K of N only; --study is a folder.",
+        type=_listed(_COUNT, "/"),
+    ),
     _choice(
         "retry",
         "failed|incomplete",
@@ -254,8 +281,8 @@ def ask() -> None:
     "_solve",
     click.Argument(["file"], type=path_in, required=False),
     _file("study", "FILE.db", "Study that keeps the tests.", required=True),
-    _option("withdraw", "N,N,…", "Withdraw the results of tests."),
-    _option("cancel", "N,N,…", "Cancel pending tests."),
+    _option("withdraw", "N,N,…", "Withdraw the results of tests.", type=_COUNTS),
+    _option("cancel", "N,N,…", "Cancel pending tests.", type=_COUNTS),
     _option("decimal", '"."|","', "Decimal mark [detected]."),
     _option("sheet", "NAME", "Sheet of a workbook [the only one]."),
 )
@@ -378,7 +405,12 @@ def analyze() -> None:
 @_command(
     "_experiments",
     _PROBLEM,
-    _option("evaluations", "N,N,…", "Budgets [256,1024,4096; surrogate 64,128,256]."),
+    _option(
+        "evaluations",
+        "N,N,…",
+        "Budgets [256,1024,4096; surrogate 64,128,256].",
+        type=_COUNTS,
+    ),
     _count("seeds", "N", "Runs of each algorithm that uses random numbers.", default=11),
     _option(
         "algorithms",
@@ -428,8 +460,8 @@ def export() -> None:
     _count("points", "Q", "Test points per case.", default=4096),
     _names("mu", "MU", "Friction coefficient; may be repeated [0.2, 0.4, 0.6].", type=float),
     _choice("model", "full|rolling", "Model of the motion [both]."),
-    _option("lower", "A,V", "Lower bounds of tan alpha and v_P [those of the paper]."),
-    _option("upper", "A,V", "Upper bounds of tan alpha and v_P [those of the paper]."),
+    _bound("lower", "A,V", "Lower bounds of tan alpha and v_P [those of the paper]."),
+    _bound("upper", "A,V", "Upper bounds of tan alpha and v_P [those of the paper]."),
     _choice("format", "png|pdf|svg", "Format of the figures.", default="png"),
     _option("width", "MM", "Width of the figures in mm.", type=float),
     _JOBS,

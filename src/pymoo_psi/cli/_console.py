@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import shutil
 import sys
@@ -13,7 +12,7 @@ from tempfile import TemporaryFile
 import pandas as pd
 
 from pymoo_psi._output import is_marked
-from pymoo_psi._validation import Names, Received, invalid, known_name
+from pymoo_psi._validation import Names, invalid, known_name
 from pymoo_psi.cli._app import Options, printable
 from pymoo_psi.guide import guides, site_page
 from pymoo_psi.pareto import number, wrapped
@@ -89,10 +88,8 @@ def require_output(path: Path | None, suffixes: Names, *inputs: Path | None) -> 
         # Resolved, as a link to an input is the input.
         if source is not None and source.resolve() == path.resolve():
             raise invalid("--out", "another file than the one that is read", str(path))
-    if path.suffix.lower() not in suffixes:
+    if path.suffix.lower() not in suffixes or path.is_dir():
         raise invalid("--out", f"a file with the suffix {' or '.join(suffixes)}", str(path))
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if path.exists() and not path.is_file():
         return path.absolute()  # /dev/null, a pipe: written to, not replaced
     for file in (path, metadata_path(path)):  # which are written with a CSV
@@ -100,7 +97,7 @@ def require_output(path: Path | None, suffixes: Names, *inputs: Path | None) -> 
             rule = "a new file, or one that pymoo-psi has written"
             remedy = "choose another name, or remove the file first"
             raise invalid("--out", rule, str(path.with_name(file.name)), remedy)
-    return _writable(path.absolute().parent, path) / path.name
+    return _writable(path.absolute().parent) / path.name
 
 
 def _is_ours(path: Path) -> bool:
@@ -117,25 +114,19 @@ def results_folder(out: Path) -> Path:
     """Make a folder for results and return its absolute path.
 
     Raises:
-        ArgumentValueError: The path is a file.
-        OSError: The folder cannot be written to.
+        OSError: The folder cannot be made or written to.
     """
-    if out.exists() and not out.is_dir():
-        raise invalid("--out", "a folder", Received(f"the file {out}"))
     out.mkdir(parents=True, exist_ok=True)
-    return _writable(out.absolute(), out)
+    return _writable(out.absolute())
 
 
-def _writable(folder: Path, path: Path) -> Path:
-    """Return a folder in which files can be made, or raise an error about ``path``."""
+def _writable(folder: Path) -> Path:
+    """Return a folder, in which it must be possible to make files."""
     try:
         with TemporaryFile(dir=folder):  # access rights do not tell of read-only file systems
             return folder
     except OSError as error:  # it names the temporary file, which the user has never seen
-        message = error.strerror
-        if not folder.exists():
-            message = f"{message}; make the folder {folder} first"
-        raise OSError(error.errno, message, str(path)) from None
+        raise OSError(error.errno, error.strerror, str(folder)) from None
 
 
 def write_frame(frame: pd.DataFrame, path: Path, designs: TestTable | None = None) -> None:

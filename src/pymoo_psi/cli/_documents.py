@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from pymoo_psi._validation import Names, Received, Values, counted, invalid
-from pymoo_psi.cli._app import Options
+from pymoo_psi.cli._app import Options, path_in
 from pymoo_psi.cli._console import print_frame, require_output, results_folder, say, write_frame
 from pymoo_psi.cli._source import (
     decision_remarks,
@@ -127,23 +127,17 @@ def run_rank(options: Options) -> int:
 
 def _say_set(path: Path, designs: TestTable, ranking: EfficiencyRanking) -> None:
     """Print the size of the set, its optima, and the ideal and the nadir of each objective."""
-    layout = designs.layout
-    optima = [ranking.name_of(row) for row in ranking.salukvadze.tolist()]
-    if len(optima) > 5:
-        optima = [*optima[:5], "…"]
+    optima = "; ".join(ranking.name_of(row) for row in ranking.salukvadze[:5].tolist())
+    if len(ranking.salukvadze) > 5:
+        optima += "; …"
     size = f"{counted(len(ranking.rank), 'design')}, {ranking.pareto.sum()} Pareto optimal"
-    say(f"{path}: {size}; Salukvadze optimum: {'; '.join(optima)}")
-    origin = "of the Pareto set"
+    say(f"{path}: {size}; Salukvadze optimum: {optima}")
+    title = "Best and worst values of the Pareto set:"
     if designs.formulation.ranges:
-        origin = "as fixed"
-    for name, ideal, nadir in zip(layout.objectives, ranking.ideal, ranking.nadir, strict=True):
-        direction = "maximize" if name in layout.maximize else "minimize"
-        unit = ""
-        if name in layout.units:
-            unit = f" {layout.units[name]}"
-        best = f"{number(ideal, 6)}{unit}"
-        worst = f"{number(nadir, 6)}{unit}"
-        say(f"  {direction} {name}: best {best}, worst {worst} {origin}")
+        title = "Best and worst values as fixed:"
+    names = ranking.objectives.headings()
+    frame = pd.DataFrame({"objective": names, "best": ranking.ideal, "worst": ranking.nadir})
+    print_frame(frame, title)
 
 
 def say_best(frame: pd.DataFrame, title: str, table: TestTable, out: Path | None) -> None:
@@ -332,7 +326,7 @@ def run_analyze(options: Options) -> int:
         raise invalid("--variables", "named for designs without x1, x2, …", Received("none"))
     if options.out is not None:
         folder = results_folder(options.out)
-        if path.resolve() in [folder.resolve() / f"{name}.csv" for name in _ANALYSES]:
+        if path.resolve().parent == folder.resolve() and path.stem in _ANALYSES:
             raise invalid("--out", "another folder than that of the file read", str(options.out))
     say_source(path, table, formulation, ranked=False)
     for name, analyze in _ANALYSES.items():
@@ -366,12 +360,11 @@ def _sensitivities(table: TestTable) -> pd.DataFrame:
 
     say(*even_part(table)[1])
     indices = sensitivities(table)
-    shares = indices["first_order"].map("{:.2f}".format)
-    bands = (indices["upper"] - indices["first_order"]).map("{:.2f}".format)
+    shares = indices["first_order"]
+    texts = shares.map("{:.2f}".format) + " ± " + (indices["upper"] - shares).map("{:.2f}".format)
     title = "First-order sensitivities: the share of the variance that a variable explains alone"
-    order = indices["first_order"].groupby(level="variable", sort=False).max()
-    variables = order.sort_values(ascending=False).index.tolist()
-    _print_by_variable(shares + " ± " + bands, variables, title)
+    greatest = shares.groupby(level="variable", sort=False).max()
+    _print_by_variable(texts, greatest.sort_values(ascending=False).index.tolist(), title)
     return indices
 
 
@@ -452,15 +445,15 @@ def _command_for_more(study: Path, purpose: Names) -> str:
     """Return the command for 16 more tests of a study; empty if no command has begun it."""
     from pymoo_psi.study import Study
 
-    commands = [run.record.get("command", "") for run in Study(study).facts().runs]
-    words = shlex.split(next(filter(None, reversed(commands)), ""))
+    words: list[str] = []
+    for run in Study(study).facts().runs:
+        words = shlex.split(run.record.get("command", "")) or words
     if not words:
         return ""
-    words += ["--algorithm", "surrogate", "--study", str(study), *purpose]
+    points = ["--points", "+16"]
     if words[0] == "ask":
-        words += ["--points", "16", "--out", "next.csv"]
-    else:
-        words += ["--points", "+16"]
+        points = ["--points", "16", "--out", "next.csv"]
+    words += ["--algorithm", "surrogate", "--study", str(study), *purpose, *points]
     return shlex.join(["pymoo-psi", *words])
 
 
@@ -491,13 +484,13 @@ def run_export(options: Options) -> int:
     Several are merged by numbers of test points, as tests of one problem. If one is given as
     ``name=path``, they are experiments with different bounds or samplings, each under its name.
     """
-    files, named = _named_files(options.sources)
+    files = _files_of(options.sources)
     out = options.out
     require_output(out, suffixes_for("tests"), *files.values())
     formulation = formulation_of(options)
     options.repeats = options.repeats or False  # every test of a study, no means
     tables = {name: opened(path, options, formulation) for name, path in files.items()}
-    table = _joined(tables, named)
+    table = _joined(tables, any("=" in source for source in options.sources))
     file_format = format_of(out, "tests")
     file_format.save_tests(out, table)
     for name, source in tables.items():
@@ -512,25 +505,20 @@ def run_export(options: Options) -> int:
     return 0
 
 
-def _named_files(sources: Names) -> tuple[dict[str, Path], bool]:
-    """Return the files of sources by name, and whether any is given as ``name=path``.
+def _files_of(sources: Names) -> dict[str, Path]:
+    """Return the files of sources by name, which is the file itself unless given as ``name=path``.
 
     Raises:
-        ArgumentValueError: A name is missing or occurs twice.
+        ArgumentValueError: A name occurs twice.
     """
-    files = {}
-    named = False
+    files: dict[str, Path] = {}
     for source in sources:
-        name = source
-        file = source
-        # The name of an existing file may contain "=".
-        if "=" in source and not Path(source).exists():
-            name, file = source.split("=", 1)
-            named = True
-        if not (name and file) or name in files:
+        name, _, file = source.rpartition("=")
+        name = name or file
+        if name in files:
             raise invalid("SOURCE", "of different names, as in name=path", Received(source))
-        files[name] = Path(file).expanduser()
-    return files, named
+        files[name] = path_in(file)
+    return files
 
 
 def _joined(tables: Mapping[str, TestTable], named: bool) -> TestTable:

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import re
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 import pandas as pd
 
-from pymoo_psi._validation import counted, invalid, job_count
+from pymoo_psi._validation import counted
 from pymoo_psi.chute import MODELS
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import print_frame, results_folder, say, write_frame
 from pymoo_psi.cli._problem import load_problem
-from pymoo_psi.cli._source import counts_in
 from pymoo_psi.comparison import INDICATORS, Comparison, compare
 from pymoo_psi.paper import PAPER_MU, Case, Reproduction, reproduce
 from pymoo_psi.parallel import in_parallel, progress_bar
 from pymoo_psi.plots import paper_figures, plot_fronts, plot_indicators, save_figures
 from pymoo_psi.problems import problem_name
+from pymoo_psi.table import entries_of
 
 # Explains the headings and the words of the tables.
 _HEADINGS = """mu: friction coefficient; test_point: number of the LPτ point (printed 1356 is 2571)
@@ -37,18 +38,14 @@ def run_compare(options: Options) -> int:
     """Compare algorithms, write all results to a folder, print the medians and the tests."""
     problem = load_problem(options.problem)
     name = problem_name(problem)
-    job_count("--jobs", options.jobs)
     out = options.out or Path("comparison_" + re.sub(r"\W+", "_", name))
     folder = results_folder(out)
-    rule = "numbers of evaluations, each 1 or more, such as 256,1024,4096"
-    budgets = counts_in("--evaluations", options.evaluations, rule)
-    algorithms = [algorithm.strip() for algorithm in options.algorithms.split(",")]
     try:
         result = compare(
             problem,
-            n_evaluations=budgets or None,
+            n_evaluations=options.evaluations,
             seeds=options.seeds,
-            algorithms=list(dict.fromkeys(algorithms)),
+            algorithms=entries_of([options.algorithms]),
             folder=folder / "runs",
             n_jobs=options.jobs,
         )
@@ -79,38 +76,31 @@ def _write_comparison(result: Comparison, folder: Path) -> None:
 def run_reproduce(options: Options) -> int:
     """Compute the tables, write them and the figures, and print the tables."""
     out = options.out
-    jobs = job_count("--jobs", options.jobs)
-    mu = tuple(options.mu) or PAPER_MU
+    mu = options.mu or PAPER_MU
     models = [*MODELS]
     if options.model is not None:
         models = [options.model]
     folder = results_folder(out)
     n_steps = len(models) * (len(mu) + 1)  # each model has its cases and a set of figures
-    finished: list[str] = []
+    steps = count(1)
     with progress_bar(True) as show:
 
-        def finish(step: str) -> None:
-            finished.append(step)
-            show(len(finished) / n_steps, step)
-
-        def finish_case(case: Case) -> None:
-            finish(f"mu = {case.mu}, {case.model} model")
+        def show_case(case: Case) -> None:
+            show(next(steps) / n_steps, f"mu = {case.mu}, {case.model} model")
 
         result = reproduce(
             options.points,
             mu=mu,
             models=models,
-            lower=_pair_in("--lower", options.lower),
-            upper=_pair_in("--upper", options.upper),
-            n_jobs=jobs,
-            on_case=finish_case,
+            lower=options.lower,
+            upper=options.upper,
+            n_jobs=options.jobs,
+            on_case=show_case,
         )
         draw = partial(_draw_paper, result, options)
         # Figures take most of the time, so that a second process is worth its start.
-        if jobs > 0:
-            jobs = min(jobs, len(models))
-        for _, model in in_parallel(draw, models, jobs):
-            finish(f"figures of the {model} model")
+        for _, model in in_parallel(draw, models, options.jobs):
+            show(next(steps) / n_steps, f"figures of the {model} model")
     tables = {"6_1": result.table_6_1(), "6_2": result.table_6_2()}
     for number, table in tables.items():
         write_frame(table, folder / f"table_{number}.csv")
@@ -125,16 +115,6 @@ def run_reproduce(options: Options) -> int:
     places = [str(_folder_of(out, model)) for model in models]
     say(f"Tables written to {out}, figures to {' and '.join(places)}.")
     return 0
-
-
-def _pair_in(option: str, text: str | None) -> list[float] | None:
-    """Return the two numbers of a bound of the variables, None if it is not given."""
-    if text is None:
-        return None
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise invalid(option, "two numbers, such as 0,0.1", text) from None
 
 
 def _folder_of(out: Path, model: str) -> Path:

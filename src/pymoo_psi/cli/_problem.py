@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import asyncio
-import difflib
 import importlib
 import inspect
 import logging
@@ -25,11 +24,19 @@ from pymoo.core.problem import Problem
 
 from pymoo_psi._kinds import Kind
 from pymoo_psi._output import with_unit
-from pymoo_psi._validation import Names, Received, Values, invalid, job_count, positive_number
+from pymoo_psi._validation import (
+    Names,
+    Received,
+    Values,
+    instance,
+    invalid,
+    known_name,
+    positive_number,
+)
 from pymoo_psi.cli._app import print_error
 from pymoo_psi.cli._console import print_frame, say
 from pymoo_psi.cli._source import pairs_in, typed_options
-from pymoo_psi.errors import ArgumentTypeError, PsiError
+from pymoo_psi.errors import PsiError
 from pymoo_psi.parallel import ExecutorRunner, JoblibRunner, Runner, one_line
 from pymoo_psi.problems import (
     ProgramProblem,
@@ -97,8 +104,7 @@ def load_problem(
 def _command_words(name: str) -> str:
     """Return the running command, without what may differ when its run is continued."""
     context = click.get_current_context()
-    words = [str(context.info_name), name, *context.args, *typed_options(_OF_RUN)]
-    return shlex.join(words)
+    return shlex.join([str(context.info_name), name, *context.args, *typed_options(_OF_RUN)])
 
 
 def _source(name: str) -> Any:
@@ -116,7 +122,7 @@ def _test_problem(name: str) -> type[Problem]:
     """Return the class of a test problem of pymoo."""
     from pymoo.problems import get_problem, many, multi, single
 
-    # The names that get_problem knows are mostly those of the classes; it does not list them.
+    # get_problem knows more names, but constructs problems without their arguments.
     classes = {}
     for module in (single, multi, many):
         for value in vars(module).values():
@@ -126,9 +132,7 @@ def _test_problem(name: str) -> type[Problem]:
         return classes.get(name.lower()) or type(get_problem(name))
     except Exception as error:  # pymoo raises bare exceptions of many kinds here
         forms = "'chute', a test problem of pymoo, module:attribute (beam:Beam), or a FILE.toml"
-        similar = difflib.get_close_matches(name.lower(), ["chute", *classes], n=1)
-        remedy = "".join(f"did you mean {near!r}?" for near in similar)
-        raise invalid("PROBLEM", forms, name, remedy) from error
+        raise invalid("PROBLEM", forms, name) from error
 
 
 def _attribute(name: str, argument: str, rule: str) -> Any:
@@ -162,16 +166,16 @@ def _construct(name: str, source: Any) -> Problem:
         name: The argument PROBLEM.
         source: The class, function or problem.
     """
-    names = []
-    if callable(source) and not isinstance(source, Problem):
-        names = _argument_names(source)
-    arguments = _arguments(name, names)
+    names: list[str] = []
     problem = source
     try:
         if not isinstance(source, Problem):
+            names = _argument_names(source)
+        arguments = _arguments(name, names)
+        if not isinstance(source, Problem):
             problem = source(**arguments)
-        if isinstance(problem, Problem):
-            problem_name(problem)  # which messages need; it may be a method of the user's
+        instance(f"PROBLEM {name}", problem, Problem, _REMEDY)
+        problem_name(problem)  # which messages need; it may be a method of the user's
     except PsiError:
         raise
     except (Exception, SystemExit) as error:
@@ -180,16 +184,11 @@ def _construct(name: str, source: Any) -> Problem:
             remedy = f"its arguments: {', '.join(names)}"
         reason = f"{type(error).__name__}: {error}; {remedy}"
         raise invalid("PROBLEM", "one that can be constructed", name, reason) from error
-    if not isinstance(problem, Problem):
-        received = f"got {problem!r:.80}; {_REMEDY}"
-        raise ArgumentTypeError(f"PROBLEM {name} must give a pymoo Problem, {received}")
     return problem
 
 
 def _argument_names(source: Callable[..., Any]) -> list[str]:
     """Return the names of the arguments of a class or function, including those it passes on."""
-    if inspect.isbuiltin(source):
-        return []
     functions = [source]
     if isinstance(source, type):
         # A class passes its **kwargs on to its base. The arguments of pymoo's base classes are no
@@ -204,8 +203,7 @@ def _argument_names(source: Callable[..., Any]) -> list[str]:
         names |= dict.fromkeys([*specification.args, *specification.kwonlyargs])
         if specification.varkw is None:
             break
-    names.pop("self", None)
-    return list(names)
+    return [name for name in names if name != "self"]
 
 
 def _arguments(problem: str, names: Names) -> Values:
@@ -253,7 +251,6 @@ def set_runner(
     Raises:
         PsiError: The options contradict each other, or there is no such cluster.
     """
-    jobs = job_count("--jobs", jobs)
     if not problem.elementwise and timeout is not None:
         received = Received(f"{problem_name(problem)}, which takes many at once")
         rule = "a problem that evaluates one design at a time if --timeout is given"
@@ -286,7 +283,7 @@ def _cluster_runner(place: str, timeout: float | None) -> Runner:
         timeout: Seconds allowed for a design, if limited.
     """
     cluster: Any = place
-    if ":" in place and re.search(r"//|:\d+$", place) is None:
+    if re.fullmatch(r"[\w.]+:[A-Za-z_][\w.]*", place):
         rule = "a module:attribute that gives an executor, a cluster of Dask or a runner"
         cluster = _attribute(place, "--cluster", rule)
         if callable(cluster) and not hasattr(cluster, "submit"):
@@ -331,9 +328,10 @@ def _box_in(entries: Names, problem: Problem) -> Values:
     variables = {variable.title: variable for variable in design_space(problem).variables}
     form = "variable=lower:upper or variable=value"
     box: Values = {}
-    for name, text in pairs_in("--box", entries, form, variables).items():
-        if variables[name].kind is Kind.CHOICE:
-            options = {str(option): option for option in variables[name].options}
+    for name, text in pairs_in("--box", entries, form).items():
+        variable = variables[known_name("--box", name, variables)]
+        if variable.kind is Kind.CHOICE:
+            options = {str(option): option for option in variable.options}
             box[name] = [options.get(word, word) for word in text.split("|")]
         elif ":" in text:
             ends = [_literal(end) for end in text.split(":")]

@@ -36,7 +36,7 @@ from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say, write_frame
 from pymoo_psi.cli._documents import designs_frame, most_violated, say_best
 from pymoo_psi.cli._problem import load_problem, set_runner, try_program, write_example
-from pymoo_psi.cli._source import counts_in, formulation_of, pairs_in, require_free_names
+from pymoo_psi.cli._source import formulation_of, pairs_in, require_free_names
 from pymoo_psi.parallel import Runner, progress_bar
 from pymoo_psi.problems import (
     FailureTolerant,
@@ -60,7 +60,7 @@ _N_REASONS = 3  # of failures, the most frequent ones
 _LONGEST = 120  # characters of a reason, so that three of them stay readable
 _POINTS = {"psi": 4096, "surrogate": 256, "nsga3": 4096}
 _POINTS_OF_PROGRAM = 128
-_KEYWORDS = ("sampling", "seed", "repeat", "study", "study_key", "retry")  # of a run
+_KEYWORDS = ("sampling", "seed", "repeat", "study", "study_key", "retry", "share")
 _OF_STUDY = ("share", "study_key", "retry", "from", "live")  # options that need one
 
 Show = Callable[..., None]
@@ -112,8 +112,9 @@ def run_solve(options: Options) -> int:
         return write_example(options.problem)
     formulation = formulation_of(options)  # before a user's model is imported
     _require_effect(options, formulation)
-    n_points = _number_of_points(options)
-    settings = _run_options(options, formulation)
+    n_points, more = options.points or (_default_points(options), False)
+    keywords = {name: getattr(options, name) for name in _KEYWORDS}
+    settings = RunOptions(**keywords, more=more, formulation=formulation)
     problem = load_problem(
         options.problem,
         options.timeout,
@@ -150,42 +151,22 @@ def _require_effect(options: Options, formulation: Formulation) -> None:
             rule = "psi or surrogate for other objectives, limits or columns than the problem's"
             remedy = "keep the tests by --study FILE.db, then pymoo-psi rank FILE.db"
             raise invalid("--algorithm", rule, algorithm, remedy)
-        if options.sampling is not None or str(options.points).startswith("+"):
+        if options.sampling or (options.points and options.points[1]):
             rule = "psi or surrogate for --sampling and --points +N"
             raise invalid("--algorithm", rule, algorithm)
-    if algorithm != "psi" and (options.share is not None or options.repeat > 1):
+    if algorithm != "psi" and (options.share or options.repeat > 1):
         raise invalid("--algorithm", "psi for --share and --repeat", algorithm)
     for name in _OF_STUDY:
-        if getattr(options, name) not in (None, False) and options.study is None:
+        if getattr(options, name) and options.study is None:
             option = f"--{name.replace('_', '-')}"
             raise invalid(option, "used with --study", Received("no --study"))
 
 
-def _number_of_points(options: Options) -> int:
-    """Return how many designs to evaluate, in all or more.
-
-    Raises:
-        ArgumentValueError: ``--points`` is something else.
-    """
-    if options.points is None:
-        if options.problem.endswith(".toml"):
-            return _POINTS_OF_PROGRAM
-        return _POINTS[options.algorithm]
-    form = "a number of designs, such as 64, or +64 for so many more"
-    (points,) = counts_in("--points", options.points.removeprefix("+"), form)
-    return points
-
-
-def _run_options(options: Options, formulation: Formulation) -> RunOptions:
-    """Return the options of the run under a formulation."""
-    keywords = {name: getattr(options, name) for name in _KEYWORDS}
-    share: Any = counts_in("--share", options.share, "k/n, the k-th of n parts", mark="/")
-    return RunOptions(
-        **keywords,
-        share=share or None,
-        more=str(options.points).startswith("+"),
-        formulation=formulation,
-    )
+def _default_points(options: Options) -> int:
+    """Return how many designs to evaluate if that is not said."""
+    if options.problem.endswith(".toml"):
+        return _POINTS_OF_PROGRAM
+    return _POINTS[options.algorithm]
 
 
 def _task(options: Options, problem: Problem, n_points: int, settings: RunOptions) -> Task:
@@ -382,12 +363,12 @@ def _counts(problem: Problem, result: Result) -> str:
     """Return how many designs were tested, were in the study, failed and were not run, in words."""
     tests = result.tests
     has_run = np.full(len(tests), True)
-    violations = []
+    violated = []
     for rule in getattr(with_requirements(problem), "required", ()):
-        violated = tests.column(rule.text) > 0
-        has_run &= ~violated
-        if violated.any():
-            violations.append(f"{rule.text} ({violated.sum()})")
+        is_met = tests.column(rule.text) <= 0
+        has_run &= is_met
+        if not is_met.all():
+            violated.append(rule.text)
     n_run = has_run.sum()
     n_failed = (tests.status == "failed").sum()
     n_stored = n_run - result.n_evaluated
@@ -398,8 +379,8 @@ def _counts(problem: Problem, result: Result) -> str:
         counts.append(f"{n_stored} of them from the study")
     if n_failed:
         counts.append(f"{n_failed} failed")
-    if violations:
-        counts.append(f"{len(tests) - n_run} not run by requirements: {', '.join(violations)}")
+    if violated:
+        counts.append(f"{len(tests) - n_run} not run by requirements: {', '.join(violated)}")
     return ", ".join(counts)
 
 
@@ -497,8 +478,8 @@ def run_tell(options: Options) -> int:
     sentences = tell_tests(
         options.file,
         options.study,
-        withdraw=counts_in("--withdraw", options.withdraw, "numbers of tests, such as 12,15"),
-        cancel=counts_in("--cancel", options.cancel, "numbers of tests, such as 12,15"),
+        withdraw=options.withdraw or (),
+        cancel=options.cancel or (),
         decimal=options.decimal,
         sheet=options.sheet,
     )

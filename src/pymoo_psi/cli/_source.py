@@ -6,15 +6,14 @@ in ``--objectives '"time, s",mass'``. An option that takes a list may be given s
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import click
 from click.core import ParameterSource
 
-from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid, known_name
+from pymoo_psi._validation import Entries, Names, Received, counted, instance, invalid
 from pymoo_psi.cli._app import Options
 from pymoo_psi.cli._console import require_output, say
 from pymoo_psi.pareto import RANKING_NAMES, decimal_mark, number
@@ -34,8 +33,6 @@ def formulation_of(options: Options) -> Formulation:
         base = Formulation.read_json(path)
     instance(f"page.values in {path}", base.page.get("values", {}), dict)  # untrusted input
     maximize = [*base.maximize, *entries_of(options.maximize)]
-    limits = {**limits_of(base.limits), **limits_of(options.limits, "--limits")}
-    computed = {**base.computed, **_computed_in(options.compute)}
     units = pairs_in("--units", getattr(options, "units", ()), "column=unit")
     for name, unit in units.items():
         decided = base.units.get(name, unit)
@@ -45,8 +42,8 @@ def formulation_of(options: Options) -> Formulation:
         base,
         objectives=entries_of(options.objectives) or base.objectives,
         maximize=list(dict.fromkeys(maximize)),
-        limits=limits,
-        computed=computed,
+        limits=limits_of(base.limits) | limits_of(options.limits, "--limits"),
+        computed={**base.computed, **_computed_in(options.compute)},
         units={**base.units, **units},
         normalize=base.normalize and not options.no_normalize,
     )
@@ -69,15 +66,17 @@ def typed_options(names: Names) -> list[str]:
     words = []
     for option in context.command.params:
         name = str(option.name)
-        is_typed = context.get_parameter_source(name) is ParameterSource.COMMANDLINE
-        if name not in names or not is_typed:
+        if name not in names:
+            continue
+        if context.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
             continue
         value = context.params[name]
         if value is True:
             words.append(option.opts[0])
-            continue
-        values = value if option.multiple else [value]
-        for value in values:
+        elif isinstance(value, tuple):
+            for entry in value:
+                words += [option.opts[0], entry]
+        else:
             words += [option.opts[0], str(value)]
     return words
 
@@ -99,7 +98,7 @@ def opened(path: Path, options: Options, formulation: Formulation) -> TestTable:
         decimal=options.decimal,
         thousands=options.thousands,
         encoding=options.encoding,
-        skip_rows=counts_in("--skip-rows", options.skip_rows, "numbers of lines, such as 1,3"),
+        skip_rows=options.skip_rows or (),
         sheet=options.sheet,
     )
     require_free_names(table.layout.columns)
@@ -166,32 +165,29 @@ def decision_remarks(path: Path, table: TestTable, formulation: Formulation) -> 
                 raise invalid("--decision", rule, Received(f"{name} maximized in {path}"))
     remarks = []
     if formulation.chosen is not None:
-        remarks.append(_remark_on_choice(table, formulation.chosen, formulation.page))
+        values = formulation.page.get("values", {})
+        remarks.append(_remark_on_choice(table, formulation.chosen, values))
     if formulation.reason:
         remarks.append(f"Reason: {formulation.reason}")
     return remarks
 
 
-def _remark_on_choice(table: TestTable, chosen: str, page: Entries) -> str:
-    """Say whether the chosen design is what it was when the page saved the decision."""
+def _remark_on_choice(table: TestTable, chosen: str, values: Entries) -> str:
+    """Say whether the chosen design has the values with which the page saved the decision."""
     warning = f"Warning: {chosen}, the chosen design,"
     if chosen not in table.names:
         return f"{warning} is not among these."
     row = table.names.index(chosen)
-    values = page.get("values", {})
     changes = []
     for name in table.layout.objectives:
-        value = float(table.column(name)[row])  # values may hold anything
-        if name in values and values[name] != value:
+        value = float(table.column(name)[row])
+        if name in values and values[name] != value:  # which may be anything
             changes.append(f"{name} was {values[name]} and is {number(value, 6)}")
     if changes:
         return f"{warning} has changed: {', '.join(changes)}."
     if not table.eligible()[row]:
         return f"{warning} violates the limits."
-    if not values:
-        return f"Chosen: {chosen}."
-    date = str(page.get("date", "then"))
-    return f"Chosen: {chosen}, unchanged since {date[:10]}."
+    return f"Chosen: {chosen}."
 
 
 def require_free_names(names: Iterable[str]) -> None:
@@ -202,51 +198,26 @@ def require_free_names(names: Iterable[str]) -> None:
             raise invalid("the columns", "named unlike the columns of a ranking", name, remedy)
 
 
-def pairs_in(
-    option: str, entries: Names | None, form: str, names: Collection[str] | None = None
-) -> dict[str, str]:
+def pairs_in(option: str, entries: Names, form: str) -> dict[str, str]:
     """Return the values of entries ``name=value`` by name; a name may contain "=".
 
     Args:
         option: The option.
         entries: What was given for it.
         form: The form of an entry, for messages.
-        names: The names that are known, if not any is allowed.
 
     Raises:
-        ArgumentValueError: An entry has another form, or a name is unknown or occurs twice.
+        ArgumentValueError: An entry has another form, or a name occurs twice.
 
     Example:
-        >>> pairs_in("--units", ["mass=kg", '"time, s=s"'], "column=unit", ["mass", "time, s"])
+        >>> pairs_in("--units", ["mass=kg", '"time, s=s"'], "column=unit")
         {'mass': 'kg', 'time, s': 's'}
     """
-    pairs = {}
-    for part in entries_of(entries or ()):
+    pairs: dict[str, str] = {}
+    for part in entries_of(entries):
         name, _, value = map(str.strip, part.rpartition("="))
-        if not (name and value):
-            raise invalid(option, f"of the form {form}", Received(part or "nothing"))
-        if name in pairs:
-            raise invalid(option, f"given once for each name, as {form}", Received(part))
-        if names is not None:
-            known_name(option, name, names)
+        if not (name and value) or name in pairs:
+            rule = f"of the form {form}, once for each name"
+            raise invalid(option, rule, Received(part or "nothing"))
         pairs[name] = value
     return pairs
-
-
-def counts_in(option: str, text: str | None, form: str, mark: str = ",") -> tuple[int, ...]:
-    """Return the integers, each 1 or more, of a list with commas or another mark, if it is given.
-
-    Raises:
-        ArgumentValueError: The text is something else; ``form`` says what it must be.
-
-    Example:
-        >>> counts_in("--evaluations", "1, 3", "numbers of test points")
-        (1, 3)
-    """
-    if text is None:
-        return ()
-    parts = [part.strip() for part in text.split(mark)]
-    # \d would take the digits of every script; 18 of them always fit an int64.
-    if not all(re.fullmatch(r"[1-9][0-9]{0,17}", part) for part in parts):
-        raise invalid(option, form, text)
-    return tuple(map(int, parts))
