@@ -60,7 +60,6 @@ _ASKING = 0.2  # seconds between two looks at the number of workers
 # Bytes of a pickled function up to which each task brings it: this takes less time than a worker
 # that has to ask for it.
 _SMALL = 10_000
-_LARGE = 100_000  # bytes of a pickled function from which on Dask passes it from worker to worker
 _KEPT = 4  # functions that a worker keeps, one of each run that it works for
 
 
@@ -156,7 +155,7 @@ class ExecutorRunner(Runner):
 
     def by_workers(self, f: Function, waiting: Waiting) -> Generator[Result | None]:
         """Yield results, and ``None`` between; no design is evaluated in this process."""
-        yield from Tasks(self, self.executor, f, waiting).results()
+        yield from Tasks(self, f, waiting, self.executor).results()
 
     def __copy__(self) -> ExecutorRunner:
         """Return the runner itself: executors are not copied."""
@@ -186,30 +185,25 @@ class Tasks:
 
     Args:
         runner: The runner.
-        executor: Its executor; ``None`` for processes of this machine.
         function: What to evaluate.
         waiting: The designs, taken when a worker is free; more may be added meanwhile.
+        executor: The executor; ``None`` for processes of this machine.
     """
 
-    def __init__(self, runner: Any, executor: Any, function: Function, waiting: Waiting) -> None:
+    def __init__(self, runner: Any, function: Function, waiting: Waiting, executor: Any) -> None:
         self._runner = runner
-        self._executor = executor
         self._function = function
         self._waiting = waiting
-        self._pickled = pickled_function(function)
-        self._payload: Any = self._pickled  # what a worker gets that lacks the function
-        if isinstance(executor, DaskExecutor) and len(self._pickled) > _LARGE:
-            try:
-                self._payload = executor.client.scatter(self._pickled)
-            except OSError as error:  # its scheduler is gone
-                raise _gone(error) from error
+        pickled = pickled_function(function)
         self._name = secrets.token_hex(8)
-        self._identity = _identity(runner, function, self._pickled)
-        self._processes: Processes | None = None
+        self._identity = _identity(runner, function, pickled)
+        self._workers: Processes | _Cluster
         if executor is None:
             count = runner.n_workers
             threads = max(1, (os.cpu_count() or 1) // count)
-            self._processes = Processes(count, Setting.now(self._identity, threads))
+            self._workers = Processes(count, Setting.now(self._identity, threads), pickled)
+        else:
+            self._workers = _Cluster(executor, pickled)
         self._sent: dict[Any, Waiting] = {}  # designs that were sent together, by their future
         self._done: SimpleQueue[Any] = SimpleQueue()  # futures
         self._sent_again: set[int] = set()  # designs of tasks that the engine gave up
@@ -234,8 +228,7 @@ class Tasks:
             for future in self._sent:
                 with suppress(Exception):  # an executor that is gone
                     future.cancel()
-            if self._processes is not None:
-                self._processes.close()
+            self._workers.close()
 
     def _fill(self) -> None:
         """Send tasks until all workers are busy."""
@@ -249,22 +242,8 @@ class Tasks:
             self._send(deque(self._waiting.popleft() for _ in range(size)), lasting)
 
     def _send(self, designs: Waiting, lasting: float, with_function: bool = False) -> None:
-        timeout = self._runner.timeout
-        work = Work(self._name, self._identity, designs, timeout, lasting)
-        if self._processes is not None:
-            future: Any = self._processes.submit(work, self._pickled)
-        else:
-            function = None
-            if with_function or len(self._pickled) <= _SMALL:
-                function = self._payload
-            name = secrets.token_hex(8)  # engines that know a task by its content repeat none
-            packed = cloudpickle.dumps(work)
-            try:
-                future = self._executor.submit(evaluate, _VERSIONS, name, packed, function)
-            except PsiError:
-                raise
-            except Exception as error:
-                raise _gone(error) from error
+        work = Work(self._name, self._identity, designs, self._runner.timeout, lasting)
+        future: Any = self._workers.submit(work, with_function)
         self._sent[future] = designs
         if hasattr(future, "add_done_callback"):
             future.add_done_callback(lambda _: self._done.put(future))
@@ -286,14 +265,13 @@ class Tasks:
     def _results_of(self, future: Any, waiting: Waiting) -> Iterator[Result]:
         """Yield the results of designs that were sent together; send what is left of them again."""
         try:
-            answer = future.result()
+            answer = self._workers.answer(future)
         except PsiError:  # of the guard in the worker
             raise
         except Exception as error:
             yield from self._given_up(waiting, error)
             return
-        if self._processes is None:
-            answer = self._unpacked(*answer)
+        self._runner.has_answered = True
         if answer is None:  # it lacks the function
             self._send(waiting, CHUNK_SECONDS, with_function=True)
             return
@@ -310,18 +288,6 @@ class Tasks:
             raise failure
         self._waiting.extendleft(reversed(designs.items()))
 
-    def _unpacked(self, versions: tuple[str, ...], packed: bytes | None) -> Answer | None:
-        if versions != _VERSIONS:
-            raise WorkerError(
-                f"a worker has {' and '.join(versions)}, this process has "
-                f"{' and '.join(_VERSIONS)}; install the same versions on the workers"
-            )
-        self._runner.has_answered = True
-        if packed is None:
-            return None
-        answer: Answer = cloudpickle.loads(packed)
-        return answer
-
     def _given_up(self, waiting: Waiting, error: Exception) -> Iterator[Result]:
         """Send designs again, each alone, whose task the engine gave up; lose them the next time.
 
@@ -332,7 +298,6 @@ class Tasks:
             raise _gone(error) from error
         if isinstance(error, (ImportError, AttributeError, PickleError)):
             raise _unusable(error) from error
-        self._payload = self._pickled  # what Dask kept may be lost with its worker
         for index, design in waiting:
             if index not in self._sent_again:
                 self._sent_again.add(index)
@@ -344,6 +309,53 @@ class Tasks:
             else:
                 reason = f"its worker was lost ({one_line(error)})"
                 yield index, lost_values(self._function, design, reason), 0.0
+
+
+class _Cluster:
+    """The workers of an executor.
+
+    Args:
+        executor: The executor.
+        function: The pickled function.
+    """
+
+    def __init__(self, executor: Any, function: bytes) -> None:
+        self._executor = executor
+        self._function = function
+
+    def submit(self, work: Work, with_function: bool) -> Any:
+        """Return the future of an answer; workers that lack the function need it with the work."""
+        function = None
+        if with_function or len(self._function) <= _SMALL:
+            function = self._function
+        name = secrets.token_hex(8)  # engines that know a task by its content repeat none
+        packed = cloudpickle.dumps(work)
+        try:
+            return self._executor.submit(evaluate, _VERSIONS, name, packed, function)
+        except PsiError:
+            raise
+        except Exception as error:
+            raise _gone(error) from error
+
+    def answer(self, future: Any) -> Answer | None:
+        """Return the answer of a future that is done, or ``None`` if its worker lacks the function.
+
+        Raises:
+            WorkerError: It has other versions.
+        """
+        versions, packed = future.result()
+        if versions != _VERSIONS:
+            raise WorkerError(
+                f"a worker has {' and '.join(versions)}, this process has "
+                f"{' and '.join(_VERSIONS)}; install the same versions on the workers"
+            )
+        if packed is None:
+            return None
+        answer: Answer = cloudpickle.loads(packed)
+        return answer
+
+    def close(self) -> None:
+        """The workers are the executor's."""
 
 
 def _gone(error: BaseException) -> WorkerError:
@@ -411,8 +423,8 @@ def evaluate(
         return _VERSIONS, None
     if sys.platform != "win32":
         # One thread: the cores of a machine belong to all of its workers.
-        processes = Processes(1, Setting.now(work.identity, threads=1))
-        results, failure = processes.evaluate(work, pickled)
+        processes = Processes(1, Setting.now(work.identity, threads=1), pickled)
+        results, failure = processes.evaluate(work)
     else:
         results = [*evaluate_here(cloudpickle.loads(pickled), work.designs, moment=0.0)]
         failure = None

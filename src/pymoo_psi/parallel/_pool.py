@@ -31,7 +31,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Sequence
-from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from multiprocessing import Pipe, spawn, util
 from pathlib import Path
@@ -112,41 +112,57 @@ _OPEN: WeakSet[Processes] = WeakSet()
 
 
 class Processes:
-    """Worker processes for one run, each of which has a thread of this process.
+    """Worker processes for one function, each of which has a thread of this process.
 
     Args:
         count: How many, at most.
         setting: What the workers must agree with.
+        function: The pickled function.
     """
 
-    def __init__(self, count: int, setting: Setting) -> None:
+    def __init__(self, count: int, setting: Setting, function: bytes) -> None:
         self._count = count
         self._setting = setting
+        self._function = function
+        self._free = threading.Semaphore(count)
         self._busy: set[_Worker] = set()
         self._is_closed = False
-        self._threads = ThreadPoolExecutor(count)
         _OPEN.add(self)
 
-    def submit(self, work: Work, function: bytes) -> Future[Answer]:
+    def submit(self, work: Work, with_function: bool = False) -> Future[Answer]:
         """Return the future of an answer; see :meth:`evaluate`."""
-        return self._threads.submit(self.evaluate, work, function)
+        future: Future[Answer] = Future()
+        # A daemon, for which the interpreter does not wait at its end: its worker may be stuck.
+        threading.Thread(target=self._answer, args=(work, future), daemon=True).start()
+        return future
+
+    def _answer(self, work: Work, future: Future[Answer]) -> None:
+        with self._free:
+            if not future.set_running_or_notify_cancel():
+                return
+            try:
+                future.set_result(self.evaluate(work))
+            except BaseException as error:
+                future.set_exception(error)
+
+    def answer(self, future: Future[Answer]) -> Answer | None:
+        """Return the answer of a future that is done."""
+        return future.result()
 
     def close(self) -> None:
         """End the workers that are busy, with all that a model has started there."""
         self._is_closed = True
         for worker in list(self._busy):
             worker.hang_up()
-        self._threads.shutdown()
+        for _ in range(self._count):  # until no thread is at work
+            self._free.acquire()
+        self._free.release(self._count)
         _end(_IDLE[: -_KEPT * max(self._count, os.cpu_count() or 1)])
 
-    def evaluate(self, work: Work, function: bytes) -> Answer:
+    def evaluate(self, work: Work) -> Answer:
         """Evaluate designs; those that are not begun in the time of the work have no result.
 
         A design whose process dies is tried once more.
-
-        Args:
-            work: The designs.
-            function: The pickled function.
 
         Raises:
             WorkerError: No worker starts, or none can load the function.
@@ -156,32 +172,28 @@ class Processes:
         tried = None
         while not self._is_closed:
             worker = self._hire()
-            was_kept = worker.run != ""
+            is_new = worker.run == ""
             try:
-                failure = worker.evaluate(work, function, waiting, results)
-            except TimeoutError:
-                worker.end()
-                reason = f"timed out after {work.timeout:g} s"
-            except EOFError:
-                end = worker.end(_PATIENCE)
-                index, _ = waiting[0]
-                if worker.run != work.run:  # it has not loaded the function
-                    if was_kept:
-                        continue
-                    raise _cannot_load(f"the process ends before ({end})") from None
-                if tried != index:
-                    tried = index
-                    continue
-                reason = f"its worker process died ({end}, 2 times)"
+                failure = worker.evaluate(work, self._function, waiting, results)
             except BaseException:
                 worker.end()
                 raise
-            else:
-                _IDLE.append(worker)
-                return results, failure
             finally:
                 self._busy.discard(worker)
+            if worker.lost == "":
+                _IDLE.append(worker)
+                return results, failure
+            if worker.run != work.run:  # it has not loaded the function
+                if is_new:
+                    raise _cannot_load(f"the process ends before ({worker.lost})")
+                continue
             index, _ = waiting[0]
+            reason = worker.lost
+            if not worker.is_late:
+                if tried != index:
+                    tried = index
+                    continue
+                reason = f"its worker process died ({worker.lost}, 2 times)"
             results.append((index, LostDesign(reason), 0.0))
             return results, None
         raise CancelledError
@@ -222,11 +234,15 @@ class _Worker:
         process: The process that Popen started: the guard of the one that evaluates.
         channel: The connection to it.
         run: The run whose function it has loaded last; empty if none.
+        lost: How its process has ended; empty while it works.
+        is_late: Whether it was ended, as a design took too long.
     """
 
     def __init__(self, setting: Setting) -> None:
         self.setting = setting
         self.run = ""
+        self.lost = ""
+        self.is_late = False
         self.channel, theirs = Pipe()
         # such as -P and -I, which say what may be imported
         flags = util._args_from_interpreter_flags()  # type: ignore[attr-defined]
@@ -249,15 +265,13 @@ class _Worker:
     ) -> EvaluationError | None:
         """Let it evaluate designs, which move from the queue to the results.
 
-        While the process loads the function, it has read all that was sent: this one never waits
-        for it.
+        If the process is lost, it was at work on the first design that is left. While it loads the
+        function, it has read all that was sent: this process never waits for it.
 
         Returns:
             The error that ended the evaluation, if there was one.
 
         Raises:
-            TimeoutError: The first design that waits takes too long.
-            EOFError: The process has ended.
             WorkerError: It cannot load the function.
         """
         to_load = None
@@ -267,8 +281,9 @@ class _Worker:
         problem = self.receive()
         if problem:
             raise _cannot_load(problem)
-        self.run = work.run
-        while waiting:
+        if not self.lost:
+            self.run = work.run
+        while waiting and not self.lost:
             answer = self.receive(work.timeout)
             if answer is None or isinstance(answer, EvaluationError):
                 return answer
@@ -284,18 +299,17 @@ class _Worker:
             self.channel.send_bytes(data)
 
     def receive(self, timeout: float | None = None) -> Any:
-        """Return the next message.
-
-        Raises:
-            TimeoutError: No message has come within ``timeout`` seconds.
-            EOFError: The process has ended.
-        """
+        """Return the next message; None if the process has ended, or none comes in time."""
         try:
             if self.channel.poll(timeout):
                 return self.channel.recv()
-        except OSError as error:  # it was reset
-            raise EOFError from error
-        raise TimeoutError
+        except (EOFError, OSError):  # it was closed, or reset
+            self.lost = self.end(_PATIENCE)
+        else:
+            self.is_late = True
+            self.lost = f"timed out after {timeout:g} s"
+            self.end()
+        return None
 
     def hang_up(self) -> None:
         """Make the guard kill the process, with what it has started, whatever they do."""
@@ -347,12 +361,13 @@ def run_program(
         OSError: The program cannot be started, or its worker was killed.
     """
     program = shutil.which(words[0]) or str(folder / words[0])
-    request = [program, *words[1:]], str(folder), timeout, {**os.environ}
+    call = [program, *words[1:]], str(folder), timeout, {**os.environ}
     if sys.platform == "win32":
-        return _worker.run_program(request)
-    work = Work("programs", ("", b"programs"), deque([(0, request)]), None, math.inf)
-    processes = Processes(1, Setting.now(work.identity, threads=1))
-    results, failure = processes.evaluate(work, pickle.dumps(_worker.run_program))
+        return _worker.run_program(call)
+    work = Work("programs", ("", b"programs"), deque([(0, call)]), None, math.inf)
+    setting = Setting.now(work.identity, threads=1)
+    processes = Processes(1, setting, pickle.dumps(_worker.run_program))
+    results, failure = processes.evaluate(work)
     processes.close()
     if failure is not None:
         raise failure.original or failure
@@ -364,17 +379,10 @@ def run_program(
 
 
 @atexit.register
-def _end_idle() -> None:
-    _end(_IDLE[:])
-
-
-def _close_all() -> None:
-    """End busy workers, one of which may be stuck, before the interpreter waits for its threads."""
+def _end_all() -> None:
     for processes in list(_OPEN):
         processes.close()
-
-
-threading._register_atexit(_close_all)  # type: ignore[attr-defined]
+    _end(_IDLE[:])
 
 
 def _forget() -> None:

@@ -236,7 +236,7 @@ class JoblibRunner(Runner):
             from joblib.externals.loky import get_reusable_executor
 
             executor = get_reusable_executor(self.n_workers)
-        yield from Tasks(self, executor, f, waiting).results()
+        yield from Tasks(self, f, waiting, executor).results()
 
     def _cluster(self) -> Runner | None:
         """Return a runner on the cluster that joblib's configuration names, if it names one.

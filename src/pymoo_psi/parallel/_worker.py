@@ -123,18 +123,18 @@ def _prctl(option: int, value: int) -> None:
 _GRACE = 1.0  # seconds in which processes may end that a program has started
 
 
-def run_program(request: tuple[list[str], str, float | None, dict[str, str]]) -> tuple[Any, bool]:
+def run_program(call: tuple[list[str], str, float | None, dict[str, str]]) -> tuple[Any, bool]:
     """Run a program in a worker process, and kill all that it has started.
 
     Args:
-        request: Its words, its folder, the seconds that it may take, and its environment.
+        call: Its words, its folder, the seconds that it may take, and its environment.
 
     Returns:
         Its exit code, None after a timeout; and whether processes that it had started ran on.
     """
     import subprocess
 
-    words, folder, timeout, environment = request
+    words, folder, timeout, environment = call
     _prctl(_PR_SET_CHILD_SUBREAPER, 1)
     out = os.path.join(folder, "stdout.txt")
     err = os.path.join(folder, "stderr.txt")
