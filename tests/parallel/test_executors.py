@@ -108,7 +108,8 @@ def test_every_algorithm_and_a_model_that_kills_its_process(processes, tmp_path,
     assert again.algorithm.table.equals(search.algorithm.table)
 
 
-def test_a_vectorised_problem_on_an_executor(processes):
+def test_a_vectorised_problem_on_an_executor(processes, monkeypatch):
+    monkeypatch.setattr("pymoo_psi.algorithms._psi._WORTH_SENDING", 100)  # also the last filter
     problem, runner = VectorizedSphereChute(0.4), ExecutorRunner(processes)
     options = {"keep": "pareto", "limits": {"f1": 2.5}}
     table = investigate(problem, 3000, runner=runner, block_size=500, **options)

@@ -7,6 +7,7 @@ points do not depend on results, so that a run is the same however it is cut int
 
 from __future__ import annotations
 
+from collections import deque
 from contextlib import closing
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -30,6 +31,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.algorithms._executor import BlockFilter, Pieces
+from pymoo_psi.algorithms._model import Model
 from pymoo_psi.algorithms._options import (
     InvestigateKeywords,
     PSIKeywords,
@@ -39,7 +41,7 @@ from pymoo_psi.algorithms._options import (
 )
 from pymoo_psi.algorithms._run import Run, by_number, repeated_tests, run_of_sequence
 from pymoo_psi.algorithms._store import stored_at_termination
-from pymoo_psi.parallel import JoblibRunner, Runner, progress_bar
+from pymoo_psi.parallel import JoblibRunner, Runner, Waiting, progress_bar
 from pymoo_psi.problems import (
     NO_OUTPUTS,
     evaluate_designs,
@@ -57,6 +59,8 @@ if TYPE_CHECKING:
 # dropped again when there are twice as many as were left, so that all filtering together takes at
 # most twice as long as the last one.
 _WORTH_FILTERING = 2**20
+# Tests from which on a worker of a cluster finds the Pareto set: with fewer, sending takes longer.
+_WORTH_SENDING = 100_000
 
 
 class PointAlgorithm(WithTable, Algorithm):
@@ -495,7 +499,7 @@ def investigate(
         pieces = Pieces(runner)  # until tests are averaged
 
     def tested(run: Run) -> TestTable:
-        return _tests_of(run, pieces.keep, progress)
+        return _tests_of(run, pieces, progress)
 
     run, table = repeated_tests(tested, problem, n_points, settings, pieces)
     model = run.model
@@ -503,7 +507,7 @@ def investigate(
         table = BlockFilter(keep, model)(averaged_repeats(table))
     table = run.store.numbered(table)
     if keep == "pareto":  # the blocks have fronts of their own, and feasible tests only
-        table = table.rows(model.under_so_far(table).pareto())
+        table = _pareto_tests(table, model, runner)
     # of tests that are left out it is unknown whether they failed
     table = model.under(table)
     if keep != "all":
@@ -513,10 +517,10 @@ def investigate(
     return table
 
 
-def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
+def _tests_of(run: Run, pieces: Pieces, progress: bool) -> TestTable:
     """Return the tests of a run that are kept, by number."""
     # Workers may have filtered their tests already; then it takes hardly any time.
-    block_filter = BlockFilter(keep, run.model)
+    block_filter = BlockFilter(pieces.keep, run.model)
     n_tested = 0
     tables = [run.store.empty]  # the first one is what the last filter has left
     with (
@@ -529,10 +533,20 @@ def _tests_of(run: Run, keep: str, progress: bool) -> TestTable:
             n_tested += len(block.numbers)
             show_progress(n_tested / max(1, n_tested + run.n_left))
             n_rows = sum(map(len, tables))
-            if keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
-                table = by_number(tables)
-                tables = [table.rows(run.model.under_so_far(table).pareto())]
+            if pieces.keep == "pareto" and n_rows > max(2 * len(tables[0]), _WORTH_FILTERING):
+                tables = [_pareto_tests(by_number(tables), run.model, pieces.runner)]
     return by_number(tables)
+
+
+def _pareto_tests(tests: TestTable, model: Model, runner: Runner | None) -> TestTable:
+    """Return the Pareto set of tests; if they are many, a worker of a cluster finds it."""
+    table = model.under_so_far(tests)
+    if runner is None or not runner.elastic or len(table) < _WORTH_SENDING:
+        return tests.rows(table.pareto())
+    one_task: Waiting = deque([(0, table)])
+    with closing(runner.tasks(TestTable.pareto, one_task)) as results:
+        ((_, is_pareto),) = results
+    return tests.rows(is_pareto)
 
 
 def _runner_of_pieces(problem: Any, n_jobs: int, runner: Runner | None) -> Runner | None:

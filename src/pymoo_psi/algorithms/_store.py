@@ -21,7 +21,7 @@ from pymoo_psi.algorithms._options import RunOptions
 from pymoo_psi.algorithms._sources import Points
 from pymoo_psi.errors import StudyAccessError
 from pymoo_psi.problems import layers, requirement_texts
-from pymoo_psi.study import ADDED, LASTING, Proposal, Study, identity_of_run
+from pymoo_psi.study import ADDED, LAST, LASTING, Proposal, Study, identity_of_run
 from pymoo_psi.table import (
     POINT,
     RUN,
@@ -185,15 +185,11 @@ class StudyStore(Store):
     def recall(self, points: Points) -> TestTable:
         """Return the stored tests of points, by number, without those to be retried."""
         numbers = points.numbers
-        if len(numbers) == 0:
-            return self.empty
         if self.has_other_runs:
             self._adopt(points)
-        first = int(numbers[0])
-        count = int(numbers[-1]) - first + 1
-        tests = self._kept(self.study.contents(first, count, run=self.run)[1])
+        tests, is_retried = self.stored(int(numbers[0]), int(numbers[-1]))
         # The file of a share may hold points of other shares.
-        return tests.rows(np.isin(tests.numbers, numbers))
+        return tests.rows(np.isin(tests.numbers, numbers) & ~is_retried)
 
     def _adopt(self, points: Points) -> None:
         """Let tests that other runs made of the same designs be those of points, too."""
@@ -205,27 +201,26 @@ class StudyStore(Store):
 
     def known(self) -> TestTable:
         """Return the stored tests of the run, without those to be retried."""
-        return self._kept(self.study.contents(run=self.run)[1])
+        tests, is_retried = self.stored()
+        return tests.rows(~is_retried)
 
-    def _kept(self, columns: Columns) -> TestTable:
-        return self.table(columns, POINT).rows(~self._is_retried(columns))
+    def stored(self, first: int = 1, last: int = LAST) -> tuple[TestTable, Mask]:
+        """Return the tests of test points ``first`` to ``last``, and which are retried."""
+        with self.study.reading() as database:
+            columns = database.tests_of_run(self.run, first, last)
+        tests = self.table(columns, POINT)
+        return tests, self._is_retried(tests)
 
-    def _is_retried(self, columns: Columns) -> Mask:
+    def _is_retried(self, tests: TestTable) -> Mask:
         """``(n,)`` which of stored tests are to be evaluated once more."""
-        failed: Mask = columns["status"] == "failed"
+        has_failed: Mask = tests.status == "failed"
         if self._retry == "failed":
-            return failed
-        is_retried: Mask = np.zeros(len(failed), dtype=bool)
+            return has_failed
+        is_retried = np.zeros(len(tests), dtype=bool)
         if self._retry == "incomplete":
             for name in (*self.empty.layout.objectives, *self._model.default_limits):
-                unknown = columns.get(name, np.full(len(failed), np.nan))
-                is_retried |= unknown != unknown  # NaN
-        return is_retried & ~failed
-
-    def stored(self, first: int) -> tuple[TestTable, Mask]:
-        """Return the tests of the run from test point ``first`` on, and which are retried."""
-        columns = self.study.contents(first, run=self.run)[1]
-        return self.table(columns, POINT), self._is_retried(columns)
+                is_retried |= np.isnan(tests.column(name))
+        return is_retried & ~has_failed
 
     def whole(self) -> TestTable:
         """Return all tests of the study, of whatever run, by their numbers."""
@@ -244,13 +239,13 @@ class StudyStore(Store):
             n_tests = database.n_tests()
             n_tests.pop(self.run, None)
             state = sum(n_tests.values()), database.facts.n_changes
-        if state == self._state_of_others:
-            return self._others
+            if state == self._state_of_others:
+                return self._others
+            columns = database.tests()
+        is_of_other = columns["run"] != self.run
+        tests = self.table({name: cells[is_of_other] for name, cells in columns.items()}, "test")
         self._state_of_others = state
-        columns = self.study.contents()[1]
-        is_of_other = (columns["run"] != self.run) & ~self._is_retried(columns)
-        columns = {name: column[is_of_other] for name, column in columns.items()}
-        self._others = self.table(columns, "test")
+        self._others = tests.rows(~self._is_retried(tests))
         return self._others
 
     def table(self, columns: Columns, number: str) -> TestTable:
