@@ -81,38 +81,74 @@ def sections(
         columns = layout.objectives
     for name in columns:
         known_name("columns", name, [*layout.objectives, *layout.constraints, *layout.outputs])
+    if design is None:
+        design = table.formulation.chosen
     if row is None:
-        row = _row(table, design)
+        if design is not None:
+            row = table.row_of(design)
+        else:
+            row = int(np.flatnonzero(table.numbers == table.best().numbers)[0])
     space = space_of_table(table)
     Z = encoded(space, space.points(table.X))
-    usable = (table.status != "failed") & np.isfinite(Z).all(axis=1)
     frames = []
     with threadpool_limits(limits=1, user_api="blas"):
         for name in columns:
-            surrogate = _Surrogate(table, name, Z, row, usable)
+            # Minimised: on a logarithmic scale, the best values are finest.
+            sign = -1.0 if name in layout.maximize else 1.0
+            fit, process = _surrogate(table, name, sign, Z, row)
             for j, variable in enumerate(space.variables):
                 values = _values(variable, n_values)
                 line = np.repeat(table.X[[row]], len(values), axis=0)
                 line[:, j] = values
-                frame = surrogate.predicted(encoded(space, space.points(line)))
-                frame.insert(0, "column", name)
-                frame.insert(1, "variable", variable.name)
-                frame.insert(2, "value", values)
-                frame.insert(3, "design", [table.X[row, j]] * len(values))
-                frames.append(frame)
-    sections = pd.concat(frames, ignore_index=True)
-    sections.attrs["units"] = dict(layout.units)
-    return sections
+                Z_line = encoded(space, space.points(line))
+                mean = process(Z_line)
+                width = _DEVIATIONS * process.deviation(Z_line)
+                ends = sign * fit.scale.back(np.array([mean - width, mean + width]))
+                section = {
+                    "column": name,
+                    "variable": variable.name,
+                    "value": values,
+                    "design": [table.X[row, j]] * len(values),
+                    "expected": sign * fit.scale.back(mean),
+                    "low": ends.min(axis=0),
+                    "high": ends.max(axis=0),
+                    "error": fit.error,
+                }
+                frames.append(pd.DataFrame(section))
+    return pd.concat(frames, ignore_index=True)
 
 
-def _row(table: TestTable, design: int | str | None) -> int:
-    """Return the row of a design: the one that is named, the chosen one, or the best one."""
-    if design is None:
-        design = table.formulation.chosen
-    if design is None:
-        design = int(table.best().numbers[0])
-        return int(np.flatnonzero(table.numbers == design)[0])
-    return table.row_of(design)
+def _surrogate(
+    table: TestTable, name: str, sign: float, Z: Array, row: int
+) -> tuple[OutputFit, GaussianProcess]:
+    """Return the surrogate of a column near a design.
+
+    Args:
+        table: The tests.
+        name: The column.
+        sign: -1 to learn the negative of it.
+        Z: ``(n, d)`` the tests as surrogates see them.
+        row: The row of the design.
+    """
+    y = sign * np.asarray(table.column(name), dtype=float)
+    is_usable = (table.status != "failed") & np.isfinite(Z).all(axis=1) & np.isfinite(y)
+    n_usable = np.count_nonzero(is_usable)
+    if n_usable < _LEAST_TESTS:
+        rule = f"{_LEAST_TESTS} or more with a value of {name!r}"
+        raise invalid("the tests of sections", rule, Received(f"{n_usable}"))
+    is_even = np.full(n_usable, True)
+    if PROPOSAL_ROUND in table.layout.outputs:
+        is_even = table.column(PROPOSAL_ROUND)[is_usable] == 0
+    if is_even.sum() < _LEAST_TESTS:
+        is_even[:] = True
+    y = bounded(y[is_usable, None])[:, 0]
+    Z_usable = Z[is_usable]
+    constraint = name in table.layout.constraints and bool((y < 0).any())
+    fit = OutputFit.of(Z_usable, y, y[is_even], constraint=constraint)
+    distance = ((Z_usable - Z[row]) ** 2).sum(axis=1)
+    nearest = np.argsort(distance, kind="stable")[:_NEAREST]
+    covariance = Covariance(Z_usable[nearest], fit.lengths)
+    return fit, GaussianProcess(covariance, fit.scale.to(y[nearest]))
 
 
 def space_of_table(table: TestTable) -> DesignSpace:
@@ -138,53 +174,3 @@ def _values(variable: Variable, n: int) -> AnyArray:
     if variable.kind is Kind.CHOICE:
         return np.array(variable.options, dtype=object)
     return np.unique(variable.values(np.linspace(0, 1, n)))
-
-
-class _Surrogate:
-    """The surrogate of a column near a design.
-
-    Args:
-        table: The tests.
-        name: The column.
-        Z: ``(n, d)`` the tests as surrogates see them.
-        row: The row of the design.
-        usable: ``(n,)`` which tests count.
-    """
-
-    def __init__(self, table: TestTable, name: str, Z: Array, row: int, usable: Array) -> None:
-        y = np.asarray(table.column(name), dtype=float)
-        rows = np.flatnonzero(usable & np.isfinite(y))
-        if len(rows) < _LEAST_TESTS:
-            rule = f"{_LEAST_TESTS} or more with a value of {name!r}"
-            raise invalid("the tests of sections", rule, Received(f"{len(rows)}"))
-        self._sign = 1.0
-        if name in table.layout.maximize:  # on a logarithmic scale, the best values are finest
-            self._sign = -1.0
-        y = bounded(self._sign * y[rows, None])[:, 0]
-        is_even = np.full(len(rows), True)
-        if PROPOSAL_ROUND in table.layout.outputs:
-            is_even = table.column(PROPOSAL_ROUND)[rows] == 0
-        if is_even.sum() < _LEAST_TESTS:
-            is_even[:] = True
-        constraint = name in table.layout.constraints and bool((y < 0).any())
-        fit = OutputFit.of(Z[rows], y, y[is_even], constraint=constraint)
-        distance = ((Z[rows] - Z[row]) ** 2).sum(axis=1)
-        nearest = np.argsort(distance, kind="stable")[:_NEAREST]
-        covariance = Covariance(Z[rows][nearest], fit.lengths)
-        self._scale = fit.scale
-        self._error = fit.error
-        self._process = GaussianProcess(covariance, fit.scale.to(y[nearest]))
-
-    def predicted(self, Z: Array) -> pd.DataFrame:
-        """Return expectations and bands at designs."""
-        mean = self._process(Z)
-        width = _DEVIATIONS * self._process.deviation(Z)
-        lower = self._sign * self._scale.back(mean - width)
-        upper = self._sign * self._scale.back(mean + width)
-        columns = {
-            "expected": self._sign * self._scale.back(mean),
-            "low": np.minimum(lower, upper),
-            "high": np.maximum(lower, upper),
-            "error": self._error,
-        }
-        return pd.DataFrame(columns)
