@@ -123,7 +123,7 @@ def test_violations_say_where_a_constraint_is_met():
     near = random.random((400, 2))
     truth = (1.5 * near[:, 0] + near[:, 1] ** 2) - 1
     amounts = np.maximum(1.5 * Z[:, 0] + Z[:, 1] ** 2 - 1, 0)[:, None]
-    learned = Learned.of(Z, amounts, n_uniform=48, n_obj=0)
+    learned = Learned(Z, amounts, n_uniform=48, n_obj=0)
     learned.extend(np.arange(48), Z)
     (process,) = learned.processes(learned.to(amounts))
     excess = process(near) - learned.outputs[0].scale.to(0.0)
@@ -135,7 +135,7 @@ def test_an_output_may_change_much_faster_near_one_end_of_a_variable():
     random = np.random.default_rng(1)
     Z, at = random.random((30, 2)), random.random((400, 2))
     values, expected = (np.sin(5 * z[:, [0]] ** 8 + z[:, [1]]) for z in (Z, at))
-    learned = Learned.of(Z, values, n_uniform=30, n_obj=1)
+    learned = Learned(Z, values, n_uniform=30, n_obj=1)
     learned.extend(np.arange(30), Z)
     (process,) = learned.processes(learned.to(values))
     error = learned.back(process(at)[:, None]) - expected

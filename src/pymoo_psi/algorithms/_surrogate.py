@@ -278,10 +278,10 @@ def _fitted(
         return None
     Y = bounded(tests.Y[rows])
     n_known_uniform = max(int(np.count_nonzero(is_known[:n_uniform])), _LEAST_LEARNED)
-    learned = Learned.of(goal.encode(tests.points[rows]), Y, n_known_uniform, goal.n_obj)
+    learned = Learned(goal.encode(tests.points[rows]), Y, n_known_uniform, goal.n_obj)
     if len(rows) > most:
         best = best_and_spread(Y, learned, goal, most)
-        learned.leave_out(tests.numbers[np.delete(rows, best)])
+        learned.left_out = tests.numbers[np.delete(rows, best)]
     return learned
 
 

@@ -7,7 +7,6 @@ without heavy tails.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -140,9 +139,7 @@ def scales(y: Array, uniform: Array, *, constraint: bool) -> list[Scale]:
     far = _FAR_OUT * (q3 - q1)
     if uniform.min() >= q1 - far and uniform.max() <= q3 + far:
         return [linear]
-    origin = 0.0
-    if not constraint:
-        origin = uniform.min()
+    origin = 0.0 if constraint else uniform.min()
     low, high = np.quantile(np.abs(uniform - origin), [0.25, 0.75])
     unit = max(low, _LEAST_UNIT * (high - low))
     if unit <= 0:
@@ -249,7 +246,7 @@ class OutputFit:
         if met > 0:
             is_violated = y > 0
             lengths = fit_lengths(Z[is_violated], t[is_violated])
-            t = _continued(Covariance(Z, lengths), t, scale.to(0.0), scale.to(-met))
+            t = _continued(Covariance(Z, lengths), t, scale, met)
         lengths = fit_lengths(Z, t)
         mean, variance = GaussianProcess(Covariance(Z, lengths), t).left_out(t)
         squares = (t - mean) ** 2
@@ -330,15 +327,11 @@ class Covariance:
         self.trends = np.vstack([self.trends, trends])
         self._columns = np.hstack([self._columns, columns])
 
-    def solve(self, b: Array) -> Array:
-        """Return the product of the inverse matrix and ``(n, k)`` columns."""
-        return np.asarray(cho_solve((self.factor, True), b, check_finite=False))
-
-    def explained(self, Z: Array) -> tuple[Array, Array]:
-        """Return ``(k,)`` variances of designs, and what of them the tests explain."""
+    def unexplained(self, Z: Array) -> Array:
+        """Return the ``(k,)`` parts of the variance of designs that the tests do not explain."""
         half = self._half(Z)
         prior = 1 + (self.trends_of(Z) ** 2).sum(axis=1)
-        return prior, np.einsum("ij,ij->j", half, half)
+        return np.asarray(np.maximum(prior - np.einsum("ij,ij->j", half, half), 0))
 
     def _half(self, Z: Array) -> Array:
         """Return ``(n, k)`` covariances of the tests with designs, times the inverse factor."""
@@ -387,7 +380,8 @@ class GaussianProcess:
 
     def __init__(self, covariance: Covariance, t: Array) -> None:
         self._covariance = covariance
-        ones, solved = covariance.solve(np.column_stack([np.ones(len(t)), t])).T
+        columns = np.column_stack([np.ones(len(t)), t])
+        ones, solved = cho_solve((covariance.factor, True), columns, check_finite=False).T
         self.mean = ones @ t / ones.sum()
         self._weights = solved - self.mean * ones
         self._trend_weights = covariance.trends.T @ self._weights
@@ -406,8 +400,7 @@ class GaussianProcess:
 
     def deviation(self, Z: Array) -> Array:
         """Return the ``(k,)`` standard deviations at designs."""
-        prior, explained = self._covariance.explained(Z)
-        return np.asarray(np.sqrt(self.variance * np.maximum(prior - explained, 0)))
+        return np.asarray(np.sqrt(self.variance * self._covariance.unexplained(Z)))
 
     def left_out(self, t: Array) -> tuple[Array, Array]:
         """Return ``(n,)`` means and variances of each value, given all others (eq. 5.12)."""
@@ -423,7 +416,7 @@ def _inverse(factor: Array) -> Array:
     return np.asarray(inverse)
 
 
-def _continued(covariance: Covariance, t: Array, zero: Array, met: Array) -> Array:
+def _continued(covariance: Covariance, t: Array, scale: Scale, met_by: float) -> Array:
     """Return a constraint below 0 where it is met, as the violations let expect.
 
     Many models return the amount of a violation, 0 where the constraint is met. A process of such
@@ -434,9 +427,11 @@ def _continued(covariance: Covariance, t: Array, zero: Array, met: Array) -> Arr
     Args:
         covariance: The covariance of the tests.
         t: ``(n,)`` the constraint, on its scale.
-        zero: 0 on this scale.
-        met: The value of a met constraint of which the violations do not say more.
+        scale: This scale.
+        met_by: How far below 0 it is where the violations do not say more.
     """
+    zero = scale.to(0.0)
+    met = scale.to(-met_by)
     is_known = t > zero
     least = 2 * zero - t.max()
     inverse = _inverse(covariance.factor)
@@ -460,33 +455,25 @@ class Learned:
     """What surrogates know of tests: what is fitted to some, and the covariances of the designs.
 
     Args:
-        outputs: What is fitted, for each of the q outputs.
+        Z: ``(n, d)`` designs in the unit cube, to which outputs are fitted; :meth:`extend` appends
+            tests.
+        Y: ``(n, q)`` their outputs, :func:`bounded`, the objectives first.
+        n_uniform: Number of tests at uniform points, which come first.
+        n_obj: Number of outputs that are objectives.
 
     Attributes:
-        outputs: What is fitted.
+        outputs: What is fitted, for each output.
         numbers: ``(n,)`` the numbers of the tests, in the order in which they were appended.
+        left_out: The numbers of tests that are never appended.
     """
 
-    def __init__(self, outputs: Sequence[OutputFit]) -> None:
-        self.outputs = outputs
-        self.numbers = np.zeros(0, dtype=np.int64)
-        self._left_out = self.numbers
-        self._covariances: list[Covariance] = []
-
-    @classmethod
-    def of(cls, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> Learned:
-        """Fit outputs to tests, which :meth:`extend` appends.
-
-        Args:
-            Z: ``(n, d)`` designs in the unit cube.
-            Y: ``(n, q)`` their outputs, :func:`bounded`, the objectives first.
-            n_uniform: Number of tests at uniform points, which come first.
-            n_obj: Number of outputs that are objectives.
-        """
-        outputs = []
+    def __init__(self, Z: Array, Y: Array, n_uniform: int, n_obj: int) -> None:
+        self.outputs = []
         for j, y in enumerate(Y.T):
-            outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= n_obj))
-        return cls(outputs)
+            self.outputs.append(OutputFit.of(Z, y, y[:n_uniform], constraint=j >= n_obj))
+        self.numbers = np.zeros(0, dtype=np.int64)
+        self.left_out = self.numbers
+        self._covariances = [Covariance(Z[:0], output.lengths) for output in self.outputs]
 
     def to(self, Y: Array) -> Array:
         """Return ``(n, k)`` values of the first k outputs on their scales."""
@@ -498,27 +485,20 @@ class Learned:
         columns = [output.scale.back(t) for output, t in zip(self.outputs, T.T, strict=False)]
         return np.column_stack(columns)
 
-    def leave_out(self, numbers: Numbers) -> None:
-        """Learn nothing from tests."""
-        self._left_out = numbers
-
     def extend(self, numbers: Numbers, Z: Array) -> None:
         """Append those of ``(k,)`` tests, with ``(k, d)`` designs, that are new."""
-        is_new = ~np.isin(numbers, np.append(self.numbers, self._left_out))
-        if not is_new.any():
-            return
-        self.numbers = np.append(self.numbers, numbers[is_new])
-        if not self._covariances:
-            self._covariances = [Covariance(Z[:0], output.lengths) for output in self.outputs]
-        for covariance in self._covariances:
-            covariance.append(Z[is_new])
+        is_new = ~np.isin(numbers, np.append(self.numbers, self.left_out))
+        if is_new.any():
+            self.numbers = np.append(self.numbers, numbers[is_new])
+            for covariance in self._covariances:
+                covariance.append(Z[is_new])
 
     def processes(self, T: Array) -> list[GaussianProcess]:
         """Return the processes of ``(n, q)`` outputs on their scales, of the tests in order."""
         processes = []
         for covariance, t, output in zip(self._covariances, T.T, self.outputs, strict=True):
             if output.met > 0:
-                t = _continued(covariance, t, output.scale.to(0.0), output.scale.to(-output.met))
+                t = _continued(covariance, t, output.scale, output.met)
             processes.append(GaussianProcess(covariance, t))
         return processes
 
