@@ -18,7 +18,6 @@ Points lie in the unit cube of the variables. ``Z`` stands for points as surroga
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -128,18 +127,19 @@ def propose(
         start = _start_near(best, surrogates.predict, goal, random)
     else:
         start = _start_anywhere(best, surrogates.predict, goal, random)
-    contraction = _contraction(learned, goal.n_obj)
-    points = _search(surrogates.predict, start, contraction, goal, random)
+    points = _search(surrogates.predict, start, surrogates.contraction, goal, random)
     candidates = surrogates.candidates(points)
     pending = surrogates.candidates(tests.pending)
     F = np.vstack([tests.Y[tests.eligible, : goal.n_obj], pending.F[pending.violation <= 0]])
-    front = _Front.of(F, candidates, goal)
-    if goal.is_directed and len(front.F) > 0:
-        aim = surrogates.compromise(front)
+    F = F[nondominated(F)]
+    surrogates.ranges = _ranges(F, candidates, goal)
+    surrogates.front = _scaled(F, surrogates.ranges)
+    if goal.is_directed and len(F) > 0:
+        aim = surrogates.compromise
         start = _Population.of(aim, points, goal.low, goal.high).best(_POPULATION_SIZE, 0.0)
         compromises = _search(aim, start, 0.0, goal, random)[:_N_COMPROMISES]
-        candidates = surrogates.candidates(np.vstack([points, compromises]), front)
-    chosen = _choice(candidates, front, seen, batch, goal, contraction)
+        candidates = surrogates.candidates(np.vstack([points, compromises]))
+    chosen = _choice(surrogates, candidates, seen, batch)
     proposals = candidates.points[chosen]
     n_missing = batch - len(proposals)
     if n_missing > 0:  # all candidates are tested, for example if there are few discrete designs
@@ -211,10 +211,9 @@ def _knowledge_gradients(F: Array, errors: Array, noise: Array, ranges: Array, n
         ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
         n: Number of tested designs, which come first, two or more.
     """
-    lengths = _lengths(*ranges)
-    scaled = (F - ranges[0]) / lengths
+    scaled = _scaled(F, ranges)
     distance = np.maximum(np.linalg.norm(scaled, axis=1), _LEAST_DIVISOR)
-    slopes = scaled / (distance[:, None] * lengths)
+    slopes = scaled / (distance[:, None] * _lengths(ranges))
     error = np.linalg.norm(slopes * errors, axis=1)
     step = error**2 / np.hypot(error, np.linalg.norm(slopes * noise, axis=1))
     best, second = np.argsort(distance[:n])[:2]
@@ -338,21 +337,27 @@ class _Surrogates:
         rows: ``(n,)`` the rows of the tests that are learned.
         T: ``(n, q)`` their outputs on their scales.
         processes: The surrogate of each output.
+        contraction: As :func:`_contraction` returns it.
         caution: How many standard deviations a mean has to keep away from its limits.
+        ranges: ``(2, m)`` lower and upper values by which objectives are scaled.
+        front: ``(k, m)`` the Pareto set of the tests, scaled; empty until it is known.
     """
 
     def __init__(self, tests: KnownTests, learned: Learned, goal: Goal, risk: Risk) -> None:
         self.rows = np.searchsorted(tests.numbers, learned.numbers)
         self.T = learned.to(bounded(tests.Y[self.rows]))
         self.processes = learned.processes(self.T)
+        self.goal = goal
+        self.contraction = _contraction(learned, goal.n_obj)
         self.caution = 0.0
+        self.ranges = np.zeros((2, goal.n_obj))
+        self.front = np.zeros((0, goal.n_obj))
         self._learned = learned
-        self._goal = goal
         self._risk = risk
 
     def predict(self, points: Array) -> tuple[Array, Array]:
         """Return ``(n, m)`` expected objectives on their scales, and what they exceed."""
-        Z = self._goal.encode(points)
+        Z = self.goal.encode(points)
         return self.judged(points, Z, self.means(Z))
 
     def means(self, Z: Array) -> Array:
@@ -371,7 +376,7 @@ class _Surrogates:
             Z: ``(n, e)`` the points as surrogates see them.
             T: ``(n, q)`` their outputs on the scales, before some are computed.
         """
-        goal = self._goal
+        goal = self.goal
         if goal.is_computed:
             T = self._learned.to(goal.computed(points, self._learned.back(T)))
         margins = np.zeros_like(T)
@@ -382,28 +387,24 @@ class _Surrogates:
         columns = [excess, self._risk(Z), goal.violations(points)]
         return T[:, : goal.n_obj], np.column_stack(columns)
 
-    def candidates(self, points: Array, front: _Front | None = None) -> _Candidates:
-        """Return designs to choose from; their tests are worth something beside a front only."""
+    def candidates(self, points: Array) -> _Candidates:
+        """Return designs to choose from; see :class:`_Candidates`."""
         T, excess = self.predict(points)
-        Z = self._goal.encode(points)
-        deviations = self.deviations(Z, self._goal.n_obj)
+        Z = self.goal.encode(points)
+        deviations = self.deviations(Z, self.goal.n_obj)
         F = self._learned.back(T - _OPTIMISM * deviations)
         worth = np.zeros(len(points))
-        if front is not None:
-            worth = self._worth(T, deviations, front)
+        if self.goal.is_directed and len(self.front) > 0:
+            worth = self._worth(T, deviations)
         return _Candidates(points, Z, F, _violation(excess), worth)
 
-    def compromise(self, front: _Front) -> Aim:
-        """Return the aim of a search for the best compromise, given the front of the tests."""
+    def compromise(self, points: Array) -> tuple[Array, Array]:
+        """Return what a search for the best compromise minimises, and the excess of each limit."""
+        T, excess = self.predict(points)
+        deviations = self.deviations(self.goal.encode(points), self.goal.n_obj)
+        return -self._worth(T, deviations)[:, None], excess
 
-        def aim(points: Array) -> tuple[Array, Array]:
-            T, excess = self.predict(points)
-            deviations = self.deviations(self._goal.encode(points), self._goal.n_obj)
-            return -self._worth(T, deviations, front)[:, None], excess
-
-        return aim
-
-    def _worth(self, T: Array, deviations: Array, front: _Front) -> Array:
+    def _worth(self, T: Array, deviations: Array) -> Array:
         """Return ``(n,)`` what tests are worth for the best compromise.
 
         This is the design nearest to the ideal point. A test is worth by how much it is expected to
@@ -414,14 +415,13 @@ class _Surrogates:
         Args:
             T: ``(n, m)`` expected objectives on their scales.
             deviations: ``(n, m)`` their standard deviations.
-            front: The Pareto set of the tests.
         """
-        F = front.scaled(self._learned.back(T))
-        better = front.scaled(self._learned.back(T - deviations))
+        F = _scaled(self._learned.back(T), self.ranges)
+        better = _scaled(self._learned.back(T - deviations), self.ranges)
         worse = np.maximum(F, 0)  # than the ideal point
         distance = np.maximum(np.linalg.norm(worse, axis=1), _LEAST_DIVISOR)
         error = worse / distance[:, None] * (F - better)
-        least = np.linalg.norm(np.maximum(front.F, 0), axis=1).min()
+        least = np.linalg.norm(np.maximum(self.front, 0), axis=1).min()
         gain = _expected_gain(distance - least, np.linalg.norm(error, axis=1))
         return np.asarray(gain - _WORTH_OF_DISTANCE * distance)
 
@@ -595,17 +595,17 @@ def _crowding(F: Array, rank: NDArray[np.integer]) -> Array:
 
 def _places(F: Array, contraction: float) -> tuple[Rows, Array]:
     """Return ``(n,)`` the best place of each design in any direction, and its best achievement."""
-    low = F.min(axis=0)
-    high = F[nondominated(F)].max(axis=0)
-    values = _achievements((F - low) / _lengths(low, high), contraction)
+    ranges = np.array([F.min(axis=0), F[nondominated(F)].max(axis=0)])
+    values = _achievements(_scaled(F, ranges), contraction)
     order = np.argsort(values, axis=0, kind="stable")
     places = np.empty_like(order)
     np.put_along_axis(places, order, np.arange(len(F))[:, None], axis=0)
     return places.min(axis=1), values.min(axis=1)
 
 
-def _lengths(low: Array, high: Array) -> Array:
+def _lengths(ranges: Array) -> Array:
     """Return the differences between highest and lowest values, 1 where there is none."""
+    low, high = ranges
     return np.where(high > low, high - low, 1.0)
 
 
@@ -641,51 +641,30 @@ def _directions(n_obj: int, contraction: float) -> Array:
     return np.maximum((1 - contraction) * directions + contraction / n_obj, 0.01)
 
 
-@dataclass(frozen=True)
-class _Front:
-    """The Pareto set of the eligible tests, and the ranges by which objectives are scaled.
+def _ranges(F: Array, candidates: _Candidates, goal: Goal) -> Array:
+    """Return the ``(2, m)`` ranges by which objectives are scaled, given a Pareto set.
 
-    Attributes:
-        F: ``(k, m)`` its objectives, scaled.
-        low: ``(m,)`` lower ends of the ranges.
-        lengths: ``(m,)`` their lengths.
+    They include the promising candidates.
     """
-
-    F: Array
-    low: Array
-    lengths: Array
-
-    @classmethod
-    def of(cls, F: Array, candidates: _Candidates, goal: Goal) -> _Front:
-        """Return the front of ``(n, m)`` objectives; ranges include the promising candidates."""
-        F = F[nondominated(F)]
-        ranges = goal.ranges
-        if ranges is None:
-            promising = candidates.F
-            feasible = candidates.violation <= 0
-            if feasible.any():
-                promising = promising[feasible]
-            both = np.vstack([F, promising])
-            high = both.max(axis=0)
-            if len(F) > 1:
-                high = F.max(axis=0)
-            ranges = np.array([both.min(axis=0), high])
-        lengths = _lengths(*ranges)
-        return cls((F - ranges[0]) / lengths, ranges[0], lengths)
-
-    def scaled(self, F: Array) -> Array:
-        """Return ``(n, m)`` objectives, 0 and 1 at the ends of the ranges."""
-        return (F - self.low) / self.lengths
+    if goal.ranges is not None:
+        return goal.ranges
+    promising = candidates.F
+    feasible = candidates.violation <= 0
+    if feasible.any():
+        promising = promising[feasible]
+    both = np.vstack([F, promising])
+    high = both.max(axis=0)
+    if len(F) > 1:
+        high = F.max(axis=0)
+    return np.array([both.min(axis=0), high])
 
 
-def _choice(
-    candidates: _Candidates,
-    front: _Front,
-    seen: Array,
-    batch: int,
-    goal: Goal,
-    contraction: float,
-) -> list[int]:
+def _scaled(F: Array, ranges: Array) -> Array:
+    """Return ``(n, m)`` objectives, 0 and 1 at the ends of ``(2, m)`` ranges."""
+    return np.asarray((F - ranges[0]) / _lengths(ranges))
+
+
+def _choice(surrogates: _Surrogates, candidates: _Candidates, seen: Array, batch: int) -> list[int]:
     """Return the indices of the candidates to be tested.
 
     One in four promises the largest gain; the others are farthest from all known objectives. Where
@@ -694,23 +673,22 @@ def _choice(
     taken that do so least, at some distance. Every chosen one counts like a test from then on.
 
     Args:
+        surrogates: The surrogates.
         candidates: The candidates.
-        front: The Pareto set of the tests.
         seen: ``(t, e)`` the tests, as surrogates see them.
         batch: How many to choose; there are fewer if fewer are not tested yet.
-        goal: The objectives and limits of the search.
-        contraction: As :func:`_contraction` returns it.
     """
     rules = _RULES
-    if goal.is_directed:
+    if surrogates.goal.is_directed:
         rules = _RULES_OF_DECISION
-    F = front.scaled(candidates.F)
-    achievements = _achievements(F, contraction)
-    weights = _directions(goal.n_obj, contraction).max(axis=1)
+    front = surrogates.front
+    F = _scaled(candidates.F, surrogates.ranges)
+    achievements = _achievements(F, surrogates.contraction)
+    weights = _directions(F.shape[1], surrogates.contraction).max(axis=1)
     best = achievements.max(axis=0, initial=-np.inf)  # in each direction
-    if len(front.F) > 0:
-        best = _achievements(front.F, contraction).min(axis=0)
-    gap = cdist(F, front.F).min(axis=1, initial=np.inf)  # from known objectives
+    if len(front) > 0:
+        best = _achievements(front, surrogates.contraction).min(axis=0)
+    gap = cdist(F, front).min(axis=1, initial=np.inf)  # from known objectives
     distance = cdist(candidates.Z, seen).min(axis=1)  # from the nearest test
     chosen: list[int] = []
     for n_known in range(len(seen), len(seen) + batch):

@@ -178,8 +178,7 @@ class SurrogatePSI(PointAlgorithm):
             is_asynchronous = False
         sequence = run.source.ask(run.n_left)
         n_left_out = self._n_left_out(run, sequence)
-        if n_left_out:
-            sequence = sequence.at(slice(0, self._n_sequence - n_left_out))
+        sequence = sequence.at(slice(0, self._n_sequence - n_left_out))
         n_proposed = max(0, self.n_points - self._n_sequence + n_left_out)
         run.source = SurrogateSource(
             run, sequence, n_proposed, self.seed, self._batch, is_asynchronous
@@ -201,23 +200,27 @@ class SurrogatePSI(PointAlgorithm):
         return int(run.store.remember_once("points left out of the sequence", n_left_out))
 
 
-class _FittedSurrogates:
-    """Surrogates of the tests of a run, whose lengths are fitted to the first of these.
+class _Direction:
+    """What proposals follow: a formulation, and surrogates fitted to the first tests of a run.
 
     Args:
-        most: From how many tests, at most, they learn when lengths are fitted.
+        formulation: The formulation.
+        request: The number of the request for it; 0 without one.
+        most: From how many tests, at most, surrogates learn when lengths are fitted.
     """
 
-    def __init__(self, most: int) -> None:
+    def __init__(self, formulation: Formulation, request: int, most: int) -> None:
+        self.formulation = formulation
+        self.request = request
         self._most = most
         self._n_fitted = 0  # to how many of the first tests lengths are fitted
         self._learned: Learned | None = None
 
     def __getstate__(self) -> dict[str, Any]:
         """Copies learn anew, which gives the same: a large matrix in each would fill the memory."""
-        return {"_most": self._most, "_n_fitted": 0, "_learned": None}
+        return self.__dict__ | {"_n_fitted": 0, "_learned": None}
 
-    def update(
+    def learned(
         self, tests: KnownTests, n_uniform: int, ends: Sequence[int], goal: Goal
     ) -> Learned | None:
         """Return what is learned of tests, or ``None`` if too few are known.
@@ -246,7 +249,7 @@ class _FittedSurrogates:
 
 
 def _n_fitted(is_known: Mask, n_uniform: int, ends: Sequence[int]) -> int:
-    """Return to how many of the first tests lengths are fitted; see :class:`_FittedSurrogates`."""
+    """Return to how many of the first tests lengths are fitted."""
     n_tests = len(is_known)
     n_fitted = n_uniform
     for end in ends:
@@ -283,20 +286,6 @@ def _fitted(
         best = best_and_spread(Y, learned, goal, most)
         learned.left_out = tests.numbers[np.delete(rows, best)]
     return learned
-
-
-class _Direction(NamedTuple):
-    """What proposals follow.
-
-    Attributes:
-        formulation: The formulation.
-        request: The number of the request for it; 0 without one.
-        surrogates: The surrogates of its outputs.
-    """
-
-    formulation: Formulation
-    request: int
-    surrogates: _FittedSurrogates
 
 
 class _Round(NamedTuple):
@@ -350,7 +339,6 @@ class SurrogateSource(Source):
         self._others = others.rows(run.model.space.has_options(others.X))
         self._tests = run.store.empty
         self._store = run.store
-        self._most_learned = _MOST_LEARNED if is_asynchronous else sys.maxsize
         self.direct(run.model.formulation, 0)
         self._round: _Round | None = None  # while it is being made
         self._n_meanwhile = 0  # how many tests ended while the last round was made
@@ -379,8 +367,8 @@ class SurrogateSource(Source):
 
     def direct(self, formulation: Formulation, request: int) -> None:
         """Propose the next points for another formulation, that of a request."""
-        surrogates = _FittedSurrogates(self._most_learned)
-        self._next_direction = _Direction(formulation, request, surrogates)
+        most = _MOST_LEARNED if self._is_asynchronous else sys.maxsize
+        self._next_direction = _Direction(formulation, request, most)
 
     def extend(self, count: int) -> None:
         """Add ``count`` points, which are proposed."""
@@ -409,17 +397,15 @@ class SurrogateSource(Source):
         if self.n_left == 0 or not is_due:
             return Points.none()
         first = int(self._points.numbers.max(initial=0)) + 1
-        n_cut_off = self._ends[-1] - len(self._points)
-        if n_cut_off:  # the last round was longer than the run, which has got more points
-            round_number = len(self._ends) - 1
-            points = self._stored_points(round_number)[-n_cut_off:]
-        else:
-            round_number = len(self._ends)
-            points = self._next_round(round_number, first, pending)
+        if self._ends[-1] == len(self._points):
+            points = self._next_round(len(self._ends), first, pending)
             if len(points) == 0:
                 return Points.none()
             self._ends.append(len(self._points) + len(points))
-        points = points[: self.n_left]
+        # The last round may have been longer than the run, which has got more points.
+        n_new = self._ends[-1] - len(self._points)
+        round_number = len(self._ends) - 1
+        points = self._stored_points(round_number)[-n_new:][: self.n_left]
         numbers = first + np.arange(len(points))
         rounds = np.full(len(points), float(round_number))
         return Points(numbers, points.shape[1], points, rounds)
@@ -513,7 +499,7 @@ class SurrogateSource(Source):
         n_others = len(self._others)
         if n_others > 0:  # tests of other runs come first
             others = renumbered(self._others, np.arange(1, n_others + 1))
-            own = renumbered(tests, n_others + np.arange(1, len(tests) + 1))
+            own = renumbered(tests, n_others + tests.numbers)
             tests = others.extended(own)
         return self._model.under(tests, self._direction.formulation)
 
@@ -522,7 +508,7 @@ class SurrogateSource(Source):
         goal = Goal(table, self._model.space, self._model)
         tests = goal.known_tests(n_uniform, pending.cube_points)
         ends = [len(self._others) + end for end in self._ends]
-        learned = self._direction.surrogates.update(tests, n_uniform, ends, goal)
+        learned = self._direction.learned(tests, n_uniform, ends, goal)
         round_number = len(self._ends) - 1
         random = np.random.default_rng([self._seed, round_number])
         points = propose(tests, learned, goal, size, round_number, random)
