@@ -115,7 +115,9 @@ def sections(
                     "error": fit.error,
                 }
                 frames.append(pd.DataFrame(section))
-    return pd.concat(frames, ignore_index=True)
+    sections = pd.concat(frames, ignore_index=True)
+    sections.attrs["units"] = dict(layout.units)
+    return sections
 
 
 def _surrogate(
