@@ -181,4 +181,4 @@ def test_failed_and_rejected_tests_are_counted():
     F[5] = np.inf
     G = np.where(np.arange(64) == 5, 1.0, -1.0)[:, None]
     (_, counted) = even_part(table_of(X, F, G))[1]
-    assert counted.startswith("Of 64 tests 4 failed or were rejected and do not count. The")
+    assert counted.startswith("Of 64 tests 4 failed or were rejected and do not count; ")

@@ -40,16 +40,16 @@ if TYPE_CHECKING:
 _FOLDER = re.compile(r"; see \S.*$")
 # No exit code, as one of 3 is another failure than one of 4, and no digit of a name such as f1.
 _NUMBER = re.compile(r"(?<!exit code )(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?!\w)")
-_WITHOUT_SEQUENCE = ("an algorithm", "tests of ")  # samplings of runs that follow no sequence
+_BY_ALGORITHM = "an algorithm"  # samplings that follow no sequence
+_BY_PEOPLE = "tests of "
 _COSINES = 10  # terms that show the effect of a variable with many values
 _LEAST_TESTS = 40  # tests, of which ten terms explain a quarter by chance
-_LOST = 0.05  # share of failed tests; more than bands of a few hundredths can hide
 _FIRST = 8  # tests of the first row of a convergence; fewer have no front to speak of
 # Of the hypervolume, in units of the last front's range: a little beyond its worst values, so that
 # the designs at its ends count, too.
 _REFERENCE = 1.1
-# What share of its μ1 the best design must have come nearer, or of itself the hypervolume must have
-# grown, for the last tests to be worth it.
+# What share of its μ1 the best design must have come nearer, or of the last hypervolume half of the
+# tests must lack, for the others to be worth it.
 _WORTH = 0.01
 
 
@@ -107,27 +107,21 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
     bins = integer("bins", bins, minimum=1)
     layout = table.layout
     feasible = table.feasible()
-    dependent = layout.columns[len(layout.variables) :]
     values: tuple[Any, ...] = ()
-    if variable in dependent:
-        places = table.column(variable)
-        counted_places = places
-        if feasible.any():
-            counted_places = places[feasible]
-        edges = _edges(_near(counted_places), bins)
+    places = table.column(known_name("a column", variable, layout.columns))
+    if variable not in layout.variables:
+        edges = _edges(_near(places[feasible] if feasible.any() else places), bins)
     else:
-        j = layout.variable(variable)
-        places = table.column(variable)
+        j = layout.variables.index(variable)
         kind = table.kinds[j]
-        bounds = [layout.lower[j], layout.upper[j]]
-        many_integers = kind is Kind.INTEGER and len({*places.tolist()}) > 2 * bins
+        options, ranks = value_ranks(places)
+        points = np.append(places, [layout.lower[j], layout.upper[j]])
         if kind is Kind.LOG:
-            points = np.append(places.astype(np.float64), bounds)
-            edges = np.exp(_edges(np.log(points), bins))
-        elif kind.real or many_integers:
-            edges = _edges(np.append(places, bounds).astype(np.float64), bins)
+            edges = np.exp(_edges(np.log(points.astype(np.float64)), bins))
+        elif kind.real or (kind is Kind.INTEGER and len(options) > 2 * bins):
+            edges = _edges(points.astype(np.float64), bins)
         else:
-            options, places = value_ranks(places)
+            places = ranks
             values = tuple(options)
             edges = np.arange(-0.5, len(values))
     places = places.astype(np.float64)  # the array is of objects if variables have several kinds
@@ -176,15 +170,14 @@ def alike(reasons: Iterable[str]) -> list[str]:
     stay. Of the folders that runs of a program leave, the first is named.
     """
     lines = [" ".join(reason.split()) for reason in reasons]
+    lines_by_pattern: dict[str, list[str]] = {}
     patterns = [_NUMBER.sub("…", _FOLDER.sub("", line)) for line in lines]
-    first: dict[str, str] = {}
-    differing = set()
     for line, pattern in zip(lines, patterns, strict=True):
-        if first.setdefault(pattern, line) != line:
-            differing.add(pattern)
+        lines_by_pattern.setdefault(pattern, []).append(line)
     for i, pattern in enumerate(patterns):
-        if pattern in differing:
-            lines[i] = pattern + "".join(_FOLDER.findall(first[pattern]))
+        same = lines_by_pattern[pattern]
+        if len({*same}) > 1:
+            lines[i] = pattern + "".join(_FOLDER.findall(same[0]))
     return lines
 
 
@@ -389,17 +382,17 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
     instance("table", table, TestTable)
     sentences = []
     if RUN in table.extra:
-        table, sentence = _largest_sample(table)
-        sentences.append(sentence)
-    n = len(table)
+        run, table = _largest_sample(table)
+        sentences.append(f"By {counted(len(table), 'test')} of run {run} alone.")
     sampling = str((table.problem or {}).get("sampling") or "")
     if len(table.experiments) > 1:
         raise _uneven(f"those of {listed(table.experiments)}")
-    if "an algorithm" in sampling:
+    if _BY_ALGORITHM in sampling:
         raise _uneven("those that an algorithm has chosen")
     if PROPOSAL_ROUND in table.layout.outputs:
         # Tests that failed have no round.
         proposed = table.numbers[table.column(PROPOSAL_ROUND) > 0]
+        n = len(table)
         table = table.rows(table.numbers < proposed.min(initial=np.iinfo(np.int64).max))
         if len(table) < n:
             sentences.append(
@@ -415,11 +408,10 @@ def even_part(table: TestTable, *, ordered: bool = False) -> tuple[TestTable, tu
     # A requirement has rejected a design that is infeasible without objectives.
     lost = int(np.sum((table.status == "failed") | ~np.isfinite(table.F).all(axis=1)))
     if lost:
-        tests = counted(len(table), "test")
-        sentence = f"Of {tests} {lost} failed or were rejected and do not count."
-        if lost > _LOST * len(table):
-            sentence += " The others are not spread evenly, so that sensitivities are rough."
-        sentences.append(sentence)
+        sentences.append(
+            f"Of {counted(len(table), 'test')} {lost} failed or were rejected and do not count; if "
+            "they are many, the others are not spread evenly and sensitivities are rough."
+        )
     return table, tuple(sentences)
 
 
@@ -427,22 +419,21 @@ def _uneven(received: str) -> ArgumentValueError:
     return invalid("the tests", "an even sample of one set of bounds", Received(received))
 
 
-def _largest_sample(table: TestTable) -> tuple[TestTable, str]:
-    """Return the tests of the run of a study that has most points of a sequence, and a sentence."""
-    largest = table.rows([])
-    sentence = ""
-    for run, points in (table.problem or {}).get("runs", {}).items():
-        part = table.rows(table.extra[RUN] == int(run))
-        sampling = str(points.get("sampling"))
-        if len(part) <= len(largest) or sampling.startswith(_WITHOUT_SEQUENCE):
-            continue
-        lower, upper = (np.array(points[side], dtype=np.float64) for side in ("lower", "upper"))
-        layout = replace(table.layout, lower=lower, upper=upper)
-        largest = replace(part, layout=layout, problem={"sampling": sampling})
-        sentence = f"By {counted(len(part), 'test')} of run {run} alone, {sampling}."
-    if not sentence:
+def _largest_sample(table: TestTable) -> tuple[str, TestTable]:
+    """Return the run of a study that has most points of a sequence, and its tests."""
+    runs = (table.problem or {}).get("runs", {})
+    sizes = {}
+    for run, points in runs.items():
+        if not str(points.get("sampling")).startswith((_BY_ALGORITHM, _BY_PEOPLE)):
+            sizes[run] = np.sum(table.extra[RUN] == int(run))
+    if not sizes:
         raise _uneven("tests that algorithms or people have chosen")
-    return largest, sentence
+    run = max(sizes, key=lambda run: sizes[run])
+    points = runs[run]
+    lower, upper = (np.array(points[side], dtype=np.float64) for side in ("lower", "upper"))
+    part = table.rows(table.extra[RUN] == int(run))
+    layout = replace(table.layout, lower=lower, upper=upper)
+    return run, replace(part, layout=layout, problem={"sampling": points.get("sampling")})
 
 
 def _lies_evenly(table: TestTable, ordered: bool) -> bool:
@@ -464,12 +455,11 @@ def _lies_evenly(table: TestTable, ordered: bool) -> bool:
         if len(values) <= len(column) / 5 or isinstance(values[0], str):
             p_values.append(stats.chisquare(np.bincount(ranks)).pvalue)
             continue
-        chances = []
-        for scale in (np.asarray, np.log):
-            if scale is np.asarray or values[0] > 0:
-                x = scale(column.astype(np.float64))
-                chances.append(stats.kstest((x - x.min()) / np.ptp(x), "uniform").pvalue)
-        p_values.append(max(chances))
+        scales = [column.astype(np.float64)]
+        if values[0] > 0:
+            scales.append(np.log(scales[0]))
+        shares = [(x - x.min()) / np.ptp(x) for x in scales]
+        p_values.append(max(stats.kstest(x, "uniform").pvalue for x in shares))
     if len(ranked_columns) > 1 and len(table) > 2:
         correlations = np.asarray(np.corrcoef(ranked_columns))
         pairs = correlations[np.triu_indices(len(ranked_columns), 1)]
@@ -497,7 +487,6 @@ class Convergence(Shown):
             an objective, in units of the objective's range over the last front; NaN if there was
             none.
         best: ``(k, m)`` its objectives, in the original directions; NaN where there is none.
-        objectives: Their m names.
 
     Example:
         >>> from pymoo_psi import VectorizedSphereChute, investigate
@@ -516,7 +505,6 @@ class Convergence(Shown):
     mu1: Array
     moved: Array
     best: Array
-    objectives: tuple[str, ...]
 
     def __repr__(self) -> str:
         """Return how many tests there are, and what they decide."""
@@ -554,36 +542,31 @@ class Convergence(Shown):
             >>> print(convergence(table.under(normalize=False)).verdict())
             The last doubling, from 512 to 1024 tests, still mattered: it brought ...
         """
-        n = int(self.tests[-1])
-        if len(self.tests) < 2 or not self.optimum[-2]:
+        half, n = (int(self.tests[k]) for k in (max(-2, -len(self.tests)), -1))
+        if half == n or not self.optimum[-2]:
             return (
                 f"Too few tests to tell: {int(self.feasible[-1])} of {n} are feasible, and half of "
                 "the tests must have had some."
             )
-        doubling = f"The last doubling, from {self.tests[-2]} to {n} tests,"
+        doubling = f"The last doubling, from {half} to {n} tests,"
         unknown = (
             "Not known: whether there is a better region between the tests, and how right the "
             "model is."
         )
-        is_same = np.array_equal(self.best[-1], self.best[-2])
-        if np.isnan(self.moved[-1]):
-            change = "nothing" if is_same else "which it is"
-            distances = "One design is the best in every objective, so that distances have no unit"
-            return f"{distances}. {doubling} changed {change}. {unknown}"
+        if np.isnan(self.moved[-1]):  # distances have no unit
+            is_same = np.array_equal(self.best[-1], self.best[-2])
+            change = "nothing" if is_same else "the design that is the best in every objective"
+            return f"{doubling} changed {change}. {unknown}"
         before, now = self.mu1[-2:].tolist()
         nearer = max(0.0, before - now) / (before or 1.0)
-        with np.errstate(divide="ignore"):
-            larger = float(1 / self.hypervolume[-2] - 1)
+        share = self.hypervolume[-2]
         mattered = "hardly mattered"
-        if max(nearer, larger - 2 * self.volume_error[-2]) > _WORTH:
+        if max(nearer, 1 - share - 2 * self.volume_error[-2]) > _WORTH:
             mattered = "still mattered"
-        moved = ""
-        if not is_same:
-            moved = f", which moved by {percent(self.moved[-1])} of a range"
-        growth = f"by {percent(larger)}".replace("by inf %", "from nothing")
         return (
             f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the "
-            f"ideal point{moved}, and enlarged the hypervolume {growth}. {unknown}"
+            f"ideal point, moved it by {percent(self.moved[-1])} of a range, and enlarged the "
+            f"hypervolume from {percent(share)} of what it is. {unknown}"
         )
 
 
@@ -607,11 +590,9 @@ def convergence(table: TestTable) -> Convergence:
     if len(table) < _FIRST:
         received = Received(counted(len(table), "test"))
         raise invalid("the table", f"of {_FIRST} tests or more", received, "test more points")
-    # What the first n tests decide: their front, and their optimum or -1.
-    sizes = [len(table)]
-    while sizes[-1] // 2 >= _FIRST:
-        sizes.append(sizes[-1] // 2)
-    sizes.reverse()
+    # What the first n tests decide, n doubling: their front, and their optimum or -1.
+    n_sizes = (len(table) // _FIRST).bit_length()
+    sizes = len(table) >> np.arange(n_sizes)[::-1]
     fronts = []
     optima = []
     for n in sizes:
@@ -621,27 +602,24 @@ def convergence(table: TestTable) -> Convergence:
         if len(fronts[-1]):
             ranking = first.ranking()
             optima[-1] = int(ranking.rows[ranking.salukvadze[0]])
-    # Measured in the units of the ranking of all tests.
+    # Measured in the units of the ranking of all tests; no optimum has NaN for its objectives.
     frame = table.ranking().frame
-    scaled = UtopianFrame(frame.ideal, frame.nadir, True).scaled(table.F)
-    rows = np.array(optima)
-    exists = rows >= 0
-    pairs = [hypervolume(scaled[front], _REFERENCE) for front in fronts]
+    scale = UtopianFrame(frame.ideal, frame.nadir, True)
+    best = np.insert(table.F, len(table), np.nan, axis=0)[optima]
+    mu1 = frame.distances(best)[:, 0]
+    moved = np.abs(np.diff(scale.scaled(best), axis=0, prepend=np.nan)).max(axis=1)
+    pairs = [hypervolume(scale.scaled(table.F[front]), _REFERENCE) for front in fronts]
     volumes, errors = np.array(pairs).T / (pairs[-1][0] or 1.0)
-    mu1 = np.where(exists, frame.distances(table.F[rows])[:, 0], np.inf)
-    steps = np.abs(np.diff(scaled[rows], axis=0)).max(axis=1)
-    moved = np.append(np.nan, np.where(exists[:-1], steps, np.nan))
     if not frame.line.any():  # one design is the best in every objective
         mu1, volumes, moved = np.full((3, len(sizes)), np.nan)
     return Convergence(
-        tests=np.array(sizes),
-        feasible=np.cumsum(table.feasible())[np.array(sizes) - 1],
+        tests=sizes,
+        feasible=np.cumsum(table.feasible())[sizes - 1],
         pareto=np.array([*map(len, fronts)]),
         hypervolume=volumes,
         volume_error=errors,
-        optimum=np.where(exists, table.numbers[rows], 0),
+        optimum=np.append(table.numbers, 0)[optima],
         mu1=mu1,
         moved=moved,
-        best=np.where(exists[:, None], table.F[rows] * table.layout.sign, np.nan),
-        objectives=table.layout.objectives,
+        best=best * table.layout.sign,
     )
