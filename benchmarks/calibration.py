@@ -22,6 +22,7 @@ import pandas as pd
 from pymoo.problems import get_problem
 
 from pymoo_psi import TestTable, cautions, lp_tau, rank_of_efficiency
+from pymoo_psi.table import Layout
 
 N_DESIGNS = 256
 NOISE = (0.0, 0.02, 0.05, 0.1)
@@ -64,13 +65,24 @@ def decisions(n_seeds: int) -> Iterator[dict[str, Any]]:
                     numbers = np.arange(1, len(values) + 1)
                     label = np.tile(np.arange(len(F)), tests).astype(str)
                     no_variables = np.zeros((len(values), 0))
-                    table = TestTable.of(numbers, no_variables, values, extra={"label": label})
-                    if tests == 1:
-                        known = dict(zip(objectives, noise * ranges, strict=True))
-                        frame = table.confidence(noise=known)
+                    extra = {"label": label}
+                    if tests == 1:  # the noise is known
+                        errors = np.tile(noise * ranges, (len(values), 1)).T
+                        names = [f"{name} standard error" for name in objectives]
+                        outputs = dict(zip(names, errors, strict=True))
+                        layout = Layout.of(0, objectives, outputs=names)
+                        table = TestTable.of(
+                            numbers,
+                            no_variables,
+                            values,
+                            outputs=outputs,
+                            layout=layout,
+                            extra=extra,
+                        )
                     else:
+                        table = TestTable.of(numbers, no_variables, values, extra=extra)
                         table = table.averaged("label")
-                        frame = table.confidence()
+                    frame = table.confidence()
                     ranking = table.feasible_ranking()
                     chosen = ranking.salukvadze[0]
                     called = frame["pareto"].to_numpy() >= 0.9

@@ -167,6 +167,16 @@ def test_it_is_said_which_further_tests_would_settle_the_choice(
     assert not is_open or "Which of B and C is better" in printed or "of C and B" in printed
 
 
+def known(F, *errors):
+    """A table of objectives whose standard errors are known."""
+    F = np.asarray(F)
+    names = [f"f{j} standard error" for j in range(1, 3)]
+    outputs = dict(zip(names, np.tile(errors, (len(F), 1)).T, strict=True))
+    layout = Layout.of(0, 2, outputs=names)
+    numbers = range(1, len(F) + 1)
+    return TestTable.of(numbers, np.zeros((len(F), 0)), F, outputs=outputs, layout=layout)
+
+
 def line(n):
     """Designs on a line, far apart, and one behind them."""
     t = np.linspace(0, 1, n)
@@ -175,8 +185,8 @@ def line(n):
 
 def test_without_noise_probabilities_are_0_or_1():
     F = line(12)
-    table = TestTable.of(range(1, 14), np.zeros((13, 0)), F)
-    frame = table.confidence(noise={"f1": 0.0, "f2": 0.0})
+    table = known(F, 0.0, 0.0)
+    frame = table.confidence()
     assert np.array_equal(frame["pareto"] == 1, table.pareto())
     best = frame.index[frame["best"] == 1].tolist()
     assert best == table.best().names
@@ -194,8 +204,7 @@ def test_two_designs_have_the_probability_of_a_normal_difference():
     """B dominates A if both differences are below 0; of two designs means are not shrunk."""
     from scipy.stats import norm
 
-    table = TestTable.of([1, 2], np.zeros((2, 0)), [[0.0, 0.0], [-0.3, -0.5]])
-    frame = table.confidence(noise={"f1": 1.0, "f2": 1.0})
+    frame = known([[0.0, 0.0], [-0.3, -0.5]], 1.0, 1.0).confidence()
     a_is_dominated = norm.cdf(0.3 / np.sqrt(2)) * norm.cdf(0.5 / np.sqrt(2))
     b_is_dominated = norm.cdf(-0.3 / np.sqrt(2)) * norm.cdf(-0.5 / np.sqrt(2))
     assert frame["pareto"].to_numpy() == pytest.approx(
@@ -221,8 +230,8 @@ def test_shrunk_means_are_nearer_to_the_truth_than_the_tests():
     t = generator.random(200)
     truth = np.column_stack([t, (1 - t) ** 2]) + 0.1 * generator.random((200, 1))
     noisy = truth + 0.1 * generator.standard_normal(truth.shape)
-    table = TestTable.of(range(1, 201), np.zeros((200, 0)), noisy)
-    frame = table.confidence(noise={"f1": 0.1, "f2": 0.1})
+    table = known(noisy, 0.1, 0.1)
+    frame = table.confidence()
     shrunk = frame[["f1", "f2"]].to_numpy()
     assert ((shrunk - truth) ** 2).mean() < 0.8 * ((noisy - truth) ** 2).mean()
     front = table.pareto()
@@ -232,4 +241,3 @@ def test_shrunk_means_are_nearer_to_the_truth_than_the_tests():
 def test_confidence_needs_errors_of_every_objective():
     table = TestTable.of([1, 2], np.zeros((2, 0)), [[0.0, 1.0], [1.0, 0.0]])
     refused("standard errors", table.confidence, error=ArgumentValueError)
-    refused("^noise must be", table.confidence, error=ArgumentValueError, noise={"f1": 1.0})

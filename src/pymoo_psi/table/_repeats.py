@@ -6,8 +6,7 @@ differences between tests of the same design, as far as designs do not differ in
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,7 +14,6 @@ import numpy as np
 from pymoo_psi._validation import (
     Array,
     Integers,
-    Mask,
     Received,
     Rows,
     counted,
@@ -34,7 +32,6 @@ from pymoo_psi.table._layout import (
     POINT,
     PROPOSAL_ROUND,
     RUN,
-    Layout,
     blank,
     design_keys,
     first_of,
@@ -55,7 +52,6 @@ NEAR_BEST = 0.05
 _VARIABLES = "variables"
 _SURE = 0.9  # the probability from which on no further tests are proposed
 _FEWEST = 5  # designs with noise from which on variances are moderated, not pooled
-_N_LISTED = 3  # the most designs that a remark names
 _SAMPLES = 1000
 _MANY = 2000  # designs above which there are fewer samples
 _SAMPLES_OF_MANY = 200
@@ -71,125 +67,98 @@ def error_column(objective: str) -> str:
     return f"{objective} standard error"
 
 
-@dataclass(frozen=True)
-class _Groups:
-    """Which of n tests are of the same of k designs.
-
-    Attributes:
-        column: The column whose values are equal for tests of a design, or "variables".
-        first: ``(k,)`` row of the first test of each design.
-        design: ``(n,)`` the design of each test, 0 to k - 1.
-        usable: ``(n,)`` which tests have values.
-    """
-
-    column: str
-    first: Rows
-    design: Rows
-    usable: Mask
-
-    @classmethod
-    def of(cls, table: TestTable, by: str | None) -> _Groups:
-        """Return the groups of the tests of a table; see :meth:`TestTable.averaged`.
-
-        Raises:
-            ArgumentValueError: No value recurs, or equal values have different variables.
-        """
-        column, labels = _labels(table, by)
-        first, design = np.unique(first_of(labels), return_inverse=True)
-        usable = ~table.failed() & np.isfinite(table.F).all(axis=1)
-        groups = cls(column, first, design, usable)
-        if len(first) == len(design):
-            rule = "a column in which a value recurs"
-            raise invalid("repeats", rule, column, "it has none that does")
-        keys = design_keys(table.X)
-        for row, i in enumerate(first[design].tolist()):
-            if keys[row] != keys[i]:
-                received = Received(f"{column} {labels[row]} with different ones")
-                raise invalid(
-                    "repeats", "a column whose equal values have equal variables", received
-                )
-        return groups
-
-    @property
-    def counts(self) -> Integers:
-        """``(k,)`` how many usable tests each design has."""
-        return np.bincount(self.design[self.usable], minlength=len(self.first))
-
-    def sums(self, values: Array) -> Array:
-        """Return ``(k, m)`` sums of the ``(n, m)`` values of usable tests."""
-        sums = np.zeros((len(self.first), values.shape[1]))
-        np.add.at(sums, self.design[self.usable], values[self.usable])
-        return sums
-
-    def means(self, values: Array) -> Array:
-        """Return ``(k, m)`` means of ``(n, m)`` values; of the first test if none is usable."""
-        counts = self.counts[:, None]
-        with np.errstate(invalid="ignore"):
-            return np.where(counts == 0, values[self.first], self.sums(values) / counts)
-
-    @np.errstate(divide="ignore", invalid="ignore")
-    def standard_errors(self, F: Array) -> Array:
-        """Return the ``(k, m)`` standard errors of the means of ``(n, m)`` objectives.
-
-        They are not finite where they are unknown: if no design has two usable tests, or this one
-        has none.
-        """
-        deviations = F - self.means(F)[self.design]
-        deviations[np.abs(deviations) <= _ROUNDED * np.abs(F)] = 0.0
-        squares = self.sums(deviations**2)
-        counts = self.counts
-        variances = np.column_stack([_variances(column, counts - 1) for column in squares.T])
-        return np.asarray(np.sqrt(variances / counts[:, None]))
-
-
 def averaged(table: TestTable, by: str | None) -> TestTable:
     """Return :meth:`TestTable.averaged`."""
     tested = table.tested
-    groups = _Groups.of(tested, by)
-    first = groups.first
-    means: dict[str, Any] = {}
-    for name in ("F", "G", "H", "outputs"):
-        means[name] = groups.means(getattr(tested, name))
-    if PROPOSAL_ROUND in tested.layout.outputs:  # the round that first proposed the design
-        rounds = tested.layout.outputs.index(PROPOSAL_ROUND)
-        means["outputs"][:, rounds] = tested.outputs[first, rounds]
-    errors = groups.standard_errors(tested.F)
-    means["outputs"] = np.column_stack([means["outputs"], groups.counts, errors])
-    extra, varying = _common_cells(tested, first[groups.design])
-    lost = tested.numbers[first[groups.counts == 0]].tolist()
+    layout = tested.layout
+    by, labels = _labels(tested, by)
+    # Of k designs the first test; of n tests the design, and whether they have values.
+    first, design = np.unique(first_of(labels), return_inverse=True)
+    _check_groups(tested, by, labels, first[design])
+    usable = ~tested.failed() & np.isfinite(tested.F).all(axis=1)
+    counts = np.bincount(design[usable], minlength=len(first))
 
-    size = f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}"
+    def sums(values: Array) -> Array:
+        """Return ``(k, m)`` sums of the ``(n, m)`` values of usable tests."""
+        sums = np.zeros((len(first), values.shape[1]))
+        np.add.at(sums, design[usable], values[usable])
+        return sums
+
+    def means(values: Array) -> Array:
+        """Return ``(k, m)`` means of ``(n, m)`` values; of the first test if none is usable."""
+        n = counts[:, None]
+        return np.where(n == 0, values[first], sums(values) / np.maximum(n, 1))
+
+    F = means(tested.F)
+    with np.errstate(invalid="ignore"):  # a design without usable tests has no mean
+        deviations = tested.F - F[design]
+    deviations[np.abs(deviations) <= _ROUNDED * np.abs(tested.F)] = 0.0
+    errors = _standard_errors(sums(deviations**2), counts)
+    outputs = means(tested.outputs)
+    if PROPOSAL_ROUND in layout.outputs:  # the round that first proposed the design
+        j = layout.outputs.index(PROPOSAL_ROUND)
+        outputs[:, j] = tested.outputs[first, j]
+
     remarks = [*tested.remarks]
-    remarks.append(f"{size}: rows with the same {groups.column} are tests of one design.")
-    n_unusable = int((~groups.usable).sum())
-    if n_unusable:
-        remarks.append(f"{counted(n_unusable, 'test')} have no values and do not count.")
-    if varying:
-        remarks.append(f"Left out, as tests of one design differ in it: {', '.join(varying)}.")
+    size = f"{counted(len(first), 'design')}, {counted(len(tested), 'test')}"
+    remarks.append(f"{size}: rows with the same {by} are tests of one design.")
+    if not usable.all():
+        n_unusable = counted((~usable).sum(), "test")
+        remarks.append(f"{n_unusable} have no values and do not count.")
+    extra = {}
+    for name, cells in tested.extra.items():
+        if not unequal(cells, cells[first[design]]).any():
+            extra[name] = cells[first]
+        elif name not in ("row", RUN, POINT):  # which differ in all tests
+            remarks.append(f"Left out, as tests of one design differ in it: {name}.")
+    names = (*layout.outputs, N_TESTS, *map(error_column, layout.objectives))
+    label = next((name for name in (by, layout.label) if name in extra), None)
+    lost = tested.numbers[first[counts == 0]].tolist()
     designs = replace(
         tested.rows(first),
-        layout=_layout_of_means(tested.layout, [groups.column, tested.layout.label], extra),
+        layout=replace(layout, outputs=names, label=label),
+        F=F,
+        G=means(tested.G),
+        H=means(tested.H),
+        outputs=np.column_stack([outputs, counts, errors]),
         problem=None,  # no run continues a study of means
         reasons={number: tested.reasons[number] for number in lost if number in tested.reasons},
         extra=extra,
         remarks=tuple(remarks),
-        **means,
     )
     return table._asked_as_before(designs)
 
 
-def _layout_of_means(
-    layout: Layout, labels: Sequence[str | None], extra: Collection[str]
-) -> Layout:
-    """Return a layout with the columns of means, and the first of some labels that is there."""
-    outputs = [*layout.outputs, N_TESTS]
-    units = dict(layout.units)
-    for objective in layout.objectives:
-        outputs.append(error_column(objective))
-        if objective in units:
-            units[error_column(objective)] = units[objective]
-    label = next((label for label in labels if label in extra), None)
-    return replace(layout, outputs=tuple(outputs), units=units, label=label)
+@np.errstate(divide="ignore", invalid="ignore")
+def _standard_errors(squares: Array, counts: Integers) -> Array:
+    """Return the ``(k, m)`` standard errors of means.
+
+    They are not finite if no design has two usable tests, or this one has none.
+
+    Args:
+        squares: ``(k, m)`` sums of the squared deviations from the mean of the design.
+        counts: ``(k,)`` how many tests each design has.
+    """
+    variances = np.column_stack([_variances(column, counts - 1) for column in squares.T])
+    return np.asarray(np.sqrt(variances / counts[:, None]))
+
+
+def _check_groups(table: TestTable, by: str, labels: list[Any], first: Rows) -> None:
+    """Refuse labels of which none recurs, or with equal ones for different variables.
+
+    Args:
+        table: The tests.
+        by: Name of the column.
+        labels: Its values.
+        first: ``(n,)`` row of the first test with the same one.
+    """
+    if len(np.unique(first)) == len(table):
+        raise invalid("repeats", "a column in which a value recurs", by, "it has none that does")
+    keys = design_keys(table.X)
+    for row, i in enumerate(first.tolist()):
+        if keys[row] != keys[i]:
+            received = Received(f"{by} {labels[row]} with different ones")
+            raise invalid("repeats", "a column whose equal values have equal variables", received)
 
 
 def _labels(table: TestTable, by: str | None) -> tuple[str, list[Any]]:
@@ -236,24 +205,6 @@ def _variances(squares: Array, degrees: Integers) -> Array:
     return np.asarray((2 * half_squares + squares) / (2 * half_prior + degrees))
 
 
-def _common_cells(table: TestTable, first: Rows) -> tuple[dict[str, Any], list[str]]:
-    """Return the extra columns in which all tests of each design agree, and the names of others.
-
-    Args:
-        table: The tests.
-        first: ``(n,)`` row of the first test of the same design.
-    """
-    cells = {}
-    varying = []
-    for name, column in table.extra.items():
-        if unequal(column, column[first]).any():
-            varying.append(name)
-        else:
-            cells[name] = column[np.unique(first)]
-    # Repeated tests always differ in the rows of a file without names, and in their runs.
-    return cells, [name for name in varying if name not in ("row", RUN, POINT)]
-
-
 def averaged_repeats(table: TestTable) -> TestTable:
     """Return the tests of a noisy model, those of the same design averaged if there are any."""
     if len(np.unique(first_rows(table.X))) == len(table):
@@ -295,24 +246,27 @@ def _undeclared(table: TestTable) -> list[str]:
     differing = unequal(table.F, table.F[first]).any(axis=1)
     if not differing.any():
         return []
-    names = [table.names[row] for row in np.flatnonzero(differing)[:_N_LISTED]]
     n_designs = len(np.unique(first[differing]))
     return [
-        f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives "
-        f"({', '.join(names)}): each row counts as a design; if they are repeated tests, say "
-        "--repeats LABEL (or variables), or repeats= in Python."
+        f"{counted(n_designs, 'design')} with the same {word} as others differ in objectives: each "
+        f"row counts as a design; if they are repeated tests, say --repeats '{word}', or repeats= "
+        "in Python."
     ]
 
 
-def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFrame:
+def confidence(table: TestTable) -> pd.DataFrame:
     """Return :meth:`TestTable.confidence`."""
     import pandas as pd
 
     ranking = table.feasible_ranking()
     objectives = ranking.objectives
-    errors = _errors(table.rows(ranking.rows), noise)
+    columns = [*map(error_column, objectives.names)]
+    if not has_errors(table):
+        rule = f"one with standard errors, {', '.join(columns)}"
+        raise invalid("the table", rule, Received("none"), "average tests by table.averaged(label)")
+    errors = np.column_stack([table.column(name)[ranking.rows] for name in columns])
     degrees = None
-    if noise is None and N_TESTS in table.layout.outputs:
+    if N_TESTS in table.layout.outputs:
         degrees = _degrees(table.column(N_TESTS), ranking.rows, errors)
     means, factors = _posterior(objectives.minimized, errors)
     n_designs = len(means)
@@ -334,11 +288,12 @@ def confidence(table: TestTable, noise: Mapping[str, float] | None) -> pd.DataFr
         n_pareto += is_pareto
         n_best += is_pareto & (distance <= least * (1 + _ROUNDING))
         n_near_best += distance <= least * (1 + NEAR_BEST)
-    columns = dict(zip(objectives.names, objectives.original(means).T, strict=True))
-    columns["pareto"] = n_pareto / n_samples
-    columns["best"] = n_best / n_samples
-    columns["near_best"] = n_near_best / n_samples
-    return pd.DataFrame(columns, index=list(objectives.labels))
+    expected = objectives.original(means)
+    frame = pd.DataFrame(expected, list(objectives.labels), list(objectives.names))
+    frame["pareto"] = n_pareto / n_samples
+    frame["best"] = n_best / n_samples
+    frame["near_best"] = n_near_best / n_samples
+    return frame
 
 
 def _degrees(n_tests: Array, rows: Rows, errors: Array) -> Array:
@@ -360,35 +315,13 @@ def _degrees(n_tests: Array, rows: Rows, errors: Array) -> Array:
     return np.where(is_pooled, max(pooled, 1), tests)
 
 
-def _errors(designs: TestTable, noise: Mapping[str, float] | None) -> Array:
-    """Return the ``(n, m)`` standard errors of designs, by their columns or a known noise."""
-    errors = np.empty(designs.F.shape)
-    for j, name in enumerate(designs.layout.objectives):
-        column = error_column(name)
-        if noise is not None:
-            if name not in noise or not 0 <= noise[name] < np.inf:
-                rule = f"a standard deviation >= 0 of each objective, such as {name}"
-                raise invalid("noise", rule, noise)
-            tests: Any = 1.0
-            if N_TESTS in designs.layout.outputs:
-                tests = designs.column(N_TESTS)
-            errors[:, j] = noise[name] / np.sqrt(tests)
-        elif column in designs.layout.outputs and np.isfinite(designs.column(column)).all():
-            errors[:, j] = designs.column(column)
-        else:
-            rule = f"one with standard errors ({column})"
-            remedy = "average repeated tests by table.averaged(label), or give noise={...}"
-            raise invalid("the table", rule, Received("none"), remedy)
-    return errors
-
-
 def has_errors(table: TestTable) -> bool:
-    """Whether designs are means with numbers of tests and standard errors."""
-    names = [error_column(name) for name in table.layout.objectives]
-    if not {*names, N_TESTS} <= {*table.layout.outputs}:
-        return False
-    designs = table.rows(table.eligible())
-    return all(np.isfinite(designs.column(name)).all() for name in names)
+    """Whether the feasible designs have a standard error of each objective."""
+    names = [*map(error_column, table.layout.objectives)]
+    designs = table.eligible()
+    return {*names} <= {*table.layout.outputs} and all(
+        np.isfinite(table.column(name)[designs]).all() for name in names
+    )
 
 
 def confidence_sentence(table: TestTable, row: int) -> str:
@@ -409,10 +342,12 @@ def confidence_sentence(table: TestTable, row: int) -> str:
         near=percent(chances["near_best"]),
         pareto=percent(chances["pareto"]),
     )
+    if N_TESTS not in table.layout.outputs or chances["near_best"] >= _SURE:
+        return text
     likeliest = frame["best"].nlargest(2)
     share = likeliest.iloc[0] / likeliest.sum()
     n_more = tests_to_settle(share, table.column(N_TESTS).mean())
-    if n_more == 0 or chances["near_best"] >= _SURE:
+    if n_more == 0:
         return text
     designs = listed(likeliest.index.tolist())
     return f"{text} {sentence('settle', n=n_more, designs=designs)}"

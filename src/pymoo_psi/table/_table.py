@@ -517,16 +517,13 @@ class TestTable(Tests, Shown):
         """
         return averaged(self, by)
 
-    def confidence(self, *, noise: Mapping[str, float] | None = None) -> pd.DataFrame:
+    def confidence(self) -> pd.DataFrame:
         """Return how probable it is that each design is Pareto optimal, the best, or near it.
 
         The probabilities come from samples of the true values, given the means and standard errors
-        of :meth:`averaged`. Noise is assumed to be normal and independent. With five designs or
-        more for each objective, means are shrunk towards those of all designs. All designs are
-        assumed to meet the limits.
-
-        Args:
-            noise: Standard deviation of one test, by objective, if it is known from elsewhere.
+        of :meth:`averaged`, or of columns such as ``f1 standard error``. Noise is assumed to be
+        normal and independent. With five designs or more for each objective, means are shrunk
+        towards those of all designs. All designs are assumed to meet the limits.
 
         Returns:
             Index: the names of the feasible designs. Columns: the expected true values of the
@@ -537,17 +534,16 @@ class TestTable(Tests, Shown):
             ArgumentValueError: There is no feasible design, or no standard error of an objective.
 
         Example:
-            >>> table = TestTable.of([1, 2, 3], np.zeros((3, 0)), [[0, 4], [1, 1], [4, 0]])
-            >>> table.confidence(noise={"f1": 0.1, "f2": 0.1})["best"].tolist()
+            >>> F = [[0, 4], [0.1, 4.1], [1, 1], [1.1, 0.9], [4, 0], [3.9, 0.1]]
+            >>> tests = TestTable.of(range(1, 7), [[1], [1], [2], [2], [3], [3]], F)
+            >>> tests.averaged().confidence()["best"].round(2).tolist()
             [0.0, 1.0, 0.0]
         """
-        if noise is None:
-            return self._estimated_confidence.copy()
-        return confidence(self, noise)
+        return self._confidence.copy()
 
     @cached_property
-    def _estimated_confidence(self) -> pd.DataFrame:
-        return confidence(self, None)
+    def _confidence(self) -> pd.DataFrame:
+        return confidence(self)
 
     ranked = Renamed("feasible_ranking(), whose attribute rows are the rows of the table")
     chosen = Renamed("table.formulation.chosen")
