@@ -239,7 +239,7 @@ def test_a_table_is_explained_under_its_formulation():
 @pytest.mark.parametrize(
     ("call", "kind", "message"),
     [
-        (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be of objectives among price"),
+        (lambda: explain(CARS, 0, units={"prize": "k€"}), ValueError, "units must be one of 'price'"),
         (lambda: explain(CARS, 2.5), TypeError, "design must be an integer >= 0, got 2.5"),
         (lambda: explain(CARS, True), TypeError, "design must be an integer >= 0, got True"),
         (lambda: explain(CARS, row=-1), ValueError, "row must be an integer >= 0, got -1"),

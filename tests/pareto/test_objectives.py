@@ -110,8 +110,6 @@ def test_a_data_frame_keeps_its_names_and_values(designs):
     assert ranking.salukvadze.tolist() == [1]  # positions, as in every array
     by_index = rank_of_efficiency(designs, maximize=[1])
     assert by_index.rank.tolist() == ranking.rank.tolist()
-    named = ranking.to_frame(names=["a", "b"])
-    assert named.columns.tolist()[1:3] == ["a", "b"]
     pd.testing.assert_frame_equal(designs, before)
 
 

@@ -15,10 +15,10 @@ takes plain Euclidean distances, as the paper does, which makes sense where all 
 unit.
 
 Example:
-    >>> import numpy as np
+    >>> import pandas as pd
     >>> from pymoo_psi import rank_of_efficiency
-    >>> F = np.array([[0.0, 1.0], [0.2, 0.5], [0.4, 0.32], [1.0, 0.0], [0.9, 0.9]])
-    >>> print(rank_of_efficiency(F).to_frame(names=["cost", "mass"]).round(3))
+    >>> F = [[0.0, 1.0], [0.2, 0.5], [0.4, 0.32], [1.0, 0.0], [0.9, 0.9]]
+    >>> print(rank_of_efficiency(pd.DataFrame(F, columns=["cost", "mass"])).to_frame().round(3))
        place  cost  mass    mu1    mu2    mu3  efficiency_rank  pareto
     2      1   0.4  0.32  0.512  0.057  0.509                6    True
     1      2   0.2  0.50  0.539  0.212  0.495                5    True

@@ -28,7 +28,7 @@ inferred from its tables, all of which it reproduces.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -205,8 +205,8 @@ class Objectives:
         """Return the objective values of any source, checked.
 
         Args:
-            F: ``(n, m)`` array or data frame, n, m >= 1; the feasible designs of a test table, with
-                their names; a ranking; or a result of pymoo, whose ``F`` is minimised.
+            F: ``(n, m)`` array or data frame, n, m >= 1; or a result of pymoo, whose ``F`` is
+                minimised.
             maximize: Which are to be maximised, by name or column index from 0.
 
         Raises:
@@ -214,24 +214,18 @@ class Objectives:
             ArgumentTypeError: The values are not real numbers, or ``maximize`` is no collection.
         """
         collection("maximize", maximize, "a list of objectives", "one goes into a list too")
-        if is_table(F):
-            F = F.feasible_ranking()
-        if isinstance(F, EfficiencyRanking):
-            if len(maximize):
-                rule = "left out where a table or ranking has directions of its own"
-                raise invalid("maximize", rule, list(maximize))
-            return F.objectives
         if hasattr(F, "F") and hasattr(F, "opt"):  # a result of pymoo
             F = F.F
             if F is not None:  # (m,) for an algorithm of one objective
                 F = np.atleast_2d(F)
-        is_frame = hasattr(F, "set_index")  # without importing pandas, which takes half a second
-        values = objective_matrix("F", _numbers(F) if is_frame else F).copy()
+        names: tuple[Any, ...] = ()
+        labels = None
+        if hasattr(F, "set_index"):  # a frame: pandas, whose import takes half a second, is there
+            names, labels, F = tuple(F.columns), F.index, _numbers(F)
+        values = objective_matrix("F", F).copy()
         n, m = values.shape
-        names = tuple(f"f{j + 1}" for j in range(m))
-        objectives = cls(values, np.ones(m), names, range(n))
-        if is_frame:
-            objectives = replace(objectives, names=tuple(F.columns), labels=F.index)
+        names = names or tuple(f"f{j + 1}" for j in range(m))
+        objectives = cls(values, np.ones(m), names, range(n) if labels is None else labels)
         for entry in maximize:
             objectives.sign[objectives.column("maximize", entry)] = -1.0
         return objectives
@@ -257,11 +251,11 @@ class Objectives:
 
     def column(self, argument: str, entry: Any) -> int:
         """Return the index of an objective that an argument gives by name, or else by index."""
+        if isinstance(entry, str) and entry not in self.names:
+            known_name(argument, entry, [name for name in self.names if isinstance(name, str)])
         count = self.names.count(entry)
         if count == 1:
             return self.names.index(entry)
-        if count == 0 and isinstance(entry, str):
-            known_name(argument, entry, [name for name in self.names if isinstance(name, str)])
         last = len(self.names) - 1
         if count > 1 or integer(argument, entry, minimum=0) > last:
             raise invalid(argument, f"names that only one column has, or from 0 to {last}", entry)
@@ -281,7 +275,7 @@ def is_table(F: Any) -> bool:
 
 def _numbers(frame: Any) -> Array:
     """Return the values of a data frame; a missing value is NaN."""
-    for name, dtype in zip(frame.columns, frame.dtypes, strict=True):
+    for name, dtype in frame.dtypes.items():
         # Nothing is converted: text, dates and objects are no numbers until the user says so.
         if getattr(dtype, "kind", "O") not in "fiub":
             received = Received(f"dtype {dtype}")
@@ -430,12 +424,8 @@ class EfficiencyRanking(Shown):
         rows = self.by_place
         return np.asarray(rows[self.pareto[rows] & (self.rank[rows] == rank)])
 
-    def to_frame(self, *, names: Sequence[Any] | None = None) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Return a table of the ranked designs by place, the dominated ones last.
-
-        Args:
-            names: Names of the objectives; by default those of the data frame that was ranked,
-                or f1, f2, ….
 
         Returns:
             One row per design, in the order of :attr:`by_place`, its index the label of the design
@@ -444,26 +434,24 @@ class EfficiencyRanking(Shown):
             ``efficiency_rank``, ``pareto``.
 
         Raises:
-            ArgumentValueError: The number of names differs, or an objective has the name of
-                another one or of one of the other columns.
+            ArgumentValueError: An objective has the name of another one or of one of the other
+                columns.
 
         Example:
             >>> ranking = rank_of_efficiency([[1, 5], [3, 3], [5, 1]])
-            >>> print(ranking.to_frame(names=["cost", "mass"]).drop(columns="mu2").round(2))
-               place  cost  mass   mu1   mu3  efficiency_rank  pareto
-            1      1   3.0   3.0  0.71  0.71                6    True
-            0      2   1.0   5.0  1.00  0.71                0    True
-            2      2   5.0   1.0  1.00  0.71                0    True
+            >>> print(ranking.to_frame().drop(columns="mu2").round(2))
+               place   f1   f2   mu1   mu3  efficiency_rank  pareto
+            1      1  3.0  3.0  0.71  0.71                6    True
+            0      2  1.0  5.0  1.00  0.71                0    True
+            2      2  5.0  1.0  1.00  0.71                0    True
         """
-        objectives = self.objectives
-        m = len(objectives.names)
-        columns = list(objectives.names if names is None else names)
-        distinct = {*columns, *RANKING_COLUMNS}
-        if len(columns) != m or len(distinct) < m + len(RANKING_COLUMNS):
-            rule = f"{m} different names other than {', '.join(RANKING_COLUMNS)}"
-            raise invalid("names", rule, columns, "give others by names=[...]")
-        values = dict(zip(columns, objectives.values.T, strict=True))
-        return ranking_frame(self, values, objectives.labels)
+        names = self.objectives.names
+        columns = (*names, *RANKING_COLUMNS)
+        if len({*columns}) < len(columns):
+            rule = f"different names other than {', '.join(RANKING_COLUMNS)}"
+            raise invalid("objectives", rule, list(names), "rename columns of the frame")
+        values = dict(zip(names, self.objectives.values.T, strict=True))
+        return ranking_frame(self, values, self.objectives.labels)
 
     @property
     def by_place(self) -> Rows:
@@ -535,42 +523,33 @@ def rank_of_efficiency(
         normalize = boolean("normalize", normalize)
     if is_table(F):
         F = F.feasible_ranking()
-    objectives = Objectives.of(F, maximize)
-    if isinstance(F, EfficiencyRanking):
-        return _ranked_again(F, normalize, ideal, nadir)
-    pareto = nondominated(objectives.minimized)
-    rows = np.arange(len(pareto))
-    is_normalized = normalize is not False
-    return ranking_of(objectives, pareto, rows, normalize=is_normalized, ideal=ideal, nadir=nadir)
-
-
-def _ranked_again(
-    ranking: EfficiencyRanking,
-    normalize: bool | None,
-    ideal: ArrayLike | None,
-    nadir: ArrayLike | None,
-) -> EfficiencyRanking:
-    """Return a ranking with what is not None of the arguments; fixed points U and N stay."""
-    frame = ranking.frame
+    if not isinstance(F, EfficiencyRanking):
+        objectives = Objectives.of(F, maximize)
+        pareto = nondominated(objectives.minimized)
+        return ranking_of(
+            objectives,
+            pareto,
+            np.arange(len(pareto)),
+            normalize=normalize is not False,
+            ideal=ideal,
+            nadir=nadir,
+        )
+    if len(maximize):
+        rule = "left out where a table or ranking has directions of its own"
+        raise invalid("maximize", rule, list(maximize))
     if normalize is None:
-        normalize = frame.normalize
-    if normalize == frame.normalize and ideal is None and nadir is None:
-        return ranking
-    if frame.is_fixed and ideal is None:
-        ideal = ranking.ideal
-    if frame.is_fixed and nadir is None:
-        nadir = ranking.nadir
+        normalize = F.frame.normalize
+    if normalize == F.frame.normalize and ideal is None and nadir is None:
+        return F
+    if F.frame.is_fixed:
+        ideal = F.ideal if ideal is None else ideal
+        nadir = F.nadir if nadir is None else nadir
     again = ranking_of(
-        ranking.objectives,
-        ranking.pareto,
-        ranking.rows,
-        normalize=normalize,
-        ideal=ideal,
-        nadir=nadir,
+        F.objectives, F.pareto, F.rows, normalize=normalize, ideal=ideal, nadir=nadir
     )
     if again.frame.is_fixed:
         return again
-    return replace(again, whole=ranking.whole)
+    return replace(again, whole=F.whole)
 
 
 def ranking_of(
@@ -680,10 +659,8 @@ def with_units(ranking: EfficiencyRanking, units: Mapping[Any, str] | None) -> E
     """Return a ranking with units of its objectives by name; None leaves those that it has."""
     if units is None:
         return ranking
-    names = ranking.objectives.names
     for name in units:
-        if name not in names:
-            raise invalid("units", f"of objectives among {', '.join(map(str, names))}", name)
+        known_name("units", name, [*map(str, ranking.objectives.names)])
     return replace(ranking, objectives=replace(ranking.objectives, units=units))
 
 
