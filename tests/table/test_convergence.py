@@ -48,7 +48,7 @@ def test_what_the_last_doubling_brought(bnh):
     assert found.mu1[-2] == pytest.approx(before)
     said = found.verdict()
     assert f"{percent(1 - found.mu1[-1] / before)} nearer to the ideal point" in said
-    assert f"the hypervolume from {percent(found.hypervolume[-2])} of what it is" in said
+    assert f"the hypervolume from {percent(found.hypervolume[-2])} of its present value" in said
 
 
 @pytest.mark.parametrize("columns", [1, 2])

@@ -108,7 +108,7 @@ def histogram(table: TestTable, variable: str, *, bins: int = 10) -> Histogram:
     layout = table.layout
     feasible = table.feasible()
     values: tuple[Any, ...] = ()
-    places = table.column(known_name("a column", variable, layout.columns))
+    places = table.column(known_name("variable", variable, layout.columns))
     if variable not in layout.variables:
         edges = _edges(_near(places[feasible] if feasible.any() else places), bins)
     else:
@@ -566,7 +566,7 @@ class Convergence(Shown):
         return (
             f"{doubling} {mattered}: it brought the best design {percent(nearer)} nearer to the "
             f"ideal point, moved it by {percent(self.moved[-1])} of a range, and enlarged the "
-            f"hypervolume from {percent(share)} of what it is. {unknown}"
+            f"hypervolume from {percent(share)} of its present value. {unknown}"
         )
 
 
