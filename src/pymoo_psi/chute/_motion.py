@@ -56,17 +56,13 @@ class ChuteParameters:
         """Check every entry; arrays are kept as copies."""
         for name in ("mu", "c", "r"):
             array = finite_array(name, getattr(self, name))
-            wrong = array[array <= 0]
-            if wrong.size:
-                raise invalid(name, "positive", Received(str(wrong.flat[0])))
+            if (array <= 0).any():
+                raise invalid(name, "positive", Received(str(array.min())))
             object.__setattr__(self, name, _kept(array))
-        spins = ()
-        if np.iterable(self.omega0):
-            spins = tuple(self.omega0)
-        if len(spins) != 3:
+        if not np.iterable(self.omega0) or len(self.omega0) != 3:
             rule = "three initial spins (omega_X0, omega_Y0, omega_Z0)"
             raise invalid("omega0", rule, self.omega0)
-        arrays = [finite_array(f"omega0[{k}]", spin) for k, spin in enumerate(spins)]
+        arrays = [finite_array(f"omega0[{k}]", spin) for k, spin in enumerate(self.omega0)]
         object.__setattr__(self, "omega0", tuple(map(_kept, arrays)))
 
     @property

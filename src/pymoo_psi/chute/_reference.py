@@ -70,21 +70,16 @@ def _one_design(
     a = u1 / length
     b = mu / length
     tau = u1 / mu
-    y = np.array([0.0, 0.0, c, c - r * wy0, r * wx0 - v_p, 0.0])
-    slips_out = False
-    stalls = False
-    if math.hypot(y[3], y[4]) > _STILL:
-        y, slips_out, stalls = _slip(y, b, tau, length)
-
-    t, x, v_c, v_x, v_y, dissipated = y
+    start = np.array([0.0, 0.0, c, c - r * wy0, r * wx0 - v_p, 0.0])
+    (t, x, v_c, v_x, v_y, lost), is_at_rest = _slip(start, b, tau, length)
     reached = 1.0
     slip_end = math.nan
     slip_time = math.nan
-    if stalls:
+    if is_at_rest:
         t = math.inf
         v_c = 0.0
         reached = x / length
-    elif not slips_out:
+    elif math.hypot(v_x, v_y) < 2 * _STILL:  # slip has ended before the exit
         push = a - b
         slide = a - 3.5 * b
         if tau <= 3.5:  # (2.12): friction can hold the contact point
@@ -94,23 +89,22 @@ def _one_design(
             slide = 0.0
         v_end = math.sqrt(v_c**2 + 2 * push * (length - x))
         dt = 2 * (length - x) / (v_end + v_c)
-        t = t + dt
+        t += dt
         v_c = v_end
         v_x = slide * dt
-        dissipated += b * slide * dt**2 / 2
-    wx = v_p / r
-    if slips_out:
-        wx = (v_y + v_p) / r
+        v_y = 0.0
+        lost += b * slide * dt**2 / 2
+    wx = (v_y + v_p) / r
     wy = (v_c - v_x) / r
     work = 0.4 * v_p * (r * wx - r * wx0)
-    return t, v_c, slip_end, slip_time, wx, wy, wz0, work, dissipated, reached
+    return t, v_c, slip_end, slip_time, wx, wy, wz0, work, lost, reached
 
 
-def _slip(start: _State, b: float, tau: float, length: float) -> tuple[_State, bool, bool]:
+def _slip(start: _State, b: float, tau: float, length: float) -> tuple[_State, bool]:
     """Integrate the slip to the exit, to its end or to rest.
 
     Returns:
-        The state there, whether the sphere still slips, and whether it is at rest.
+        The state there, and whether the sphere is at rest.
     """
     from scipy.integrate import solve_ivp  # takes a quarter of a second to import
 
@@ -123,18 +117,19 @@ def _slip(start: _State, b: float, tau: float, length: float) -> tuple[_State, b
     def exit_reached(s: float, y: _State) -> Any:
         return y[1] - length
 
-    def stalled(s: float, y: _State) -> Any:
+    def is_at_rest(s: float, y: _State) -> Any:
         return y[2]
 
     def slip_ended(s: float, y: _State) -> float:
         return math.hypot(y[3], y[4]) - _STILL
 
-    events: list[Any] = [exit_reached, stalled, slip_ended]
+    if slip_ended(0.0, start) <= 0:
+        return start, False
+    events: list[Any] = [exit_reached, is_at_rest, slip_ended]
     for event in events:
         event.terminal = True
     atol = [1e-14, 1e-14, 1e-14, _NOISE, _NOISE, 1e-14]
     span = (0.0, _LONGEST)
     solution = solve_ivp(field, span, start, "DOP853", events=events, rtol=1e-12, atol=atol)
-    _, rest_times, end_times = solution.t_events
     # The last point is the event, which SciPy locates to rounding.
-    return solution.y[:, -1], len(end_times) == 0, len(rest_times) > 0
+    return solution.y[:, -1], len(solution.t_events[1]) > 0

@@ -325,13 +325,11 @@ def _next(xp: Any, slip: Slip, aim: Aim) -> Slip:
     inside = left1 >= xp.where(ends, 0.0, -0.05 * left)
     moving = v1 >= -0.05 * v
     fits = inside & moving | (aim.ds < 0.0)
-    t = xp.where(fits, t1, t)
-    vx = xp.where(fits, vx1, vx)
-    y = xp.where(fits, y1, y)
-    left = xp.where(fits, left1, left)
-    v = xp.where(fits, v1, v)
+    state = []
+    for before, after in zip(slip[:5], (t1, vx1, y1, left1, v1), strict=True):
+        state.append(xp.where(fits, after, before))
     longest = xp.where(fits, np.inf, 0.5 * step)
-    return Slip(t, vx, y, left, v, b, tau, invariant, longest)
+    return Slip(*state, b, tau, invariant, longest)
 
 
 def _log_time(xp: Any, slip: Slip, aim: Aim, q: Any) -> Any:

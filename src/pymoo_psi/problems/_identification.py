@@ -21,7 +21,6 @@ from pymoo_psi._validation import (
     positive_number,
     real_array,
     require_shape,
-    wrong_type,
 )
 from pymoo_psi.problems._named import NamedProblem
 from pymoo_psi.table import UnfitError, source_columns
@@ -94,8 +93,6 @@ class Identification(NamedProblem):
         name: str = "identification",
         **kwargs: Any,
     ) -> None:
-        if not callable(simulate):
-            raise wrong_type("simulate", "a function of parameters and data", simulate)
         self.simulate = simulate
         self.measure = known_name("measure", measure, _MEASURES)
         self.experiments: dict[str, pd.DataFrame] = {}
@@ -142,7 +139,7 @@ class Identification(NamedProblem):
         Raises:
             PsiError: The model returns something else.
         """
-        data = self.experiments[known_name("experiment", experiment, self.experiments)]
+        data = self.experiments[experiment]
         abscissa, *columns = data.columns
         where = f"what simulate returns for {experiment!r}"
         simulated: Any = self.simulate(dict(design), data.copy())

@@ -211,8 +211,6 @@ class Program:
             positive_number("timeout", self.timeout)
         for file in self.files:
             _require_inside("files", file)
-        if self.files and not self.template:
-            raise invalid("files", "given with template, the folder they are in", self.files)
 
     def run(self, words: Names, folder: Path) -> None:
         """Run the command in a folder, then kill it and all processes that it has started.
@@ -437,8 +435,8 @@ class ProgramProblem(NamedProblem):
             raise invalid("command", rule, word, "install it, or give its whole path")
         read = {os.path.normpath(output.file) for output in self.outputs.values()}
         for file in program.files:
-            if not (template / file).is_file():
-                raise invalid("files", f"files in the folder {program.template}", file)
+            if not program.template or not (template / file).is_file():
+                raise invalid("files", "files in the folder of the template", file)
             if os.path.normpath(file) in read:
                 remedy = "let the command copy the input, so that no value of it is an output"
                 raise invalid("files", "inputs, and none of them an output", file, remedy)
@@ -527,8 +525,7 @@ class ProgramProblem(NamedProblem):
             values = {"seed": 1, **values}
         folder = self.base / self.program.folder
         folder.mkdir(parents=True, exist_ok=True)
-        prefix = re.sub(r"\W+", "-", f"{self._name}-")
-        run = ProgramRun(Path(tempfile.mkdtemp(prefix=prefix, dir=folder)))
+        run = ProgramRun(Path(tempfile.mkdtemp(prefix="design-", dir=folder)))
         began = time.monotonic()
         try:
             self._fill_template(run, values)

@@ -55,14 +55,11 @@ def require_known_keywords(
     Raises:
         ArgumentTypeError: There is a keyword that is not allowed.
     """
-    known = set()
+    known = {*more}
     # every class on the way to object, as pymoo's constructors pass **kwargs up by name
     for cls in base.__mro__[:-1]:
-        for name, parameter in inspect.signature(cls).parameters.items():
-            if parameter.kind != parameter.VAR_KEYWORD:
-                known.add(name)
-    known -= {*taken}
-    known |= {*more}
+        known.update(inspect.signature(cls).parameters)
+    known -= {*taken, "kwargs"}
     for name in keywords:
         if name in known:
             continue
@@ -77,10 +74,8 @@ def require_known_keywords(
 
 def require_problem(problem: object) -> None:
     """Refuse anything but a pymoo problem."""
-    if isinstance(problem, type):
-        raise wrong_type("problem", "a pymoo Problem", problem, "pass an instance, not the class")
     if not isinstance(problem, Problem):
-        raise wrong_type("problem", "a pymoo Problem", problem)
+        raise wrong_type("problem", "a pymoo Problem", problem, "pass an instance, not the class")
 
 
 def problem_name(problem: Any) -> str:

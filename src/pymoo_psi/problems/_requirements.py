@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -28,7 +28,6 @@ from pymoo_psi._validation import (
 from pymoo_psi.problems._design_space import column_titles, design_space
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import Evaluate, WrappedProblem, layers
-from pymoo_psi.sequences import MAX_DIMENSIONS, lp_tau
 
 Rule: TypeAlias = str | Callable[[Entries], Any]
 
@@ -57,10 +56,7 @@ class Requirement:
         """The variables that its expressions use; empty for a function."""
         if callable(self.rule):
             return []
-        columns = []
-        for term in self._terms:
-            columns += term.columns
-        return columns
+        return [*chain.from_iterable(term.columns for term in self._terms)]
 
     @property
     def text(self) -> str:
@@ -285,13 +281,8 @@ class Required(WrappedProblem):
         return np.column_stack([np.zeros((len(matrix), 0)), *violations])
 
     def answers(self) -> Mask:
-        """Return ``(n, k)`` whether n designs within the bounds violate k requirements.
-
-        They are the first LPτ points, random in further dimensions.
-        """
+        """Return ``(n, k)`` whether n random designs within the bounds violate k requirements."""
         points = np.random.default_rng(0).random((_PROBES, len(self._space.searched)))
-        n = min(points.shape[1], MAX_DIMENSIONS)
-        points[:, :n] = lp_tau(_PROBES, n)
         return self.amounts(self._space.matrix(points)) > 0
 
     def values_from(self, X: Any, evaluate: Evaluate) -> Values:

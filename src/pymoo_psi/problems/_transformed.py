@@ -256,11 +256,10 @@ def _part(variable: Variable, where: str, part: Any) -> Variable:
 def _choice_of(variable: Variable, where: str, part: Any) -> Variable:
     """Return a choice with some of its options, a list or a single one."""
     chosen = part if isinstance(part, list) else [part]
-    if not chosen or not all(option in variable.options for option in chosen):
-        raise invalid(
-            where, f"one of {', '.join(map(repr, variable.options))}, or a list of some", part
-        )
-    options = tuple(option for option in variable.options if option in chosen)
+    options = tuple(filter(chosen.__contains__, variable.options))
+    if not options or len(options) != len(chosen):
+        rule = f"one of {', '.join(map(repr, variable.options))}, or a list of some"
+        raise invalid(where, rule, part)
     return replace(variable, upper=len(options) - 1.0, options=options)
 
 
