@@ -125,7 +125,7 @@ def runner():
     return JoblibRunner(2, in_process=False)
 
 
-@pytest.mark.parametrize("name", ALGORITHMS)
+@pytest.mark.parametrize("name", ["NSGA2", "MOEAD", "CMOPSO", "GDE3"])
 def test_workers_change_no_result(name, runner):
     problems = Half(0.0), Half(0.0, elementwise_runner=runner)
     results = [minimize(p, made(ALGORITHMS[name]), ("n_gen", 2), seed=1) for p in problems]

@@ -348,8 +348,8 @@ def printing(text, folder):
     "text", ["1,5", "1.234,5", "12 MPa", "", "nan", "inf", "0x10", "1_000", "\u0663"]
 )
 def test_only_plain_numbers_are_numbers_also_those_of_fortran(tmp_path, text):
-    assert "is no plain number" in investigate(printing(text, tmp_path), 1).reasons[1]
-    assert investigate(printing("-1.5D+03", tmp_path), 1).F.tolist() == [[-1500.0]]
+    assert "is no plain number" in printing(text, tmp_path).run({"x": 0.5}).flaw
+    assert printing("-1.5D+03", tmp_path).run({"x": 0.5}).outputs == {"f": -1500.0}
 
 
 @pytest.mark.parametrize(
@@ -359,7 +359,7 @@ def test_only_plain_numbers_are_numbers_also_those_of_fortran(tmp_path, text):
         ([('minimize = ["mass"', 'minimize = ["mas"')], None, "did you mean 'mass'"),
         ([], "width={width} height={height}", "the variable mode must be in"),
         ([('template = "model"', 'template = "models"')], None, "template must be a folder"),
-        ([("beam.inp", "beam.dat")], None, "files must be files in the folder model"),
+        ([("beam.inp", "beam.dat")], None, "files must be files in the folder of the template"),
         (
             [('files = ["beam.inp"]', 'files = ["beam.inp"]\nfolder = "model/r"')],
             None,

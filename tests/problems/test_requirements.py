@@ -106,15 +106,15 @@ def test_values_are_those_of_the_model_and_infinite_where_it_did_not_run():
 @pytest.mark.parametrize(
     ("rule", "expected"),
     [
-        ("x1 <= x2", [True, False, True]),
-        ("x1 >= x2", [False, True, True]),
-        ("1 <= x1/x2 <= 2", [False, True, False]),
-        ("2 >= x1 + x2 >= 1", [True, False, False]),
-        (lambda columns: columns["x1"] > columns["x2"], [False, True, False]),
+        (["x1 <= x2"], [True, False, True]),
+        (["x1 >= x2"], [False, True, True]),
+        (["1 <= x1/x2 <= 2"], [False, True, False]),
+        (["2 >= x1 + x2 >= 1"], [True, False, False]),
+        ({"more": lambda columns: columns["x1"] > columns["x2"]}, [False, True, False]),
     ],
 )
 def test_a_rule_is_what_it_says(rule, expected):
-    problem = Required(Problem(n_var=2, n_obj=1, xl=0.0, xu=3.0), [rule])
+    problem = Required(Problem(n_var=2, n_obj=1, xl=0.0, xu=3.0), rule)
     X = np.array([[0.5, 1.0], [2.0, 1.0], [0.0, 0.0]])  # 0/0 is no number and meets nothing
     assert (problem.amounts(X) <= 0)[:, 0].tolist() == expected
 
@@ -127,7 +127,8 @@ def test_a_rule_is_what_it_says(rule, expected):
         (["width"], "inequality"),
         (["0 <= width >= 1"], "inequality"),
         (["width <= "], "arithmetic"),
-        ("width <= 1", "a list of rules"),
+        ("width <= 1", "a list of texts"),
+        ([lambda columns: True], "texts in a list, .* give functions by name"),
         ({"a": 3}, "text, or a function"),
     ],
 )
@@ -136,7 +137,7 @@ def test_wrong_rules_are_refused(rules, match):
 
 
 def test_a_function_must_say_so_of_each_design():
-    problem = Required(Plain(), [lambda columns: True])
+    problem = Required(Plain(), {"any": lambda columns: True})
     refused("truth values of shape", problem.evaluate, np.array([[0.5, 0.5]]))
 
 
@@ -179,10 +180,9 @@ def at_least(limit):
 
 
 def test_functions_of_one_name_are_told_apart_by_names_of_rules():
-    rules = [at_least(0.5), at_least(1.5)]
-    refused("functions of different names", Required, Plain(), rules)
     limits = {"enough": 0.5, "more": 1.5}
-    table = investigate(Required(Plain(), dict(zip(limits, rules, strict=True))), 64)
+    rules = {name: at_least(limit) for name, limit in limits.items()}
+    table = investigate(Required(Plain(), rules), 64)
     for name, limit in limits.items():
         np.testing.assert_array_equal(table.column(name) > 0, table.X.sum(axis=1) < limit)
 

@@ -59,7 +59,7 @@ class ChuteParameters:
             if (array <= 0).any():
                 raise invalid(name, "positive", Received(str(array.min())))
             object.__setattr__(self, name, _kept(array))
-        if not np.iterable(self.omega0) or len(self.omega0) != 3:
+        if not np.iterable(self.omega0) or len([*self.omega0]) != 3:
             rule = "three initial spins (omega_X0, omega_Y0, omega_Z0)"
             raise invalid("omega0", rule, self.omega0)
         arrays = [finite_array(f"omega0[{k}]", spin) for k, spin in enumerate(self.omega0)]
@@ -311,9 +311,7 @@ def _roll(*columns: Array) -> tuple[Array, ...]:
     speed = np.sqrt(c**2 + 10 / 7 * u1)  # (2.20): dw/dη = 2 (1 + u1²)^½ sin α / 1.4
     gained = 10 / 7 * u1 / (speed + c)  # v1 − c without cancellation
     time = 2 * np.sqrt(1 + u1**2) / (speed + c)  # uniform acceleration along sec α
-    slip_end = np.zeros_like(u1)
-    slip_time = np.zeros_like(u1)
-    work = np.zeros_like(u1)
+    slip_end, slip_time, work = np.zeros((3, *u1.shape))
     spin = np.stack([wx0, wy0 + gained / r, wz0], axis=-1)
     dissipation = 0.4 * (c - r * wy0) * gained
     return time, speed, slip_end, slip_time, spin, work, dissipation, np.ones_like(u1)
@@ -418,9 +416,7 @@ def trajectory(
         at = move(np, *np.broadcast_arrays(a, b, tau, c, r * wy0, vy0, points * length))
     time = at.time
     slip = np.column_stack([at.vx, at.vy])
-    slipping = points < slip_end
-    if np.isnan(slip_end):
-        slipping = np.isnan(at.grip_time)
+    slipping = ~(points >= slip_end)  # everywhere if slip does not end
     if slips_then_rolls:
         last = int(np.flatnonzero(points == slip_end)[0])
         slipping[last] = True
@@ -455,8 +451,7 @@ def _direction(slip: Array, tau: float, vx0: float, vy0: float) -> Array:
         vy0: v_AY at the start.
     """
     rho = np.hypot(slip[:, 0], slip[:, 1])
-    direction = np.zeros_like(slip)
-    np.divide(slip, rho[:, None], out=direction, where=rho[:, None] > 0)
+    direction = slip / np.where(rho > 0, rho, 1.0)[:, None]
     if vy0:
         cosine = min(tau, 1.0)
         limit = [cosine, np.sign(vy0) * np.sqrt(1 - cosine**2)]

@@ -329,7 +329,7 @@ def _next(xp: Any, slip: Slip, aim: Aim) -> Slip:
     for before, after in zip(slip[:5], (t1, vx1, y1, left1, v1), strict=True):
         state.append(xp.where(fits, after, before))
     longest = xp.where(fits, np.inf, 0.5 * step)
-    return Slip(*state, b, tau, invariant, longest)
+    return Slip._make((*state, b, tau, invariant, longest))
 
 
 def _log_time(xp: Any, slip: Slip, aim: Aim, q: Any) -> Any:

@@ -15,6 +15,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import resources
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -24,7 +25,6 @@ from pymoo_psi._validation import (
     Names,
     Rows,
     Values,
-    counted,
     job_count,
     known_name,
 )
@@ -81,7 +81,7 @@ class Case:
         >>> case.designs.numbers[case.ranking.salukvadze]  # the paper's design for mu = 0.4
         array([3085])
         >>> case
-        Case(rolling model, mu = 0.4: 2160 Pareto optimal of 4096 test points, the best no. 3085)
+        Case(rolling model, mu = 0.4: 2160 Pareto optimal of 4096 test points, the best [3085])
     """
 
     model: str
@@ -92,10 +92,9 @@ class Case:
 
     def __repr__(self) -> str:
         """Return the model, the friction coefficient, the numbers of points and the optimum."""
-        best = ", ".join(map(str, self.designs.numbers[self.ranking.salukvadze]))
-        points = counted(len(self.table), "test point")
-        size = f"{len(self.designs)} Pareto optimal of {points}"
-        return f"Case({self.model} model, mu = {self.mu:g}: {size}, the best no. {best})"
+        best = self.designs.numbers[self.ranking.salukvadze].tolist()
+        size = f"{len(self.designs)} Pareto optimal of {len(self.table)} test points"
+        return f"Case({self.model} model, mu = {self.mu:g}: {size}, the best {best})"
 
     def rows(self, indices: Rows) -> pd.DataFrame:
         """Return some of the designs as rows of the paper's tables, ordered by test point.
@@ -143,14 +142,13 @@ class Reproduction:
         """
         optima = pd.concat([case.rows(case.ranking.salukvadze) for case in self.cases])
         # The printed optimum is there for comparison, even if it is another test point.
-        printed = published_table("6.1").drop(columns="test_point")
-        return self._compared(optima.merge(printed, on="mu", how="left"))
+        printed = self._printed_table("6.1").drop(columns="test_point")
+        return optima.merge(printed, on="mu", how="left")
 
-    def _compared(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Return a table without printed values if they are of other bounds."""
-        if not self.has_its_bounds:
-            table[[f"paper_{name}" for name in _CRITERIA]] = np.nan
-        return table
+    def _printed_table(self, number: str) -> pd.DataFrame:
+        """Return a printed table, without rows if the bounds are others."""
+        printed = published_table(number)
+        return printed if self.has_its_bounds else printed[:0]
 
     def table_6_2(self) -> pd.DataFrame:
         """Return the designs whose rank of efficiency is 5, with f4 below the optimum's.
@@ -173,9 +171,8 @@ class Reproduction:
             limit = f4[case.ranking.salukvadze].min()
             fifth = case.ranking.subset(5)
             tables.append(case.rows(fifth[f4[fifth] < limit]))
-        printed = published_table("6.2")
-        merged = pd.concat(tables).merge(printed, on=["mu", "test_point"], how="left")
-        return self._compared(merged)
+        printed = self._printed_table("6.2")
+        return pd.concat(tables).merge(printed, on=["mu", "test_point"], how="left")
 
 
 def solve_case(
@@ -200,7 +197,7 @@ def solve_case(
 
     Example:
         >>> solve_case(0.2, "full", 64)
-        Case(full model, mu = 0.2: 64 Pareto optimal of 64 test points, the best no. 18)
+        Case(full model, mu = 0.2: 64 Pareto optimal of 64 test points, the best [18])
     """
     bounds: Values = {"upper": upper}
     if lower is not None:
@@ -246,22 +243,19 @@ def reproduce(
         1  rolling  0.4          35
     """
     n_jobs = job_count("n_jobs", n_jobs)
-    pairs = []
-    for model in sorted(set(models), reverse=True):  # rolling first: the paper's model
-        for value in dict.fromkeys(mu):
-            pairs.append((value, model))
+    # rolling first: the paper's model
+    pairs = [*product(sorted(set(models), reverse=True), dict.fromkeys(mu))]
+
+    def solved(pair: tuple[str, float]) -> Case:
+        model, value = pair
+        return solve_case(value, model, n_points, lower=lower, upper=upper)
 
     cases = {}
-
-    def solved(pair: tuple[float, str]) -> Case:
-        return solve_case(*pair, n_points, lower=lower, upper=upper)
-
     for number, case in in_parallel(solved, pairs, n_jobs):
         on_case(case)
         cases[number] = case
-    has_its_bounds = lower is None and upper is None
     every_case = tuple(cases[number] for number in range(len(pairs)))
-    return Reproduction(n_points, every_case, has_its_bounds)
+    return Reproduction(n_points, every_case, has_its_bounds=lower is None and upper is None)
 
 
 # The numbers behind figures 2 and 8

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -141,26 +141,19 @@ class NamedProblem(ElementwiseProblem):
             raise invalid("objectives", "outputs named once, one or more", self.objectives)
         self.maximize = [*maximize]
         self.limits = _limits(limits)
-        self.requirements = {} if requirements is None else requirements
-        self._required = requirements_of(self.requirements, [*self.variables])
+        self.requirements = requirements
+        self._required = requirements_of(requirements, [*self.variables])
         self._name = name
-        # pymoo's names of the columns. Variables that are all real are a vector, without names.
-        titles_by_letter = {
-            "f": self.objectives,
-            "g": [limit.text for limit in self.limits],
-        }
-        space: Values = {"vars": self.variables}
-        if all(isinstance(variable, Real) for variable in self.variables.values()):
-            titles_by_letter["x"] = [*self.variables]
-            bounds = [variable.bounds for variable in self.variables.values()]
-            lower, upper = map(np.array, zip(*bounds, strict=True))
-            space = {"n_var": len(bounds), "xl": lower, "xu": upper}
-        self.names = {}
-        for letter, titles in titles_by_letter.items():
-            for j, title in enumerate(titles, 1):
-                self.names[f"{letter}{j}"] = title
+        limit_texts = [limit.text for limit in self.limits]
+        self.names = _numbered("f", self.objectives) | _numbered("g", limit_texts)
         kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
-        super().__init__(**space, **kwargs)
+        if all(isinstance(variable, Real) for variable in self.variables.values()):
+            # for pymoo a vector, without names
+            self.names |= _numbered("x", self.variables)
+            bounds = np.array([variable.bounds for variable in self.variables.values()])
+            super().__init__(n_var=len(bounds), xl=bounds[:, 0], xu=bounds[:, 1], **kwargs)
+        else:
+            super().__init__(vars=self.variables, **kwargs)
 
     def name(self) -> str:
         """Return the name of the problem."""
@@ -174,17 +167,6 @@ class NamedProblem(ElementwiseProblem):
         """
         raise NotImplementedError
 
-    def objectives_and_constraints(self, outputs: Entries) -> tuple[list[Any], list[Any]]:
-        """Return pymoo's F and G for outputs, numbers or arrays."""
-        F = []
-        for name in self.objectives:
-            value = outputs[name]
-            if name in self.maximize:
-                value = -value
-            F.append(value)
-        G = [limit.violation(outputs[limit.output]) for limit in self.limits]
-        return F, G
-
     def _evaluate(self, x: Any, out: Values, *args: Any, **kwargs: Any) -> None:
         design = dict(x if isinstance(x, Mapping) else zip(self.variables, x, strict=True))
         columns = {name: np.array([value]) for name, value in design.items()}
@@ -197,12 +179,21 @@ class NamedProblem(ElementwiseProblem):
                 )
         if "seed" in kwargs:
             design["seed"] = kwargs["seed"]
-        outputs = self.values(design)
-        require_output_names(outputs.keys() - {*self.objectives})
-        out["F"], out["G"] = self.objectives_and_constraints(outputs)
-        for name, value in outputs.items():
-            if name not in self.objectives:
-                out[name] = value
+        outputs = dict(self.values(design))
+        out["G"] = [limit.violation(outputs[limit.output]) for limit in self.limits]
+        out["F"] = []
+        for name in self.objectives:
+            value = outputs.pop(name)
+            if name in self.maximize:
+                value = -value
+            out["F"].append(value)
+        require_output_names(outputs)
+        out.update(outputs)
+
+
+def _numbered(letter: str, titles: Iterable[str]) -> dict[str, str]:
+    """Return titles by pymoo's names of their columns: a letter and a number."""
+    return {f"{letter}{j}": title for j, title in enumerate(titles, 1)}
 
 
 def require_output_names(names: Collection[str]) -> None:

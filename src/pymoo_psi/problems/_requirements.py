@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, pairwise
@@ -165,7 +165,7 @@ def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
     """Return checked requirements.
 
     Args:
-        rules: Rules by name, or a list of rules; None is none.
+        rules: Rules by name, or a list of texts; None is none.
         variables: The names of the variables.
 
     Raises:
@@ -175,8 +175,11 @@ def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
     if rules is None:
         rules = ()
     if not isinstance(rules, Mapping):
-        rules = collection("requirements", rules, "rules by name, or a list of rules")
-        rules = _by_name(rules)
+        collection("requirements", rules, "rules by name, or a list of texts")
+        for rule in filter(callable, rules):
+            remedy = "give functions by name, {'stiff': function}"
+            raise invalid("requirements", "texts in a list", rule, remedy)
+        rules = {str(rule): rule for rule in rules}
     requirements = [Requirement(str(name), rule) for name, rule in rules.items()]
     for requirement in requirements:
         where = f"the requirement {requirement.name!r}"
@@ -187,17 +190,6 @@ def requirements_of(rules: Any, variables: Names) -> tuple[Requirement, ...]:
         if requirement.is_equality:
             requirement.equality(variables)  # one that is not linear is refused here
     return tuple(requirements)
-
-
-def _by_name(rules: Iterable[Any]) -> Values:
-    """Return rules by their texts, functions by their names."""
-    rule_by_name: Values = {}
-    for rule in rules:
-        name = str(getattr(rule, "__name__", rule))
-        if rule_by_name.setdefault(name, rule) != rule:
-            rule = "functions of different names in a list"
-            raise invalid("requirements", rule, name, "or give them by name, {'stiff': function}")
-    return rule_by_name
 
 
 class Required(WrappedProblem):
@@ -214,7 +206,7 @@ class Required(WrappedProblem):
 
     Args:
         problem: A pymoo problem.
-        requirements: Rules by name, or a list of rules: inequalities of expressions of the
+        requirements: Rules by name, or a list of texts: inequalities of expressions of the
             variables, ``"height <= 4*width"`` or ``"1 <= height/width <= 4"``; linear equalities,
             ``"a + b + c = 1"``; or functions that take ``(n,)`` columns by name and return ``(n,)``
             truth values. The problem's attribute unless given.
