@@ -313,12 +313,12 @@ class ObservedProblem(WrappedProblem):
             raise BudgetSpentError(f"the budget of {self.budget} evaluations is spent")
         designs = np.array(self._space.to_matrix(X))  # before a model changes them
         began = time.perf_counter()
-        try:
-            # pymoo's own `do` would transpose a wrong F and fill in a missing G.
-            out = evaluate_designs(self.wrapped, X, *args, stop=True, **kwargs)
-        except EvaluationError as error:
-            self.failure = error
-            raise
+        # pymoo's own `do` would transpose a wrong F and fill in a missing G.
+        out = evaluate_designs(self.wrapped, X, *args, **kwargs)
+        for x, reason in zip(X, out["failure"], strict=True):
+            if reason:
+                self.failure = EvaluationError(x, reason)
+                raise self.failure
         self.evaluation_seconds += time.perf_counter() - began
         self.left -= len(X)
         self._kept.append({"X": designs, **{name: out[name] for name in _KEPT}})

@@ -23,7 +23,6 @@ from pymoo_psi._validation import (
     collection,
     invalid,
     known_name,
-    mapping,
     wrong_type,
 )
 from pymoo_psi.problems._equalities import Polytope, polytope
@@ -354,7 +353,6 @@ def problem_layout(
         names = column_titles(problem, space)
     if units is None:
         units = getattr(problem, "units", None) or {}
-    mapping("names", names, "names to texts")
     variables = space.variable_names
     plain = Layout.of(variables, problem.n_obj, problem.n_ieq_constr, problem.n_eq_constr)
     for name in names:
@@ -475,10 +473,7 @@ def _variable(name: str, where: str, variable: Any) -> Variable:
     if not isinstance(variable, (Real, Integer)):
         raise wrong_type(f"variable {where}", "real, integer, binary or a choice of some", variable)
     kind = Kind.REAL
-    try:
-        low, high = map(float, variable.bounds)
-    except (TypeError, ValueError):  # None, a text
-        low = high = np.nan
+    low, high = np.array(variable.bounds, dtype=np.float64).tolist()  # NaN for None
     if isinstance(variable, Integer):  # the integers in between
         kind = Kind.INTEGER
         low = float(np.ceil(low))

@@ -51,7 +51,7 @@ _FAILED = {"F": np.inf, "G": 0.0, "H": 0.0}
 _VIOLATION = 1e10
 
 
-def evaluate_designs(problem: Any, X: Any, *args: Any, stop: bool = False, **kwargs: Any) -> Values:
+def evaluate_designs(problem: Any, X: Any, *args: Any, **kwargs: Any) -> Values:
     """Evaluate designs like pymoo's ``evaluate``; one that fails has a reason instead of values.
 
     The model gets copies of the designs, and its values are copied. So values stay with their
@@ -61,28 +61,23 @@ def evaluate_designs(problem: Any, X: Any, *args: Any, stop: bool = False, **kwa
         problem: A pymoo problem, elementwise or not.
         X: n designs as the problem takes them.
         *args: For the model, as pymoo passes them.
-        stop: Raise if a design fails. Designs that are evaluated together or in processes are
-            finished first.
         **kwargs: For the model, as pymoo passes them.
 
     Returns:
         ``F`` ``(n, m)``, infinite where a design failed; ``G`` ``(n, n_ieq)`` and ``H``
         ``(n, n_eq)``, 0 there; ``failure`` ``(n,)``, the reasons, empty where a design did not
         fail; and further values of the model, NaN or None where it gives none.
-
-    Raises:
-        EvaluationError: A design failed and ``stop`` is true.
     """
     if uses_wrapped_values(problem):
 
         def within(designs: Any) -> Values:
-            return evaluate_designs(problem.wrapped, designs, *args, stop=stop, **kwargs)
+            return evaluate_designs(problem.wrapped, designs, *args, **kwargs)
 
         values: Values = problem.values_from(X, within)
         reasons = values.get("failure", [None] * len(X))
         values["failure"] = np.array([reason or "" for reason in reasons], dtype=object)
         return values
-    function = _CheckedFunction(problem, args, kwargs, stop)
+    function = _CheckedFunction(problem, args, kwargs)
     with same_folder(), np.errstate():  # both are as before, whatever the model sets
         if _is_one_by_one(problem):
             rows = problem.elementwise_runner(function, X)
@@ -127,7 +122,7 @@ def stream_designs(problem: Any, waiting: Waiting) -> Generator[Result | None]:
         problem: A pymoo problem that :func:`streams`.
         waiting: The designs with their indices; more may be added while the results are read.
     """
-    function = _CheckedFunction(problem, (), {}, stop=False)
+    function = _CheckedFunction(problem, (), {})
     runner = problem.elementwise_runner
     if isinstance(runner, Runner):
         yield from runner.stream(function, waiting)
@@ -163,7 +158,7 @@ class Seeded(NamedTuple):
 class _CheckedFunction:
     """The function that a runner calls: pymoo's, with checked values or the reason for none."""
 
-    def __init__(self, problem: Any, args: Any, kwargs: Any, stop: bool) -> None:
+    def __init__(self, problem: Any, args: Any, kwargs: Any) -> None:
         self.wrappers = []
         while changes_designs_only(problem):
             self.wrappers.append(problem)
@@ -172,7 +167,6 @@ class _CheckedFunction:
         self.problem = problem
         self.args = args
         self.kwargs = kwargs
-        self.stop = stop
         self.sizes = _sizes(problem)
         self.function = problem.elementwise_func(problem, args, kwargs)
 
@@ -196,7 +190,7 @@ class _CheckedFunction:
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # a legacy model exits; Rust and asyncio have their own
-            return self.failed(x, error)
+            return {"failure": _reason(error)}
         for name, value in raw.items():
             if name not in row and value is not None:
                 if isinstance(value, (np.ndarray, list, dict)):
@@ -206,15 +200,7 @@ class _CheckedFunction:
 
     def lost(self, x: Any, reason: str) -> Values:
         """Return the reason for a design whose evaluation a runner has lost."""
-        return self.failed(x, EvaluationError(x, reason))
-
-    def failed(self, x: Any, error: BaseException) -> Values:
-        """Return the reason why a design failed, or raise if the run is to stop."""
-        if not isinstance(error, EvaluationError):
-            error = EvaluationError(x, one_line(error), error)
-        if self.stop:
-            raise error from error.original
-        return {"failure": error.reason}
+        return {"failure": reason}
 
     def together(self, X: Any) -> Values:
         """Evaluate designs by calls for as many as possible; see :func:`evaluate_designs`."""
@@ -227,9 +213,9 @@ class _CheckedFunction:
             raise
         except BaseException as error:  # as for one design
             if len(X) == 1:
-                return columns_of_values(self.problem, [self.failed(X[0], error)])
+                return columns_of_values(self.problem, [{"failure": _reason(error)}])
             return self._in_parts(X)
-        out["failure"] = self._failures(X, out)
+        out["failure"] = _clear_failures(out)
         for name, value in raw.items():
             if name in out or not isinstance(value, (list, np.ndarray)):
                 continue
@@ -247,19 +233,6 @@ class _CheckedFunction:
                 rows.append(dict(zip(part, values, strict=True)))
         return columns_of_values(self.problem, rows)
 
-    def _failures(self, X: Any, out: Values) -> AnyArray:
-        """Return the reasons why designs failed, and clear the values of those that did."""
-        feasible = meets_constraints(out["G"], out["H"])
-        doubtful = np.isnan(np.hstack([*out.values()])).any(axis=1)
-        doubtful |= feasible & ~competes(out["F"], feasible)
-        reasons = np.full(len(X), "", dtype=object)
-        for i in np.flatnonzero(doubtful):
-            flaw = _flaw({name: array[i] for name, array in out.items()})
-            reasons[i] = self.failed(X[i], EvaluationError(X[i], flaw))["failure"]
-            for name, value in _FAILED.items():
-                out[name][i] = value
-        return reasons
-
     def _raw(self, X: Any) -> Values:
         """Return the values of a vectorised model as they are."""
         designs = copy.copy(X)
@@ -276,6 +249,24 @@ class _CheckedFunction:
             if isinstance(out[name], list):  # in pymoo, a list holds the columns
                 out[name] = np.column_stack(out[name])
         return out
+
+
+def _clear_failures(out: Values) -> AnyArray:
+    """Return the reasons why designs failed, and clear the values of those that did."""
+    feasible = meets_constraints(out["G"], out["H"])
+    doubtful = np.isnan(np.hstack([*out.values()])).any(axis=1)
+    doubtful |= feasible & ~competes(out["F"], feasible)
+    reasons = np.full(len(doubtful), "", dtype=object)
+    for i in np.flatnonzero(doubtful):
+        reasons[i] = _flaw({name: array[i] for name, array in out.items()})
+        for name, value in _FAILED.items():
+            out[name][i] = value
+    return reasons
+
+
+def _reason(error: BaseException) -> str:
+    """Return why a design failed."""
+    return error.reason if isinstance(error, EvaluationError) else one_line(error)
 
 
 def _floats(design: Any, name: str, value: Any, shape: tuple[int, ...]) -> Array:
