@@ -110,8 +110,8 @@ def test_a_study_belongs_to_its_measurements(tmp_path, study_file):
     [
         ({"experiments": {"a": pd.DataFrame({"t": [1.0, 0.0], "y": [1.0, 2.0]})}}, "increasing"),
         (
-            {"experiments": {"a": pd.DataFrame({"t": [0.0, 1.0], "y": ["1,5", "2"]})}},
-            "real numbers",
+            {"experiments": {"a": pd.DataFrame({"t": [0.0, 1.0], "y": ["high", "low"]})}},
+            "columns of numbers",
         ),
         ({"experiments": {"a": pd.DataFrame({"y": [0.0, 1.0]})}}, "two columns"),
         ({"measure": "mean"}, "measure"),

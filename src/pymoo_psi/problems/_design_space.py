@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import inspect
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import compress
 from typing import TYPE_CHECKING, Any
@@ -313,6 +313,11 @@ def column_titles(problem: Any, space: DesignSpace) -> dict[str, str]:
     if isinstance(titles, (list, tuple, np.ndarray)) and len(titles) == len(space.variables):
         return dict(zip(space.variable_names, map(str, titles), strict=True))
     return {}
+
+
+def numbered(letter: str, titles: Iterable[str], first: int = 1) -> dict[str, str]:
+    """Return titles of columns by the default names of these, a letter and a number."""
+    return {f"{letter}{j}": title for j, title in enumerate(titles, first)}
 
 
 def problem_layout(

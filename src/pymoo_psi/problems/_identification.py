@@ -182,20 +182,18 @@ class Identification(NamedProblem):
 def _series(name: str, source: Any) -> pd.DataFrame:
     """Return measured series from a frame or a file as a checked frame of numbers."""
     where = f"experiment {name!r}"
-    if not isinstance(source, pd.DataFrame):
-        try:
-            _, columns = source_columns(source)
-            numbers = {name: column.require_numbers() for name, column in columns.items()}
-            source = pd.DataFrame(numbers)
-        except UnfitError as error:
-            rule = "a file with columns of numbers"
-            raise invalid(where, rule, source, f"{error.problem}; or give a frame") from None
-    data: pd.DataFrame = source.reset_index(drop=True)
-    for column in data:
-        real_array(f"column {column!r} of {where}", data[column].to_numpy())
+    if isinstance(source, pd.DataFrame):
+        source = source.reset_index(drop=True)
+    try:
+        _, columns = source_columns(source)
+        numbers = {name: column.require_numbers() for name, column in columns.items()}
+    except UnfitError as error:
+        rule = "a table with columns of numbers"
+        raise invalid(where, rule, Received(error.problem)) from None
+    data = pd.DataFrame(numbers)
     if data.shape[1] < 2 or (data.notna().sum() < 2).any():
         rule = "of two columns or more, each with two numbers or more"
         raise invalid(where, rule, Received(f"shape {data.shape}"))
     if not (np.diff(data.iloc[:, 0]) > 0).all():  # false for NaN, too
         raise invalid(f"the first column of {where}", "in increasing order", data.columns[0])
-    return data.astype(np.float64)
+    return data

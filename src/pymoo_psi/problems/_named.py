@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -22,6 +22,7 @@ from pymoo_psi._validation import (
     mapping,
 )
 from pymoo_psi.errors import ArgumentTypeError, EvaluationError
+from pymoo_psi.problems._design_space import numbered
 from pymoo_psi.problems._pymoo import NO_OUTPUTS, OF_A_MODEL, require_known_keywords
 from pymoo_psi.problems._requirements import requirements_of
 from pymoo_psi.problems._wrapped import changes_designs_only, layers
@@ -145,11 +146,11 @@ class NamedProblem(ElementwiseProblem):
         self._required = requirements_of(requirements, [*self.variables])
         self._name = name
         limit_texts = [limit.text for limit in self.limits]
-        self.names = _numbered("f", self.objectives) | _numbered("g", limit_texts)
+        self.names = numbered("f", self.objectives) | numbered("g", limit_texts)
         kwargs |= {"n_obj": len(self.objectives), "n_ieq_constr": len(self.limits)}
         if all(isinstance(variable, Real) for variable in self.variables.values()):
             # for pymoo a vector, without names
-            self.names |= _numbered("x", self.variables)
+            self.names |= numbered("x", self.variables)
             bounds = np.array([variable.bounds for variable in self.variables.values()])
             super().__init__(n_var=len(bounds), xl=bounds[:, 0], xu=bounds[:, 1], **kwargs)
         else:
@@ -189,11 +190,6 @@ class NamedProblem(ElementwiseProblem):
             out["F"].append(value)
         require_output_names(outputs)
         out.update(outputs)
-
-
-def _numbered(letter: str, titles: Iterable[str]) -> dict[str, str]:
-    """Return titles by pymoo's names of their columns: a letter and a number."""
-    return {f"{letter}{j}": title for j, title in enumerate(titles, 1)}
 
 
 def require_output_names(names: Collection[str]) -> None:

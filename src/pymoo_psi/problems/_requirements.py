@@ -25,7 +25,7 @@ from pymoo_psi._validation import (
     known_name,
     wrong_type,
 )
-from pymoo_psi.problems._design_space import column_titles, design_space
+from pymoo_psi.problems._design_space import column_titles, design_space, numbered
 from pymoo_psi.problems._pymoo import require_problem
 from pymoo_psi.problems._wrapped import Evaluate, WrappedProblem, layers
 
@@ -248,9 +248,8 @@ class Required(WrappedProblem):
         n = problem.n_ieq_constr
         super().__init__(problem, n_ieq_constr=n + len(self.required))
         self.requirements = None  # they are constraints here
-        self.names = column_titles(problem, self._space)
-        for k, requirement in enumerate(self.required, n + 1):
-            self.names[f"g{k}"] = requirement.text
+        texts = [requirement.text for requirement in self.required]
+        self.names = column_titles(problem, self._space) | numbered("g", texts, first=n + 1)
         equalities = [*self._space.equalities]
         for requirement in self.required:
             if requirement.is_equality:
@@ -297,9 +296,8 @@ class Required(WrappedProblem):
         if not len(met):
             return out
         for name, values in evaluate(X[met]).items():
-            if name not in out:  # a further value of the model, None where it did not run
-                out[name] = np.full(n, None, dtype=object)
-            column = out[name]
+            # a further value of the model is None where it did not run
+            column = out.setdefault(name, np.full(n, None))
             if name == "G":
                 column = column[:, :n_ieq]
             for row, value in zip(met, values, strict=True):

@@ -26,7 +26,7 @@ from pymoo_psi._validation import (
     wrong_type,
 )
 from pymoo_psi.pareto import competes, meets_constraints
-from pymoo_psi.problems._design_space import column_titles, design_space
+from pymoo_psi.problems._design_space import column_titles, design_space, numbered
 from pymoo_psi.problems._evaluation import evaluate_designs
 from pymoo_psi.problems._pymoo import problem_name, require_problem
 from pymoo_psi.problems._wrapped import WrappedProblem
@@ -152,8 +152,7 @@ class Robust(WrappedProblem):
         super().__init__(nominal, n_ieq_constr=1, n_eq_constr=0, elementwise=False)
         # Names and units are those of the problem, but for its constraints.
         titles = column_titles(nominal, self.space)
-        objectives = [f"f{j}" for j in range(1, self.n_obj + 1)]
-        columns = [*self.space.variable_names, *objectives]
+        columns = [*self.space.variable_names, *numbered("f", self.criteria)]
         self.names = {name: titles.get(name, name) for name in columns}
         units = getattr(nominal, "units", None) or {}
         self.units = {title: units[title] for title in filter(units.get, self.names.values())}
